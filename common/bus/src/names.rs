@@ -23,11 +23,13 @@ pub enum Daemon {
     Groundplan = 6,
     /// Brings maps to ROS 2.
     RosBridge = 7,
+    /// Shows the site in browsers.
+    Web = 8,
 }
 
 impl Daemon {
     /// All of them, in the order of their numbers.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::IfcIngest,
         Self::ScheduleEval,
         Self::Rasterize,
@@ -36,6 +38,7 @@ impl Daemon {
         Self::Robot,
         Self::Groundplan,
         Self::RosBridge,
+        Self::Web,
     ];
 
     /// Daemons that `groundplan up` starts and starts again, and without which there are no maps.
@@ -58,6 +61,7 @@ impl Daemon {
             Self::Robot => "robot",
             Self::Groundplan => "groundplan",
             Self::RosBridge => "ros-bridge",
+            Self::Web => "groundplan-web",
         }
     }
 

@@ -2,6 +2,7 @@
 
 use crate::known_places::{KnownPlaces, PointInRoom};
 use crate::ros_config::RosConfig;
+use crate::web_config::WebConfig;
 use bus::{Domain, DomainError};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -53,6 +54,9 @@ pub struct SiteConfig {
     /// ROS 2.
     #[serde(default)]
     pub ros: RosConfig,
+    /// The page for browsers.
+    #[serde(default)]
+    pub web: WebConfig,
     /// The machine's clock.
     #[serde(default)]
     pub clock: ClockConfig,
@@ -345,6 +349,8 @@ impl SiteConfig {
             &mut config.align.map,
             &mut config.world.options,
             &mut config.ros.options,
+            &mut config.web.certificate,
+            &mut config.web.key,
             &mut config.clock.synchronised_while,
         ];
         for path in paths.chain(optional.into_iter().flatten()) {

@@ -70,6 +70,7 @@ mod stop;
 mod systemd;
 #[cfg(test)]
 mod testing;
+mod web_config;
 
 pub use caller::Caller;
 pub use client::{Answer, Client, ClientError, OpenRequest, RequestTimeouts, ask};
@@ -95,13 +96,13 @@ pub use request::{Published, Request, RequestError, parse_request};
 pub use requests::{
     ActualsSource, AlignAnswer, AlignRequest, ComparisonState, Confirmations, Confirmed, ConfirmedElement,
     IngestAnswer, IngestRequest, ListedPose, RasterizeAnswer, RasterizeRequest, Revision, RevisionEffect,
-    RosBridgeRequest, ScheduleAnswer, ScheduleRequest, SearchState, WaypointAnswer, WaypointRequest,
+    RosBridgeRequest, ScheduleAnswer, ScheduleRequest, SearchState, WaypointAnswer, WaypointRequest, WebRequest,
 };
 pub use robot_file::{Robot, RobotFileError};
 pub use ros_config::{
     FoxgloveConfig, Nav2Config, Nav2Pause, QosConfig, RosConfig, RosOutput, RosServiceMapping, SimTimeConfig,
 };
-pub use run::{Arguments, in_background, run};
+pub use run::{Arguments, in_background, run, run_with};
 pub use schedule_inputs::{OBSERVED_TABLE, progress_in_force, read_progress, rules_in_force};
 pub use service::{AnswerOf, Asked, CurrentActivity, Done, Event, Service, Standing};
 pub use setting::{
@@ -113,3 +114,4 @@ pub use state_version::{StateVersionError, claim_state};
 pub use status_board::{Report, StatusBoard};
 pub use stop::{ReloadSignal, StopSignal};
 pub use systemd::{alive, ready, stopping};
+pub use web_config::WebConfig;

@@ -39,8 +39,15 @@ pub fn in_background() {
 /// Runs the daemon of a service until it is stopped: exit code 0; 1 if it cannot go on, 2 for a configuration or
 /// state that cannot be used.
 pub fn run<S: Service + 'static>(make: impl FnOnce(&SiteConfig, CurrentActivity) -> Result<S, Failure>) -> ExitCode {
+    run_with(&arguments(S::Request::DAEMON), make)
+}
+
+/// The same with a command line that was parsed.
+pub fn run_with<S: Service + 'static>(
+    arguments: &Arguments,
+    make: impl FnOnce(&SiteConfig, CurrentActivity) -> Result<S, Failure>,
+) -> ExitCode {
     let daemon = S::Request::DAEMON;
-    let arguments = arguments(daemon);
     let unusable = |why: &(dyn std::error::Error + 'static)| {
         // There is no log yet.
         eprintln!("{daemon}: {}", chain(why));
@@ -64,7 +71,7 @@ pub fn run<S: Service + 'static>(make: impl FnOnce(&SiteConfig, CurrentActivity)
             return exit_code_of_start(&why);
         }
     };
-    match run_daemon(&arguments, config, log, service, activity) {
+    match run_daemon(arguments, config, log, service, activity) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
             error!(service = daemon.name(), error = chain(failure.as_ref()), "cannot go on");

@@ -183,7 +183,7 @@ fn output(daemon: Daemon) -> TopicName {
     match daemon {
         Daemon::IfcIngest => TopicName::Site,
         Daemon::ScheduleEval => TopicName::ScheduleState,
-        Daemon::Rasterize | Daemon::Groundplan => TopicName::Grids,
+        Daemon::Rasterize | Daemon::Groundplan | Daemon::Web => TopicName::Grids,
         Daemon::WaypointGen => TopicName::MissionPlan,
         Daemon::SlamAlign => TopicName::Alignment,
         Daemon::Robot | Daemon::RosBridge => TopicName::SlamMap,

@@ -20,7 +20,8 @@ impl SiteProcess {
     pub fn supervised(config: &SiteConfig) -> impl Iterator<Item = Self> + use<> {
         let daemons = Daemon::SUPERVISED.into_iter().map(Self::Daemon);
         let bridge = config.ros.enabled.then_some(Self::Daemon(Daemon::RosBridge));
-        std::iter::once(Self::Keeper).chain(daemons).chain(bridge).chain(std::iter::once(Self::Relay))
+        let web = config.web.enabled.then_some(Self::Daemon(Daemon::Web));
+        std::iter::once(Self::Keeper).chain(daemons).chain(bridge).chain(web).chain(std::iter::once(Self::Relay))
     }
 
     /// Its name, as of its process or its command.

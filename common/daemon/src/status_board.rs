@@ -93,12 +93,12 @@ impl StatusBoard {
         serde_json::to_vec(&copy).unwrap_or_default()
     }
 
-    /// The processes of the site: those that are supervised by its configuration, and ros-bridge where it runs without being in
-    /// it (`groundplan up --ros`).
+    /// The processes of the site: those that are supervised by its configuration, and ros-bridge and groundplan-web where they run
+    /// without being in it (`groundplan up --ros`, `--web`).
     pub fn processes(&self, config: &SiteConfig) -> impl Iterator<Item = SiteProcess> + use<> {
-        let bridge = SiteProcess::Daemon(Daemon::RosBridge);
-        let runs_unasked = !config.ros.enabled && self.is_alive(bridge);
-        SiteProcess::supervised(config).chain(runs_unasked.then_some(bridge))
+        let optional = [(config.ros.enabled, Daemon::RosBridge), (config.web.enabled, Daemon::Web)];
+        let unasked = optional.map(|(is_asked, daemon)| (!is_asked && self.is_alive(daemon)).then_some(daemon.into()));
+        SiteProcess::supervised(config).chain(unasked.into_iter().flatten())
     }
 
     /// The last report of a process; `None` if there is none that can be read.

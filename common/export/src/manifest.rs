@@ -251,7 +251,8 @@ struct Storey {
 }
 
 impl Manifest {
-    pub(crate) fn of(input: &ExportInput<'_>, files: BTreeMap<String, String>) -> Self {
+    /// Of the inputs of an export.
+    pub fn of(input: &ExportInput<'_>, files: BTreeMap<String, String>) -> Self {
         let (site, head) = (input.site, input.site.head);
         let time = |seconds: i64| messages::plan_time(seconds).map(|t| t.to_string());
         let plan_time = input.schedule_state.head.plan_time().map(|t| t.to_string());

@@ -109,7 +109,8 @@ struct SpaceReport {
 }
 
 impl Report {
-    pub(crate) fn of(input: &ExportInput<'_>) -> Self {
+    /// Of the inputs of an export.
+    pub fn of(input: &ExportInput<'_>) -> Self {
         let site = input.site;
         let schedule_state: &ScheduleState<'_> = input.schedule_state;
         Self {

@@ -83,7 +83,8 @@ struct Edge {
 }
 
 impl SiteGraph {
-    pub(crate) fn of(input: &ExportInput<'_>) -> Self {
+    /// Of the inputs of an export.
+    pub fn of(input: &ExportInput<'_>) -> Self {
         let nodes = input.mission_plan.nodes.iter().zip(0..).map(|(node, id)| {
             let [x_m, y_m, z_m] = node.position_in_map_m.map(rounded);
             Node {

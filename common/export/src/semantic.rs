@@ -82,6 +82,9 @@ struct Schedule {
     /// GlobalId of the last task that builds it, else of the last that removes it.
     #[serde(skip_serializing_if = "Option::is_none")]
     task: Option<String>,
+    /// Name of that task; absent if it has none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    task_name: Option<String>,
     /// Base name of the schedule file of that task; absent for a task of the models.
     #[serde(skip_serializing_if = "Option::is_none")]
     file: Option<String>,
@@ -110,6 +113,7 @@ impl Schedule {
             total_float_h: hours(record.total_float_s),
             free_float_h: hours(record.free_float_s),
             task: task.map(|t| input.site.schedule.text(t.global_id).to_owned()),
+            task_name: task.and_then(|t| text_or_null(input.site.schedule.text(t.name))),
             file: task.and_then(|t| schedule_file(input.site, t)).map(str::to_owned),
             rule: task.and_then(|_| link_rule(input.site, record.task, element as u32)).map(str::to_owned),
             source: record.source.get().name(),
@@ -240,7 +244,8 @@ struct Space {
 }
 
 impl Semantic {
-    pub(crate) fn of(input: &ExportInput<'_>) -> Self {
+    /// Of the inputs of an export.
+    pub fn of(input: &ExportInput<'_>) -> Self {
         let site = input.site;
         let mut footprints: Vec<BTreeMap<u32, Coordinates>> = site.elements.iter().map(|_| BTreeMap::new()).collect();
         let mut storeys: Vec<Vec<u32>> = site.elements.iter().map(|_| Vec::new()).collect();

@@ -180,7 +180,8 @@ struct SpaceOutcome {
 }
 
 impl Waypoints {
-    pub(crate) fn of(input: &ExportInput<'_>) -> Self {
+    /// Of the inputs of an export.
+    pub fn of(input: &ExportInput<'_>) -> Self {
         let (site, mission_plan) = (input.site, input.mission_plan);
         let id = |index: usize| site.text(site.spaces[index].global_id).to_owned();
         let ScanSensor { range_m, min_range_m, max_incidence_rad, field_of_view_rad, .. } = mission_plan.head.sensor;

@@ -2,7 +2,8 @@
 
 use crate::commands::{
     actuals, align, changes, completions, confirm, convert, date, deviations, doctor, down, export, keeper, link, load,
-    log, man, metrics, monitor, record, relay, robot, slam_map, states, status, tasks, topic, undo, up, waypoints,
+    log, man, metrics, monitor, record, relay, robot, slam_map, states, status, tasks, topic, undo, up, view,
+    waypoints,
 };
 use crate::failure::Failure;
 use crate::run::{Outcome, Run};
@@ -72,6 +73,8 @@ pub enum Command {
     Topic(topic::Args),
     /// Write the files of `convert` from the running daemons, at the plan time that they hold
     Export(export::Args),
+    /// Show a site in the browser: models, maps, or the running daemons
+    View(view::Args),
     /// Check that this machine can run the daemons; exit code 0 if it can
     Doctor(doctor::Args),
     /// Print the completion script of a shell
@@ -127,6 +130,7 @@ impl Command {
             Self::Topic(arguments) => arguments,
             Self::Undo(arguments) => arguments,
             Self::Export(arguments) => arguments,
+            Self::View(arguments) => arguments,
             Self::Doctor(arguments) => arguments,
             Self::Keeper(arguments) => arguments,
             Self::Relay(arguments) => arguments,

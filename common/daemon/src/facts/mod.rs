@@ -8,6 +8,7 @@ mod rasterize;
 mod ros_bridge;
 mod schedule;
 mod waypoints;
+mod web;
 
 pub use align::{AlignFacts, AlignmentSummary, Pose};
 pub use ingest::{IngestFacts, ModelFile};
@@ -15,3 +16,4 @@ pub use rasterize::{RasterizeFacts, RobotSummary};
 pub use ros_bridge::{RosBridgeFacts, RosPeers};
 pub use schedule::{ProgressRows, ScheduleFacts};
 pub use waypoints::WaypointFacts;
+pub use web::WebFacts;

@@ -6,6 +6,7 @@ mod rasterize;
 mod ros_bridge;
 mod schedule;
 mod waypoints;
+mod web;
 
 pub use align::{
     AlignAnswer, AlignRequest, ComparisonState, Confirmations, Confirmed, ConfirmedElement, ListedPose, SearchState,
@@ -15,6 +16,7 @@ pub use rasterize::{RasterizeAnswer, RasterizeRequest};
 pub use ros_bridge::RosBridgeRequest;
 pub use schedule::{ActualsSource, ScheduleAnswer, ScheduleRequest};
 pub use waypoints::{WaypointAnswer, WaypointRequest};
+pub use web::WebRequest;
 
 #[cfg(test)]
 mod tests {

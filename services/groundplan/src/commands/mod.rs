@@ -28,4 +28,5 @@ pub mod tasks;
 pub mod topic;
 pub mod undo;
 pub mod up;
+pub mod view;
 pub mod waypoints;

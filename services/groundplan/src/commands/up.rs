@@ -20,6 +20,10 @@ pub struct Args {
     #[arg(long)]
     ros: bool,
 
+    /// Also serve the page for browsers, as with [web] enabled = true in the site's configuration
+    #[arg(long)]
+    web: bool,
+
     /// The site.
     #[command(flatten)]
     site: SiteArgs,
@@ -34,6 +38,7 @@ impl Run for Args {
         self.site.prepare()?;
         let mut config = self.site.own_config()?;
         config.ros.enabled |= self.ros;
+        config.web.enabled |= self.web;
         refuse_unusable(&config)?;
         check_versions()?;
         claim_state(&config.state).map_err(Failure::usage)?;

@@ -25,6 +25,10 @@ pub struct Args {
     #[arg(long, value_name = "DATE")]
     pub(super) date: Option<String>,
 
+    /// With --date all: everything built, if nothing has a date.
+    #[arg(skip)]
+    pub(crate) or_everything: bool,
+
     /// End of the period that the maps serve; a day counts whole
     #[arg(long, value_name = "DATE", requires = "date")]
     pub(super) until: Option<String>,

@@ -101,7 +101,12 @@ impl Run for Args {
                     let schedule_state = timeline?.schedule_state(period).finish();
                     vec![job.replace(&mut rasterizer, &schedule_state, None)?]
                 }
-                RequestedMaps::EveryChange => job.replace_by_all(&mut rasterizer, &timeline?)?,
+                RequestedMaps::EveryChange => match timeline {
+                    Ok(timeline) if self.or_everything && timeline.instants_s().is_empty() => {
+                        vec![job.replace(&mut rasterizer, &everything_built(&site, Ok(timeline)), None)?]
+                    }
+                    timeline => job.replace_by_all(&mut rasterizer, &timeline?)?,
+                },
             };
             debug!(elapsed_us = micros(started), "output swapped in");
             let outputs = Outputs { out: self.out.clone(), mcap: self.mcap.clone() };

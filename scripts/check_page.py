@@ -1,0 +1,505 @@
+#!/usr/bin/env python3
+"""Judges the page of groundplan-web in Chromium: served from files, exported, and live with daemons.
+
+    python3 scripts/check_page.py [--programs target/debug] [--only WORD]   every fact, or those whose name has a word
+    python3 scripts/check_page.py --url http://127.0.0.1:8000/              facts of a page of the demo that is served already
+
+Needs Chromium with its driver (installed for root on Debian, else the check is skipped), selenium and Pillow; axe-core lies in
+target/page, where scripts/build_page puts it. WebGL runs in software. Prints a line for each fact. Pictures of the page for a
+person lie in target/page/screenshots. Times are printed and not judged. Exit codes: 0 all facts hold, 1 one does not.
+"""
+import argparse
+import base64
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+import traceback
+
+try:
+    import check_page_live
+    from page_browser import PHONE, ROOT, Browser, LiveSite, Programs, Skipped, differing, get, get_json, until
+    from selenium.common.exceptions import WebDriverException
+    from selenium.webdriver.common.by import By
+    from selenium.webdriver.common.keys import Keys
+    from selenium.webdriver.support.select import Select
+except ImportError as missing:
+    sys.exit(f"scripts/check_page.py: {missing}: run it with target/venv/bin/python after scripts/python-env selenium pillow")
+
+MARKUP = {"space": '<script>document.title="pwned"</script>', "wall": '<img src=x onerror=document.title="pwned">'}
+OFFICE, KITCHEN, STORE = "1sKGhI2trIeezvns$ocK_O", "2EWU3Hv_5RCxl$FiuD4RiW", "1mnVXnBrXMz9YSS4DuE$rM"
+STORE_DOOR = "0rThZouwLILwRsmcDeTEXK"
+N_VIEWERS = 20
+# Milliseconds from a key on the slider to the map of the next date.
+STEP = """
+const [key, done] = arguments, slider = document.querySelector("[role=slider]"), before = location.hash, begun = performance.now();
+const shown = () => [...document.querySelectorAll(".leaflet-tile")].every((tile) => tile.complete);
+slider.dispatchEvent(new KeyboardEvent("keydown", {key, bubbles: true}));
+(function look() {
+  if (location.hash !== before && shown()) requestAnimationFrame(() => done(performance.now() - begun));
+  else requestAnimationFrame(look);
+})();
+"""
+FACTS = []
+
+
+def fact(test):
+    FACTS.append(test)
+    return test
+
+
+class Site:
+    """The demo building with its schedule, served from files."""
+
+    def __init__(self, browser, url, programs, maps):
+        self.browser, self.url, self.programs, self.maps = browser, url, programs, maps
+        self.site = get_json(f"{url}data/site.json")
+        self.last = self.site["dates"][-1]["key"]
+
+    def link(self, **state):
+        given = {"storey": 0, "date": self.last, "layers": "planning,rooms,elements", "view": "plan", **state}
+        return f"{self.url}#" + "&".join(f"{key}={value}" for key, value in given.items() if value is not None)
+
+    def need_programs(self):
+        if self.programs is None:
+            raise Skipped("there is only a page that is served already")
+
+    def name(self, global_id):
+        """Words of which the page makes the name."""
+        found = self.site["spaces"].get(global_id) or self.site["elements"][global_id]
+        return [word for word in (found["name"], found.get("long_name")) if word]
+
+
+@fact
+def the_page_opens_without_errors_and_loads_from_its_own_server_only(browser, site):
+    browser.open(site.url)
+    assert "demo" in browser.text()
+    loaded = browser.run("return performance.getEntriesByType('resource').map((entry) => entry.name)")
+    assert loaded and all(name.startswith(site.url) for name in loaded), loaded
+    told = browser.run("return watched.first_view_ms")
+    browser.shot("desktop")
+    return f"first view after {told:.0f} ms"
+
+
+@fact
+def storeys_are_chosen_by_keyboard(browser, site):
+    browser.open(site.link())
+    before = browser.settled("#plan")
+    storeys = browser.named("[role=listbox]", "Storeys")
+    assert len(storeys.find_elements(By.CSS_SELECTOR, "[role=option]")) == len(site.site["storeys"])
+    storeys.send_keys(Keys.HOME)
+    until("the uppermost storey", lambda: browser.fragment()["storey"] == "1")
+    chosen = storeys.find_elements(By.CSS_SELECTOR, "[aria-selected=true]")
+    assert [option.text.split("\n")[0] for option in chosen] == ["Upper floor"], [option.text for option in chosen]
+    browser.changed("#plan", before, 2000)
+
+
+@fact
+def layers_are_switched_by_their_names(browser, site):
+    browser.open(site.link(layers="planning"))
+    names = ["Planning map", "Semantic map", "Keep-out mask", "Localization map"]
+    names += ["Rooms", "Elements", "Waypoints", "Scans", "Tour", "Route graph"]
+    browser.named("input[type=checkbox]", names[0]).click()
+    without = browser.settled("#plan")
+    for name in names:
+        browser.named("input[type=checkbox]", name).click()
+        until(f"{name} is seen", lambda: differing(without, browser.picture("#plan")) > 50)
+        browser.named("input[type=checkbox]", name).click()
+        until(f"{name} is gone", lambda: differing(without, browser.picture("#plan")) < 50)
+    browser.named("input[type=checkbox]", "Planning map").click()
+    planning = browser.changed("#plan", without, 50)
+    browser.named("input[type=checkbox]", "Localization map").click()
+    browser.changed("#plan", planning, 50)
+    for name in names[5:]:
+        browser.named("input[type=checkbox]", name).click()
+    browser.settled("#plan")
+    browser.shot("layers")
+
+
+@fact
+def the_plan_date_moves_by_keyboard_and_by_pointer(browser, site):
+    browser.open(site.link())
+    slider = browser.named("[role=slider]", "Plan date")
+    maps, texts = [browser.settled("#plan")], [slider.get_attribute("aria-valuetext")]
+    for key in [Keys.HOME] + 6 * [Keys.ARROW_RIGHT]:
+        slider.send_keys(key)
+    until("the seventh date", lambda: browser.fragment()["date"] == site.site["dates"][6]["key"])
+    maps.append(browser.changed("#plan", maps[-1], 500))
+    texts.append(slider.get_attribute("aria-valuetext"))
+    browser.drag(slider, 200, 0)
+    until("another date", lambda: browser.fragment()["date"] != site.site["dates"][6]["key"])
+    maps.append(browser.changed("#plan", maps[-1], 500))
+    texts.append(slider.get_attribute("aria-valuetext"))
+    assert len(set(texts)) == 3 and "25 March 2024" in texts[1], texts
+    slider.send_keys(Keys.HOME)
+    until("the first date", lambda: browser.fragment()["date"] == "0")
+    times = sorted(browser.driver.execute_async_script(STEP, "ArrowRight") for _ in site.site["dates"][1:])
+    return f"a step takes {times[len(times) // 2]:.0f} ms, at most {times[-1]:.0f} ms"
+
+
+@fact
+def a_click_on_a_room_tells_its_name_and_global_id(browser, site):
+    browser.open(site.link(date="12", layers="planning,rooms"))
+    until("no movement", lambda: browser.settled("#plan"))
+    browser.click_at(*browser.screen_of_map()(*site.site["spaces"][OFFICE]["centroid_m"]))
+    browser.wait_for_text(OFFICE, *site.name(OFFICE))
+    assert browser.fragment()["select"] == OFFICE
+    assert "before the room's date" in browser.text()
+
+
+@fact
+def a_way_between_two_rooms_has_a_length_and_doors(browser, site):
+    browser.open(site.link(select=OFFICE))
+    browser.named("button", "Way from here").click()
+    Select(browser.named("select", "To")).select_by_value(KITCHEN)
+    way = until("a way", lambda: re.search(r"\d+\.\d m\b(?s:.*)Doors passed(?s:.*)", browser.text()))
+    doors = {door for room in (OFFICE, KITCHEN) for door in site.site["spaces"][room]["doors"]}
+    named = [site.site["elements"][door]["name"] for door in doors]
+    assert sum(name in way.group() for name in named) >= 2, (named, way.group())
+    assert {"from": OFFICE, "to": KITCHEN}.items() <= browser.fragment().items()
+    browser.shot("way")
+
+
+@fact
+def a_room_that_cannot_be_reached_names_its_door(browser, site):
+    door = site.site["elements"][STORE_DOOR]["name"]
+    browser.open(site.link(select=STORE))
+    browser.wait_for_text(door, "0.56 m clear, the robot needs 0.70 m")
+    browser.named("button", "Way to here").click()
+    Select(browser.named("select", "From")).select_by_value(OFFICE)
+    browser.wait_for_text("No way at this date", door)
+
+
+@fact
+def the_search_finds_rooms_without_accents_and_elements_by_global_id(browser, site):
+    browser.open(site.link())
+    search = browser.named("input", "Search")
+    search.send_keys("kuche", Keys.ENTER)
+    until("the kitchen", lambda: browser.fragment().get("select") == KITCHEN)
+    search.send_keys(STORE_DOOR, Keys.ENTER)
+    until("the door", lambda: browser.fragment().get("select") == STORE_DOOR)
+
+
+@fact
+def a_link_restores_storey_date_layers_and_selection(browser, site):
+    room = next(key for key, space in site.site["spaces"].items() if space["storey"] == 1)
+    link = site.link(storey=1, date="20", layers="semantic,waypoints", select=room)
+    browser.open(link)
+    wanted = {"storey": "1", "date": "20", "layers": "semantic,waypoints", "select": room, "view": "plan"}
+    until("the state", lambda: browser.fragment() == wanted)
+    assert browser.named("input", "Semantic map").is_selected() and not browser.named("input", "Planning map").is_selected()
+    assert "3 May 2024" in browser.named("[role=slider]", "Plan date").get_attribute("aria-valuetext")
+    browser.wait_for_text(room)
+    first = browser.settled("#plan")
+    browser.open(site.url + "#" + browser.run("return location.hash.slice(1)"))
+    until("the same picture", lambda: differing(first, browser.settled("#plan")) < 50)
+    browser.open(site.link(**{"from": OFFICE, "to": KITCHEN}))
+    browser.wait_for_text("Doors passed")
+
+
+@fact
+def what_changed_since_the_date_before_is_listed_by_task(browser, site):
+    calendar = get_json(f"{site.url}data/calendar.json")["elements"]
+    stop = next(k for k in range(20, 30) if sum(any(s[0] == k for s in states) for states in calendar.values()) > 3)
+    changed = [key for key, states in calendar.items() if any(s[0] == stop for s in states)]
+    tasks = {task for key in changed for task in [(site.site["elements"][key]["schedule"] or {}).get("task")] if task}
+    browser.open(site.link(date=site.site["dates"][stop]["key"]))
+    browser.named("[role=tab], button", "Changes").click()
+    until("the tasks", lambda: tasks and all(task in browser.text() for task in tasks))
+
+
+@fact
+def the_3d_view_shows_the_building_and_picks_what_the_plan_picks(browser, site):
+    browser.open(site.link())
+    browser.named("button", "3D").click()
+    until("the building", lambda: len(set(browser.picture("#scene canvas").resize((64, 64)).getdata())) > 20)
+    whole = browser.settled("#scene canvas")
+    sofa = next(k for k, e in site.site["elements"].items() if e["type"] == "IfcFurniture" and 0 in e["storeys"])
+    browser.click_at(*browser.run("return groundplanView3d.project(arguments[0])", sofa))
+    until("the element", lambda: browser.fragment().get("select") == sofa)
+    browser.wait_for_text(sofa)
+    browser.changed("#scene canvas", whole, 20)
+    browser.shot("3d")
+    browser.named("button", "Plan").click()
+    plan = browser.settled("#plan")
+    box = site.site["elements"][sofa]["aabb_m"]
+    at = browser.screen_of_map()((box["min"][0] + box["max"][0]) / 2, (box["min"][1] + box["max"][1]) / 2)
+    browser.named("button", "All").click()
+    until("no selection", lambda: "select" not in browser.fragment())
+    browser.changed("#plan", plan, 20)
+    browser.click_at(*at)
+    until("the same element", lambda: browser.fragment().get("select") == sofa)
+
+
+@fact
+def the_3d_view_is_cut_and_keeps_its_camera_from_date_to_date(browser, site):
+    browser.open(site.link(view="3d"))
+    until("the building", lambda: len(set(browser.picture("#scene canvas").resize((64, 64)).getdata())) > 20)
+    cut = browser.settled("#scene canvas")
+    browser.run("document.getElementById('cut').value = 99; document.getElementById('cut').dispatchEvent(new Event('input'))")
+    whole = browser.changed("#scene canvas", cut, 5000)
+    wall = next(k for k, e in site.site["elements"].items() if e["type"] == "IfcSlab")
+    before = browser.run("return groundplanView3d.project(arguments[0])", wall)
+    slider = browser.named("[role=slider]", "Plan date")
+    for _ in range(12):
+        slider.send_keys(Keys.ARROW_LEFT)
+    browser.changed("#scene canvas", whole, 200)
+    assert browser.run("return groundplanView3d.project(arguments[0])", wall) == before
+
+
+@fact
+def the_3d_view_has_waypoints_and_says_when_there_is_no_webgl(browser, site):
+    browser.open(site.link(view="3d"))
+    until("the building", lambda: len(set(browser.picture("#scene canvas").resize((64, 64)).getdata())) > 20)
+    without = browser.settled("#scene canvas")
+    browser.named("input[type=checkbox]", "Scans").click()
+    browser.changed("#scene canvas", without, 100)
+    browser.run("HTMLCanvasElement.prototype.getContext = new Proxy(HTMLCanvasElement.prototype.getContext, {"
+                "apply: (get, canvas, [kind, ...more]) => kind.startsWith('webgl') ? null : get.call(canvas, kind, ...more)})")
+    said = browser.run("const box = document.createElement('div'); document.body.append(box);"
+                       "groundplanScene(box).load(new ArrayBuffer(8)); return box.innerText")
+    assert "WebGL" in said, said
+
+
+@fact
+def texts_and_names_are_german_for_german_browsers_and_by_the_address(browser, site):
+    for url, language in ((site.link(), "de-DE"), (site.link().replace("#", "?lang=de#"), "en-GB")):
+        browser.open(url, language=language)
+        assert browser.run("return document.documentElement.lang") == "de"
+        browser.named("[role=slider]", "Plandatum")
+        browser.named("[role=listbox]", "Geschosse")
+        browser.wait_for_text("Juni 2024", "Planungskarte")
+        left = [word for word in ("Planning map", "Storeys", "Layers", "Rooms", "Search") if word in browser.text()]
+        assert not left, left
+    browser.shot("german")
+
+
+@fact
+def a_phone_of_360_pixels_shows_all_without_scrolling_sideways_or_moving(browser, site):
+    browser.open(site.url, size=PHONE)
+    browser.settled("#plan")
+    browser.shot("phone")
+    wide = browser.run("return Math.max(document.documentElement.scrollWidth, document.body.scrollWidth)")
+    assert wide <= PHONE[0], f"{wide} pixels wide"
+    small = browser.run("""return [...document.querySelectorAll("button, select, input, [role=slider], [role=option]")]
+        .map((e) => [e, (e.closest("label") || e).getBoundingClientRect()])
+        .filter(([e, r]) => r.width > 0 && (r.height < 40 || r.width < 40)).map(([e, r]) => `${e.id || e.textContent} ${r.width}x${r.height}`)""")
+    assert not small, f"smaller than a finger: {small}"
+    browser.named("[role=slider]", "Plan date").send_keys(Keys.ARROW_LEFT)
+    browser.settled("#plan")
+    browser.click_at(*browser.screen_of_map()(*site.site["spaces"][OFFICE]["centroid_m"]))
+    browser.wait_for_text(OFFICE)
+    browser.shot("phone-room")
+    shift = browser.run("return watched.shift")
+    assert shift < 0.01, f"layout shift of {shift}"
+    return f"layout shift {shift:.4f}"
+
+
+@fact
+def the_theme_follows_the_machine(browser, site):
+    looks = []
+    for dark in (False, True):
+        browser.open(site.link(), dark=dark)
+        browser.settled("#plan")
+        page = browser.picture("body").convert("L").resize((32, 32))
+        looks.append(sum(page.getdata()) / 1024)
+    browser.shot("dark")
+    assert looks[0] > 150 and looks[1] < 110, looks
+
+
+@fact
+def axe_finds_nothing_serious(browser, site):
+    axe = ROOT / "target/page/node_modules/axe-core/axe.min.js"
+    if not axe.is_file():
+        subprocess.run([sys.executable, ROOT / "scripts/build_page", "--check"], stdout=subprocess.DEVNULL)
+    if not axe.is_file():
+        raise Skipped("axe-core is not in target/page")
+    views = [(site.link(select=OFFICE), {}), (site.link(view="3d"), {}), (site.link(**{"from": OFFICE, "to": KITCHEN}), {"dark": True})]
+    views += [(site.link(select=OFFICE), {"size": PHONE}), (site.link(date="12"), {"dark": True, "language": "de-DE"})]
+    wrong = set()
+    for url, how in views:
+        browser.open(url, **how)
+        browser.settled("body")
+        browser.run(axe.read_text(encoding="utf-8"))
+        found = browser.driver.execute_async_script("const done = arguments[0]; axe.run().then(done)")
+        assert len(found["passes"]) > 20
+        for violation in found["violations"]:
+            if violation["impact"] in ("serious", "critical"):
+                wrong.update(f"{violation['id']} at {' '.join(map(str, node['target']))}" for node in violation["nodes"])
+    assert not wrong, sorted(wrong)
+
+
+@fact
+def names_with_markup_are_text(browser, site):
+    site.need_programs()
+    with tempfile.TemporaryDirectory() as folder:
+        folder = pathlib.Path(folder)
+        text = (ROOT / "config/demo/demo.ifc").read_text()
+        wall = next(e["name"] for e in site.site["elements"].values() if e["type"] == "IfcWall" and 0 in e["storeys"])
+        for old, new in (("G.07", MARKUP["space"]), (wall, MARKUP["wall"])):
+            assert f"'{old}'" in text, old
+            text = text.replace(f"'{old}'", f"'{new}'")
+        (folder / "hostile.ifc").write_text(text)
+        site.programs.groundplan("convert", folder / "hostile.ifc", "--schedule-file", ROOT / "config/demo/demo-schedule.xer", "-o", folder / "maps")
+        url, server = site.programs.serve("--out", folder / "maps", "--listen", "127.0.0.1:0")
+        wall = next(key for key, e in get_json(f"{url}data/site.json")["elements"].items() if e["name"] == MARKUP["wall"])
+        for key, shown in ((OFFICE, MARKUP["space"]), (wall, MARKUP["wall"])):
+            browser.open(f"{url}#storey=0&select={key}")
+            browser.wait_for_text(shown)
+            search = browser.named("input", "Search")
+            search.send_keys(shown[:4])
+            until("found as text", lambda: shown in browser.run("return document.getElementById('results').innerText"))
+        assert browser.run("return document.title") != "pwned"
+        assert browser.run("return document.querySelectorAll('img[src=x], script:not([src])').length") == 0
+        assert not browser.errors()
+        site.programs.stop(server)
+
+
+@fact
+def twenty_viewers_get_their_pages_at_once(browser, site):
+    hashes = get_json(f"{site.url}data/dates/{site.last}.json")["storeys"][0]["layers"]
+    paths = ["", "app.js", "scene.js", "style.css", "data/site.json", "data/calendar.json"]
+    paths += [f"data/dates/{date['key']}.json" for date in site.site["dates"]]
+    paths += [f"data/tiles/0/{layer}/{hashed}/0/{column}/0.png" for layer, hashed in hashes.items() for column in (0, 1)]
+    wanted, wrong = {path: get(site.url + path) for path in paths}, []
+
+    def view():
+        try:
+            wrong.extend(path for path in paths if get(site.url + path) != wanted[path])
+        except OSError as error:
+            wrong.append(str(error))
+    threads = [threading.Thread(target=view) for _ in range(N_VIEWERS)]
+    begun = time.monotonic()
+    for thread in threads:
+        thread.start()
+    browser.open(site.link())
+    for thread in threads:
+        thread.join()
+    assert not wrong, wrong
+    return f"{N_VIEWERS * len(paths)} answers in {time.monotonic() - begun:.1f} s"
+
+
+@fact
+def an_exported_folder_works_from_files(browser, site):
+    site.need_programs()
+    with tempfile.TemporaryDirectory() as folder:
+        folder = pathlib.Path(folder) / "shared folder"
+        done = subprocess.run([site.programs.folder / "groundplan-web", "--out", site.maps, "--export", folder], stderr=subprocess.PIPE, text=True)
+        assert done.returncode == 0, done.stderr
+        size = sum(path.stat().st_size for path in (folder / "data").rglob("*") if path.is_file())
+        maps = sum(path.stat().st_size for path in site.maps.rglob("*") if path.is_file())
+        url = (folder / "index.html").as_uri()
+        browser.open(f"{url}#storey=0&date={site.last}&layers=planning,rooms&view=plan")
+        before = browser.settled("#plan")
+        browser.named("[role=slider]", "Plan date").send_keys(Keys.HOME, *(8 * [Keys.ARROW_RIGHT]))
+        until("another date", lambda: browser.fragment()["date"] == site.site["dates"][8]["key"])
+        browser.changed("#plan", before, 500)
+        browser.click_at(*browser.screen_of_map()(*site.site["spaces"][OFFICE]["centroid_m"]))
+        browser.wait_for_text(OFFICE)
+        browser.named("button", "3D").click()
+        until("the building", lambda: len(set(browser.picture("#scene canvas").resize((64, 64)).getdata())) > 20)
+        assert not browser.errors()
+        assert size <= 3 * maps, f"{size} bytes for {maps} bytes of maps"
+        return f"{size / 1e6:.1f} MB for {maps / 1e6:.1f} MB of maps"
+
+
+@fact
+def it_prints_one_page_of_a3_across(browser, site):
+    browser.open(site.link(select=OFFICE))
+    browser.settled("#plan")
+    browser.run("""window.print = () => (watched.printed = [...document.querySelectorAll(".leaflet-tile")]
+        .map((tile) => tile.complete && tile.naturalWidth > 0))""")
+    browser.named("button", "Print").click()
+    tiles = until("the print begins", lambda: browser.run("return watched.printed"))
+    assert all(tiles), tiles
+    told = browser.command("Page.printToPDF", preferCSSPageSize=True, printBackground=True)
+    pdf = base64.b64decode(told["data"])
+    (ROOT / "target/page/print.pdf").write_bytes(pdf)
+    boxes = [[float(v) for v in box.split()] for box in re.findall(rb"/MediaBox\s*\[([^\]]*)\]", pdf)]
+    assert len(boxes) == 1, f"{len(boxes)} pages"
+    wide, high = boxes[0][2] / 72 * 25.4, boxes[0][3] / 72 * 25.4
+    assert abs(wide - 420) < 1 and abs(high - 297) < 1, f"{wide:.0f} x {high:.0f} mm"
+
+
+def chromium():
+    """True if there is a browser with its driver; root on Debian installs it."""
+    def found():
+        return shutil.which("chromium") and shutil.which("chromedriver")
+    if not found() and os.geteuid() == 0 and shutil.which("apt-get"):
+        subprocess.run(["apt-get", "install", "-y", "-q", "chromium", "chromium-driver"], stdout=subprocess.DEVNULL)
+    return found()
+
+
+def served(browser, url, programs, maps):
+    """The page to be judged; without an address, that of the demo's maps."""
+    if url is None:
+        demo = ROOT / "config/demo"
+        schedule = ["--date", "all", "--schedule-file", demo / "demo-schedule.xer"]
+        programs.groundplan("convert", demo / "demo.ifc", *schedule, "--world", "-o", maps)
+        url, _ = programs.serve("--out", maps, "--listen", "127.0.0.1:0")
+    return Site(browser, url, programs, maps)
+
+
+def judge(test, browser, site):
+    """True if the fact holds, None if it could not be judged."""
+    name, begun = test.__name__.replace("_", " "), time.monotonic()
+    try:
+        said = test(browser, site)
+        errors = browser.errors()
+        assert not errors, f"errors in the browser: {errors}"
+    except Skipped as why:
+        print(f"** SKIPPED: {name}: {why}", flush=True)
+        return None
+    except Exception as error:
+        browser.shot(f"failed-{test.__name__}")
+        at = traceback.extract_tb(error.__traceback__)
+        lines = [frame.lineno for frame in at if frame.filename.endswith(".py") and "check_page" in frame.filename][1:]
+        print(f"  FAIL  {name}: {type(error).__name__} at line {lines}: {str(error)[:1500]}", flush=True)
+        return False
+    print(f"  ok    {name} ({time.monotonic() - begun:.1f} s){f': {said}' if said else ''}", flush=True)
+    return True
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--programs", type=pathlib.Path, default=ROOT / "target/debug", help="folder of groundplan and groundplan-web")
+    parser.add_argument("--url", help="a page of the demo that is served already")
+    parser.add_argument("--only", default="", metavar="WORD", help="facts whose name has this word")
+    options = parser.parse_args()
+    if not chromium():
+        print("\n** SKIPPED: the page in a browser: there is no chromium with chromedriver")
+        return 0
+    wanted = lambda facts: [test for test in facts if options.only in test.__name__.replace("_", " ")]
+    facts, live_facts = wanted(FACTS), wanted([] if options.url else check_page_live.FACTS)
+    programs = None if options.url else Programs(options.programs.resolve())
+    for old in (ROOT / "target/page/screenshots").glob("failed-*"):
+        old.unlink()
+    try:
+        browser, live = Browser(), None
+    except WebDriverException as why:
+        print(f"\n** SKIPPED: the page in a browser: Chromium does not start here: {why}")
+        return 0
+    with tempfile.TemporaryDirectory() as folder:
+        try:
+            site = served(browser, options.url, programs, pathlib.Path(folder) / "maps")
+            verdicts = [judge(test, browser, site) for test in facts]
+            if live_facts:
+                live = LiveSite(programs)
+                verdicts += [judge(test, browser, live) for test in live_facts]
+        finally:
+            browser.driver.quit()
+            if programs:
+                programs.stop_all()
+            if live:
+                live.remove()
+    print(f"in Chromium {verdicts.count(True)} facts hold, {verdicts.count(False)} do not, {verdicts.count(None)} were skipped")
+    return 1 if False in verdicts else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

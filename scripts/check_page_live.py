@@ -1,0 +1,114 @@
+"""Facts of the page of a running site, for scripts/check_page.py: its date, its daemons, its connection, its control."""
+import threading
+import urllib.error
+import urllib.request
+
+from page_browser import DEADLINE_S, get_json, until
+from selenium.webdriver.common.keys import Keys
+
+FACTS = []
+N_VIEWERS = 20
+
+
+def fact(test):
+    FACTS.append(test)
+    return test
+
+
+def follow(url, wanted, seen):
+    """Reads events until one has the text."""
+    with urllib.request.urlopen(f"{url}data/events", timeout=DEADLINE_S) as stream:
+        seen.append("open")
+        for line in stream:
+            if wanted in line.decode():
+                seen.append("told")
+                return
+
+
+def post_date(url, at, **headers):
+    """The status of a request to set the date."""
+    headers = {"Content-Type": "application/json", **headers}
+    request = urllib.request.Request(f"{url}data/control/date", data=b'{"at": "%s"}' % at.encode(), headers=headers)
+    try:
+        with urllib.request.urlopen(request, timeout=DEADLINE_S) as answer:
+            return answer.status
+    except urllib.error.HTTPError as refused:
+        return refused.code
+
+
+def alerts(browser):
+    return browser.run("return document.getElementById('alerts').innerText")
+
+
+@fact
+def a_date_set_on_the_site_appears_in_all_open_pages(browser, live):
+    browser.open(live.url)
+    browser.wait_for_text("8 Apr 2024")
+    before = browser.settled("#plan")
+    seen = [[] for _ in range(N_VIEWERS)]
+    viewers = [threading.Thread(target=follow, args=(live.url, "2024-05-10T17:00", own), daemon=True) for own in seen]
+    for viewer in viewers:
+        viewer.start()
+    until("all viewers are connected", lambda: all(seen))
+    live.run("date", "2024-05-10T17:00:00")
+    browser.wait_for_text("10 May 2024")
+    browser.changed("#plan", before, 500)
+    for viewer in viewers:
+        viewer.join(DEADLINE_S)
+    assert all("told" in own for own in seen), [len(own) for own in seen]
+    browser.named("button", "3D").click()
+    until("the building", lambda: len(set(browser.picture("#scene canvas").resize((64, 64)).getdata())) > 20)
+    browser.named("button", "Plan").click()
+    browser.shot("live")
+
+
+@fact
+def no_date_is_set_without_permission(browser, live):
+    live.run("date", "2024-04-29T08:00:00")
+    assert get_json(f"{live.url}data/site.json")["control"] is False
+    assert post_date(live.url, "2024-05-10T17:00:00", **{"X-Groundplan": "1"}) == 403
+    browser.open(live.url)
+    browser.wait_for_text("29 Apr 2024")
+    slider = browser.named("[role=slider]", "Plan date")
+    assert slider.get_attribute("aria-disabled") == "true"
+    slider.send_keys(Keys.ARROW_RIGHT)
+    assert "2024-04-29" in live.run("date"), live.run("date")
+
+
+@fact
+def a_killed_daemon_is_told_and_told_well_again(browser, live):
+    browser.open(live.url)
+    until("the site is well", lambda: browser.run("return document.getElementById('services-state').textContent") and not alerts(browser))
+    live.kill("rasterize", lambda: until("it is told", lambda: "rasterize" in alerts(browser)))
+    until("the page tells that all is well", lambda: not alerts(browser))
+
+
+@fact
+def a_lost_connection_is_told_and_mended(browser, live):
+    live.run("date", "2024-05-10T17:00:00")
+    browser.open(live.url)
+    browser.wait_for_text("10 May 2024")
+    live.kill("web", lambda: browser.wait_for_text("Connection lost"))
+    live.run("date", "2024-04-29T08:00:00")
+    browser.wait_for_text("29 Apr 2024")
+    until("no alert", lambda: "Connection lost" not in browser.text())
+    # The browser tells of the connection too.
+    browser.errors()
+
+
+@fact
+def with_permission_the_slider_sets_the_date_after_a_question(browser, live):
+    live.allow_control()
+    live.run("date", "2024-04-29T08:00:00")
+    browser.open(live.url)
+    browser.wait_for_text("29 Apr 2024")
+    slider = browser.named("[role=slider]", "Plan date")
+    slider.send_keys(Keys.ARROW_RIGHT)
+    browser.named("dialog button", "Cancel").click()
+    assert "2024-04-29" in live.run("date")
+    slider.send_keys(Keys.ARROW_RIGHT)
+    browser.named("dialog button", "Set date").click()
+    until("the date is set", lambda: "2024-05-03" in live.run("date"))
+    until("the page shows it", lambda: "3 May 2024" in slider.get_attribute("aria-valuetext"))
+    assert post_date(live.url, "2024-05-10T17:00:00") == 403, "a form of another page may set the date"
+    assert 400 <= post_date(live.url, "no date", **{"X-Groundplan": "1"}) < 500

@@ -1,0 +1,189 @@
+//! `groundplan view`: a page that shows a site in the browser, of models, of maps, or of the running daemons.
+
+use crate::args::SiteArgs;
+use crate::commands::convert;
+use crate::failure::Failure;
+use crate::run::{Outcome, Run};
+use crate::supervise::executable;
+use bus::Daemon;
+use clap::Parser;
+use daemon::facts::WebFacts;
+use daemon::{Report, StatusBoard, StopSignal};
+use std::ffi::OsString;
+use std::io::{BufRead, BufReader};
+use std::net::SocketAddr;
+use std::path::{Path, PathBuf};
+use std::process::{self, Child, Stdio};
+use std::time::Duration;
+
+/// Interval at which the server is looked at.
+const POLL_INTERVAL: Duration = Duration::from_millis(100);
+
+/// Arguments of `view`.
+#[derive(Debug, Clone, clap::Args)]
+#[command(after_help = AFTER_HELP)]
+pub struct Args {
+    /// IFC files of one site, which are converted first: at every change if they have a schedule
+    #[arg(value_name = "MODEL.ifc", conflicts_with = "out")]
+    models: Vec<PathBuf>,
+
+    /// Show the maps in this output folder of `groundplan convert`
+    #[arg(long, value_name = "MAPS")]
+    out: Option<PathBuf>,
+
+    /// Schedule of the planner, as for `convert`; may be repeated
+    #[arg(long, value_name = "PLAN", requires = "models")]
+    schedule_file: Vec<PathBuf>,
+
+    /// Rules of dates, as for `convert`
+    #[arg(long, value_name = "FILE", requires = "models")]
+    schedule: Option<PathBuf>,
+
+    /// Robot profile, as for `convert`
+    #[arg(long, value_name = "FILE", requires = "models")]
+    robot: Option<PathBuf>,
+
+    /// Write the page with all its data into this new folder instead, to be opened without a server
+    #[arg(long, value_name = "FOLDER")]
+    export: Option<PathBuf>,
+
+    /// Address and port of the page [default: 127.0.0.1:8642]. Port 0 takes a free one; an address that other machines reach
+    /// asks viewers for a token, which is printed when it is made
+    #[arg(long, value_name = "ADDRESS:PORT")]
+    listen: Option<SocketAddr>,
+
+    /// Certificate of the page for https, a PEM file
+    #[arg(long, value_name = "FILE", requires = "key")]
+    certificate: Option<PathBuf>,
+
+    /// Private key of the certificate, a PEM file
+    #[arg(long, value_name = "FILE", requires = "certificate")]
+    key: Option<PathBuf>,
+
+    /// The site.
+    #[command(flatten)]
+    site: SiteArgs,
+}
+
+const AFTER_HELP: &str = "\
+The page shows plan, waypoints, ways and the building in 3D at every date. It loads nothing from
+the internet, and is read-only. Without models and --out it is that of the running daemons, which
+[web] of the site's configuration, or `groundplan up --web`, serves: this prints its address.
+
+Examples:
+  groundplan view house.ifc
+  groundplan view house.ifc --schedule-file plan.xer
+  groundplan view --out maps
+  groundplan view --out maps --export page                # then open page/index.html
+  groundplan view --out maps --listen 0.0.0.0:8642 --certificate site.pem --key site.key
+
+Exit codes: 0 done, 1 failed, 2 bad usage or configuration.";
+
+/// The command line of `convert`.
+#[derive(Debug, clap::Parser)]
+struct Conversion {
+    #[command(flatten)]
+    arguments: convert::Args,
+}
+
+impl Run for Args {
+    /// Converts what is to be converted, and serves the page until it is stopped, or writes it.
+    ///
+    /// # Errors
+    /// Models that cannot be converted, a folder without maps, an address that is taken; no daemons.
+    fn run(&self) -> Result<Outcome, Failure> {
+        if let Some(out) = &self.out {
+            return self.show(out);
+        }
+        if self.models.is_empty() {
+            return self.running_page();
+        }
+        let folder = tempfile::Builder::new().prefix("groundplan-view-").tempdir().map_err(Failure::work)?;
+        let maps = folder.path().join("maps");
+        self.convert(&maps)?;
+        self.show(&maps)
+    }
+}
+
+impl Args {
+    /// Converts the models at every change, or as they are if nothing of them has a date.
+    fn convert(&self, maps: &Path) -> Result<(), Failure> {
+        let mut arguments: Vec<OsString> = ["convert", "--world", "--date", "all", "-o"].map(OsString::from).into();
+        arguments.push(maps.into());
+        let files = [("--schedule", &self.schedule), ("--robot", &self.robot)];
+        let files = files.into_iter().filter_map(|(name, file)| Some((name, file.as_ref()?)));
+        for (name, file) in files.chain(self.schedule_file.iter().map(|file| ("--schedule-file", file))) {
+            arguments.extend([name.into(), file.into()]);
+        }
+        arguments.extend(self.models.iter().map(OsString::from));
+        let Conversion { mut arguments } = Conversion::try_parse_from(arguments).map_err(Failure::work)?;
+        arguments.or_everything = true;
+        eprint!("{}", arguments.run()?.text);
+        Ok(())
+    }
+
+    /// Serves an output folder until it is stopped, or writes its page.
+    fn show(&self, maps: &Path) -> Result<Outcome, Failure> {
+        let mut command = process::Command::new(executable(Daemon::Web.name())?);
+        command.arg("--with-stdin").arg("--out").arg(maps).stdin(Stdio::piped()).stdout(Stdio::piped());
+        let listen = self.listen.map(|listen| listen.to_string());
+        let files = [("--export", &self.export), ("--certificate", &self.certificate), ("--key", &self.key)];
+        for (name, file) in files.into_iter().filter_map(|(name, file)| Some((name, file.as_ref()?))) {
+            command.arg(name).arg(file);
+        }
+        if let Some(listen) = listen {
+            command.args(["--listen", &listen]);
+        }
+        let mut stop = StopSignal::listen(false).map_err(Failure::work)?;
+        let mut server = Server(command.spawn().map_err(Failure::work)?);
+        let mut address = String::new();
+        let mut out = BufReader::new(server.0.stdout.take().ok_or_else(|| Failure::work("no output"))?);
+        out.read_line(&mut address).map_err(Failure::work)?;
+        if !address.is_empty() {
+            eprintln!("the page is open until Ctrl-C:");
+            print_line(&address)?;
+        }
+        loop {
+            if let Some(status) = server.0.try_wait().map_err(Failure::work)? {
+                return Ok(Outcome::judged(String::new(), status.success()));
+            }
+            if stop.is_raised_within(POLL_INTERVAL) {
+                return Ok(Outcome::silent());
+            }
+        }
+    }
+
+    /// Where the daemons serve their page.
+    fn running_page(&self) -> Result<Outcome, Failure> {
+        if self.export.is_some() || self.listen.is_some() {
+            return Err(Failure::usage("name models, or maps with --out"));
+        }
+        let config = self.site.config()?;
+        let board = StatusBoard::of_site(&config).map_err(Failure::work)?;
+        let report: Option<Report<WebFacts>> = board.report(Daemon::Web);
+        let url = report.filter(|_| board.is_alive(Daemon::Web)).and_then(|report| report.facts.url);
+        let url = url.ok_or_else(|| {
+            Failure::work(
+                "no page is served: set enabled = true in [web] of the site's configuration, or `groundplan up --web`",
+            )
+        })?;
+        Ok(format!("{url}\n").into())
+    }
+}
+
+/// The server; it ends with this process, however that ends.
+struct Server(Child);
+
+impl Drop for Server {
+    fn drop(&mut self) {
+        // One that has ended already is no error.
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+fn print_line(line: &str) -> Result<(), Failure> {
+    use std::io::Write;
+    let mut out = std::io::stdout();
+    out.write_all(line.as_bytes()).and_then(|()| out.flush()).map_err(Failure::work)
+}

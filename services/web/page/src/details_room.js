@@ -1,0 +1,102 @@
+// Describes a room: state and why, whether the robot gets there, its doors and the rooms behind them.
+
+import { fact, h } from "./dom.js";
+import { heading, properties } from "./details_parts.js";
+import { link } from "./link.js";
+import { state, update } from "./state.js";
+import { element, isClosed, nameOf, neighbours, passageOf, space, spaceState, storeyName } from "./site.js";
+import { number, t, word } from "./texts.js";
+import { doorReasons, reachReason, roomReasons } from "./reasons.js";
+
+export function roomDetails(id) {
+  const room = space(id);
+  const now = spaceState(id);
+  const beside = neighbours(id);
+  return [
+    heading(id, t("room"), now?.state),
+    h(
+      "dl",
+      { class: "facts" },
+      fact(t("why"), roomReasons(id)),
+      fact(t("reach"), reachOf(id, now)),
+      now?.door ? fact(t("closedBy"), doorLine(now.door)) : null,
+      fact(t("storey"), storeyName(room.storey)),
+      fact(t("area"), room.area_m2 ? `${number(room.area_m2, 2)} m²` : null),
+      fact(t("height"), room.height_m ? `${number(room.height_m, 2)} m` : null),
+      fact(
+        t("floor"),
+        room.floor_z_m === null || room.floor_z_m === undefined ? null : `${number(room.floor_z_m, 2)} m`,
+      ),
+      fact(
+        t("coverage"),
+        now?.coverage === null || now?.coverage === undefined ? null : `${number(100 * now.coverage, 0)} %`,
+      ),
+      fact("GlobalId", h("code", {}, id)),
+    ),
+    wayButtons(id),
+    beside.length === 0 ? null : h("h3", {}, t("doors")),
+    beside.length === 0
+      ? null
+      : h(
+          "ul",
+          { class: "links" },
+          beside.map((way) => h("li", {}, doorAndRoom(way, room.storey))),
+        ),
+    properties(room.property_sets),
+  ];
+}
+
+// Why the robot has no waypoint here, or that it has one; of a blocked room "why" says it.
+function reachOf(id, now) {
+  if (!now || now.state === "blocked") return null;
+  return reachReason(id) ?? t("reached");
+}
+
+function doorLine(id) {
+  const storey = element(id)?.attributes?.storey ?? state.storey;
+  return link(id, `${nameOf(id)}: ${doorReasons(id, passageOf(id, storey) ?? "absent")}`);
+}
+
+// A door of the room, what it is for the robot, and the room behind it.
+function doorAndRoom({ door, room }, storey) {
+  const passage = passageOf(door, storey);
+  const closed = isClosed(passage);
+  return h(
+    "div",
+    { class: "beside" },
+    link(
+      door,
+      nameOf(door),
+      passage === null ? null : word("p", passage),
+      closed ? "blocked" : passage === "absent" ? "plain" : "open",
+    ),
+    room === null
+      ? h("span", { class: "quiet" }, t("leadsTo", { room: t("outside") }))
+      : h(
+          "button",
+          { type: "button", class: "link inset", onclick: () => update({ select: room }) },
+          h("span", { class: "link-name" }, t("leadsTo", { room: nameOf(room) })),
+          h("span", {
+            class: `dot dot-${spaceState(room)?.state ?? "plain"}`,
+            title: word("s", spaceState(room)?.state ?? "open"),
+          }),
+        ),
+  );
+}
+
+function wayButtons(id) {
+  return h(
+    "div",
+    { class: "row" },
+    h(
+      "button",
+      { type: "button", class: "button", onclick: () => update({ from: id, tab: "way", sheet: state.sheet && "way" }) },
+      t("wayFrom"),
+    ),
+    h(
+      "button",
+      { type: "button", class: "button", onclick: () => update({ to: id, tab: "way", sheet: state.sheet && "way" }) },
+      t("wayTo"),
+    ),
+  );
+}

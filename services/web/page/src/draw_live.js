@@ -1,0 +1,96 @@
+// Draws what is live: the robot's own map, the robot with its uncertainty, deviations.
+
+import { slamUrl } from "./source.js";
+import { state } from "./state.js";
+import { featuresOf } from "./site.js";
+import { outline } from "./draw_site.js";
+import { redraw } from "./drawing.js";
+
+const pictures = new Map(); // hash -> Image, only the newest two are kept
+
+function pictureOf(hash) {
+  if (!pictures.has(hash)) {
+    const image = new Image();
+    image.addEventListener("load", redraw);
+    image.src = slamUrl(hash);
+    pictures.set(hash, image);
+    if (pictures.size > 2) pictures.delete(pictures.keys().next().value);
+  }
+  const image = pictures.get(hash);
+  return image.complete && image.naturalWidth > 0 ? image : null;
+}
+
+// The picture lies by three corners: rows go down from the upper left.
+export function drawSlam(pen) {
+  const { slam } = state;
+  if (!slam || !state.slamShown || slam.storey !== state.storey) return;
+  const image = pictureOf(slam.hash);
+  if (!image) return;
+  const [[lx, ly], [rx, ry], [ux, uy]] = slam.corners_m.map(([x, y]) => [pen.x(x), pen.y(y)]);
+  const [width, height] = [image.naturalWidth, image.naturalHeight];
+  const { ctx } = pen;
+  pen.pixels();
+  ctx.save();
+  ctx.globalAlpha = 0.6;
+  ctx.imageSmoothingEnabled = false;
+  ctx.transform((rx - lx) / width, (ry - ly) / width, (lx - ux) / height, (ly - uy) / height, ux, uy);
+  ctx.drawImage(image, 0, 0);
+  ctx.restore();
+}
+
+export function inkOf(verdict) {
+  if (verdict === "on_plan" || verdict === "present") return "deviation-ok";
+  if (verdict === "late" || verdict === "absent") return "deviation-late";
+  if (verdict === "early") return "deviation-early";
+  return verdict === "displaced" ? "deviation-displaced" : "deviation-unknown";
+}
+
+export function drawDeviations(pen) {
+  const told = state.deviations?.elements;
+  if (!told) return;
+  for (const feature of featuresOf(state.storey)) {
+    if (feature.kind === "element" && Object.hasOwn(told, feature.id)) {
+      outline(pen, [feature], inkOf(told[feature.id].verdict), 3, 1, 0.5);
+    }
+  }
+}
+
+// The robot as an arrow head of its size; the ellipse is two sigma wide and never smaller than a few pixels.
+export function drawRobot(pen) {
+  const { robot } = state;
+  if (!robot || robot.storey !== state.storey) return;
+  const { ctx } = pen;
+  const [x, y] = [pen.x(robot.x_m), pen.y(robot.y_m)];
+  const radius = Math.max(9, (state.site.robot?.radius_m ?? 0.3) * pen.scale);
+  pen.pixels();
+  const sigma = Math.max(2 * (robot.sigma_m ?? 0) * pen.scale, radius + 3);
+  ctx.beginPath();
+  ctx.ellipse(x, y, sigma, sigma, -robot.yaw_rad, 0, 2 * Math.PI);
+  ctx.globalAlpha = 0.2;
+  ctx.fillStyle = ctx.strokeStyle = pen.colour("robot");
+  ctx.fill();
+  ctx.globalAlpha = 0.8;
+  ctx.lineWidth = 1.5;
+  ctx.stroke();
+  // The uncertainty of the heading as a wedge.
+  const spread = (2 * (robot.sigma_deg ?? 0) * Math.PI) / 180;
+  ctx.globalAlpha = 0.25;
+  ctx.beginPath();
+  ctx.moveTo(x, y);
+  ctx.arc(x, y, radius * 3, -robot.yaw_rad - spread, -robot.yaw_rad + spread);
+  ctx.fill();
+  ctx.globalAlpha = 1;
+  ctx.translate(x, y);
+  ctx.rotate(-robot.yaw_rad);
+  ctx.beginPath();
+  ctx.moveTo(radius, 0);
+  ctx.lineTo(-radius * 0.75, radius * 0.7);
+  ctx.lineTo(-radius * 0.4, 0);
+  ctx.lineTo(-radius * 0.75, -radius * 0.7);
+  ctx.closePath();
+  ctx.fill();
+  ctx.lineWidth = 2;
+  ctx.strokeStyle = pen.colour("mark-edge");
+  ctx.stroke();
+  pen.pixels();
+}

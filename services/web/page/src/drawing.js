@@ -1,0 +1,146 @@
+// The canvas over the tiles: rooms, elements, missions, ways and what is live, drawn by a list of painters.
+// One canvas redrawn whole costs a few milliseconds for thousands of elements; nodes per element would not.
+
+import L from "leaflet";
+import { onChange, state } from "./state.js";
+import { drawChanges, drawElements, drawLabels, drawRooms, drawSelection } from "./draw_site.js";
+import { drawGraph, drawScan, drawTour, drawWaypoints, drawWay } from "./draw_mission.js";
+import { drawDeviations, drawRobot, drawSlam } from "./draw_live.js";
+
+const PAINTERS = [
+  drawRooms,
+  drawElements,
+  drawSlam,
+  drawChanges,
+  drawDeviations,
+  drawScan,
+  drawSelection,
+  drawLabels,
+  drawGraph,
+  drawTour,
+  drawWay,
+  drawWaypoints,
+  drawRobot,
+];
+
+// Drawn by the processor: it is fast enough for what is drawn here, and without a graphics card a drawing by WebGL is slow.
+const CPU = { willReadFrequently: true };
+const PRINT_RATIO = 2.5; // 240 dots per inch on paper
+
+let layer = null;
+let colours = {};
+
+export function createDrawing(map) {
+  readColours();
+  layer = new Canvas({ padding: 0.2 });
+  layer.addTo(map);
+  onChange(
+    [
+      "doc",
+      "storey",
+      "layers",
+      "select",
+      "waypoint",
+      "from",
+      "to",
+      "calendar",
+      "robot",
+      "slam",
+      "slamShown",
+      "deviations",
+    ],
+    redraw,
+  );
+  document.addEventListener("themechange", () => {
+    readColours();
+    redraw();
+  });
+}
+
+// Draws in the next frame, once for all changes until then.
+let requested = 0;
+export function redraw() {
+  cancelAnimationFrame(requested);
+  requested = requestAnimationFrame(() => layer?.paint());
+}
+
+// Draws at once. Chromium prints what was drawn just before as vectors, the clearing too, which would clear the tiles
+// below; reading a pixel makes a picture of it.
+export function drawForPrint() {
+  layer.paint();
+  layer._container.getContext("2d", CPU).getImageData(0, 0, 1, 1);
+}
+
+// Colours come from the style sheet (`--ink-wall`), so that themes are kept in one place.
+function readColours() {
+  const style = getComputedStyle(document.documentElement);
+  colours = new Proxy(
+    {},
+    {
+      get: (known, name) => (known[name] ??= style.getPropertyValue(`--ink-${name}`).trim() || "#888"),
+    },
+  );
+}
+
+// Leaflet's own renderer base moves and scales the canvas while the map is dragged or zoomed.
+const Canvas = L.Renderer.extend({
+  _initContainer() {
+    this._container = document.createElement("canvas");
+    this._container.setAttribute("aria-hidden", "true");
+  },
+  _destroyContainer() {
+    this._container.remove();
+    delete this._container;
+  },
+  _updatePaths() {},
+  _update() {
+    if (this._map._animatingZoom && this._bounds) return;
+    L.Renderer.prototype._update.call(this);
+    this.paint();
+  },
+  paint() {
+    if (!this._map || !this._bounds) return;
+    const canvas = this._container;
+    const printing = document.body.classList.contains("printing");
+    const ratio = printing ? PRINT_RATIO : Math.min(window.devicePixelRatio || 1, 2);
+    const size = this._bounds.getSize();
+    const [width, height] = [Math.round(size.x * ratio), Math.round(size.y * ratio)];
+    if (canvas.width !== width || canvas.height !== height) {
+      canvas.width = width;
+      canvas.height = height;
+      canvas.style.width = `${size.x}px`;
+      canvas.style.height = `${size.y}px`;
+    }
+    L.DomUtil.setPosition(canvas, this._bounds.min);
+    const pen = penOf(this._map, canvas.getContext("2d", CPU), this._bounds, ratio);
+    pen.pixels();
+    pen.ctx.clearRect(0, 0, size.x, size.y);
+    for (const painter of PAINTERS) painter(pen);
+  },
+});
+
+// What painters draw with: pixels of the canvas, or metres from the tiles' origin (y up).
+function penOf(map, ctx, bounds, ratio) {
+  const [left, top] = state.site.tiles.origin_m;
+  const scale = 2 ** map.getZoom() / state.site.resolution_m;
+  const corner = map.getPixelOrigin().add(bounds.min);
+  const size = bounds.getSize();
+  const x = (metres) => (metres - left) * scale - corner.x;
+  const y = (metres) => (top - metres) * scale - corner.y;
+  return {
+    ctx,
+    scale,
+    x,
+    y,
+    size,
+    colour: (name) => colours[name],
+    pixels: () => ctx.setTransform(ratio, 0, 0, ratio, 0, 0),
+    metres: () => ctx.setTransform(scale * ratio, 0, 0, -scale * ratio, -corner.x * ratio, -corner.y * ratio),
+    box: {
+      x0: left + corner.x / scale,
+      x1: left + (corner.x + size.x) / scale,
+      y0: top - (corner.y + size.y) / scale,
+      y1: top - corner.y / scale,
+    },
+  };
+}

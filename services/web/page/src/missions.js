@@ -1,0 +1,144 @@
+// The mission panel: coverage, duration, the stops of the tour; and what a scan sees.
+
+import { byId, fact, h, show, svg } from "./dom.js";
+import { segmentsOf, visiblePolygon } from "./geometry.js";
+import { onChange, state, update } from "./state.js";
+import { element, featuresOf, isClosed, isStanding, nameOf, passageOf } from "./site.js";
+import { number, t, word } from "./texts.js";
+import { panTo } from "./plan.js";
+
+const DEFAULT_RANGE_M = 10; // where the robot's profile gives no range
+
+export function createMissions() {
+  onChange(["doc", "tab", "sheet", "waypoint", "storey"], showMission);
+  onChange(["waypoint"], goToWaypoint);
+  // Ids belong to a date: the choice does not outlive it.
+  onChange(["doc"], () => update({ waypoint: null }));
+  showMission();
+}
+
+let seen = { waypoint: null, polygon: null };
+
+// The polygon a scan sees: rays over the footprints of what stands at the height of the sensor. Doors that a robot
+// passes are taken as open.
+export function seenBy(waypoint) {
+  if (seen.waypoint === waypoint) return seen.polygon;
+  const { robot } = state.site;
+  const z = waypoint.sensor_z_m ?? waypoint.z_m + (robot?.sensor_height_m ?? 1);
+  const stands = ({ id, kind }) => {
+    if (kind !== "element" || !isStanding(id)) return false;
+    const { class: cls, aabb_m: box } = element(id);
+    if (box && (box.min[2] > z || box.max[2] < z)) return false;
+    return cls !== "door" || isClosed(passageOf(id, waypoint.storey));
+  };
+  const segments = featuresOf(waypoint.storey)
+    .filter(stands)
+    .flatMap((feature) => segmentsOf(feature.polygon));
+  const polygon = visiblePolygon(waypoint.x_m, waypoint.y_m, robot?.lidar_range_m ?? DEFAULT_RANGE_M, segments);
+  seen = { waypoint, polygon };
+  return polygon;
+}
+
+function goToWaypoint() {
+  const waypoint = state.doc?.waypoints.find((w) => w.id === state.waypoint);
+  if (!waypoint) return;
+  const layer = waypoint.kind === "scan" ? "scans" : "waypoints";
+  const layers = state.layers.includes(layer) ? state.layers : [...state.layers, layer];
+  update({ storey: waypoint.storey, layers });
+  panTo(waypoint.x_m, waypoint.y_m);
+}
+
+function showMission() {
+  if (state.tab !== "mission" && state.sheet !== "mission") return;
+  const panel = byId("panel-mission");
+  const { doc } = state;
+  if (!doc || doc.waypoints.length === 0) {
+    show(panel, h("h2", {}, t("mission")), h("p", { class: "quiet" }, t("missionNone")));
+    return;
+  }
+  show(
+    panel,
+    h("h2", {}, t("mission")),
+    figures(doc.mission),
+    curve(doc.mission?.curve ?? []),
+    h("h3", {}, t("tourList"), h("span", { class: "count" }, String(doc.waypoints.length))),
+    h("ol", { class: "links tour" }, [...doc.waypoints].sort((a, b) => a.order - b.order).map(stop)),
+  );
+  const current = panel.querySelector('[aria-pressed="true"]');
+  current?.scrollIntoView({ block: "nearest" });
+}
+
+const minutes = (seconds) => t("minutes", { n: number(seconds / 60, 0) });
+
+function figures(mission) {
+  if (!mission) return null;
+  return h(
+    "dl",
+    { class: "facts" },
+    fact(t("coverage"), mission.coverage === null ? null : `${number(100 * mission.coverage, 0)} %`),
+    fact(t("missionScans"), String(mission.scans)),
+    fact(t("missionTime"), minutes(mission.mission_s)),
+    fact(t("missionDriving"), minutes(mission.driving_s)),
+    fact(t("missionScanning"), minutes(mission.scanning_s)),
+  );
+}
+
+// Coverage over the number of scans.
+function curve(points) {
+  if (points.length < 2) return null;
+  const last = points.at(-1).scans;
+  const path = points
+    .map(({ scans, coverage }, i) => `${i === 0 ? "M" : "L"}${(280 * scans) / last} ${60 - 56 * coverage}`)
+    .join(" ");
+  return h(
+    "figure",
+    { class: "curve" },
+    svg(
+      "svg",
+      { viewBox: "0 0 280 64", role: "img", "aria-label": t("missionCurve") },
+      svg("path", { class: "curve-grid", d: "M0 4H280M0 32H280M0 60H280" }),
+      svg("path", { class: "curve-line", d: path }),
+    ),
+    h("figcaption", {}, t("missionCurve")),
+  );
+}
+
+function stop(waypoint) {
+  const chosen = waypoint.id === state.waypoint;
+  const notes = chosen
+    ? [
+        t("clearance", { m: number(waypoint.clearance_m, 2) }),
+        waypoint.kind === "scan" ? t("covers", { m: number(waypoint.covers_m2) }) : null,
+      ]
+        .filter(Boolean)
+        .join(" · ")
+    : null;
+  return h(
+    "li",
+    {},
+    h(
+      "button",
+      {
+        type: "button",
+        class: "link",
+        "aria-pressed": String(chosen),
+        id: `waypoint-${waypoint.id}`,
+        onclick: () => update({ waypoint: chosen ? null : waypoint.id }),
+      },
+      h("span", { class: `mark mark-${waypoint.kind}` }, String(waypoint.order + 1)),
+      h(
+        "span",
+        { class: "link-name" },
+        waypoint.space ? nameOf(waypoint.space) : (waypoint.name ?? t("outside")),
+        h(
+          "small",
+          {},
+          [word("kind", waypoint.kind), waypoint.leg_m ? t("leg", { m: number(waypoint.leg_m) }) : null]
+            .filter(Boolean)
+            .join(" · "),
+        ),
+        notes ? h("small", {}, notes) : null,
+      ),
+    ),
+  );
+}

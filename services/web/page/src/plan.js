@@ -1,0 +1,186 @@
+// The map of the plan: Leaflet with one pixel per cell at zoom 0 (latlng is [y_m, x_m]), its controls, the
+// coordinates under the pointer, and clicks on rooms, elements and waypoints.
+
+import L from "leaflet";
+import { byId } from "./dom.js";
+import { createTiles } from "./tiles.js";
+import { createDrawing } from "./drawing.js";
+import { pick, pickWaypoint } from "./pick.js";
+import { onChange, state, update } from "./state.js";
+import { featuresOf, nameOf, storeyFor, storeyOf } from "./site.js";
+import { number } from "./texts.js";
+import { currentWay } from "./way.js";
+
+const ZOOM_MAX = 4;
+
+let map = null;
+
+// Pixels from metres as the tiles are cut: right from the left edge, down from the top edge.
+function crsOf(site) {
+  const [left, top] = site.tiles.origin_m;
+  const perMetre = 1 / site.resolution_m;
+  return L.Util.extend({}, L.CRS.Simple, {
+    transformation: new L.Transformation(perMetre, -left * perMetre, -perMetre, top * perMetre),
+    scale: (zoom) => 2 ** zoom,
+    zoom: (scale) => Math.log2(scale),
+  });
+}
+
+export function boundsOfStorey(storey) {
+  const [x, y] = storey.origin_m;
+  const [width, height] = storey.size_cells.map((cells) => cells * state.site.resolution_m);
+  return L.latLngBounds([y, x], [y + height, x + width]);
+}
+
+export function createPlan() {
+  const container = byId("plan");
+  map = L.map(container, {
+    crs: crsOf(state.site),
+    attributionControl: false,
+    zoomControl: false,
+    doubleClickZoom: false, // a second click goes on to what lies below
+    zoomSnap: 0.25,
+    zoomDelta: 0.75,
+    wheelPxPerZoomLevel: 90,
+    maxZoom: ZOOM_MAX,
+    minZoom: -(state.site.tiles.levels + 1),
+    maxBoundsViscosity: 0.8,
+  });
+  L.control.scale({ imperial: false, maxWidth: 140, position: "bottomleft" }).addTo(map);
+  fitStorey();
+  createTiles(map);
+  createDrawing(map);
+  wireControls();
+  wirePointer();
+  keepSize(container);
+  onChange(["storey"], showStorey);
+  onChange(["select", "sheet"], panToSelection);
+  onChange(["from", "to", "sheet"], showWay);
+  panToSelection();
+  return map;
+}
+
+export const planMap = () => map;
+
+let fitted = null; // the view that shows all of the storey, while nobody has moved it
+
+// Shows all of the storey, as large as it fits.
+function fitStorey() {
+  const snap = map.options.zoomSnap;
+  map.options.zoomSnap = 0;
+  map.fitBounds(boundsOfStorey(storeyOf(state.storey)), { padding: [6, 6], animate: false });
+  map.options.zoomSnap = snap;
+  fitted = { center: map.getCenter(), zoom: map.getZoom() };
+}
+
+function isFitted() {
+  return fitted !== null && fitted.zoom === map.getZoom() && fitted.center.equals(map.getCenter(), 1e-6);
+}
+
+// A storey of another size may lie outside of the view; one that is in it keeps the view, to compare.
+function showStorey() {
+  const storey = boundsOfStorey(storeyOf(state.storey));
+  map.setMaxBounds(storey.pad(1));
+  if (isFitted() || !map.getBounds().intersects(storey)) fitStorey();
+}
+
+function wireControls() {
+  byId("zoom-in").addEventListener("click", () => map.zoomIn());
+  byId("zoom-out").addEventListener("click", () => map.zoomOut());
+  byId("fit").addEventListener("click", () => fitStorey());
+}
+
+function wirePointer() {
+  map.getContainer().addEventListener("keydown", (event) => {
+    if (event.key === "Escape") update({ select: null, waypoint: null });
+  });
+  const readout = byId("coordinates");
+  let last = null;
+  map.on("mousemove", ({ latlng }) => {
+    const { lat: y, lng: x } = latlng;
+    const hit = pick(x, y)[0] ?? null;
+    const at = `x ${number(x, 2)}  y ${number(y, 2)} m`;
+    readout.textContent = hit ? `${at}  ·  ${nameOf(hit.id)}` : at;
+    map.getContainer().classList.toggle("over-feature", hit !== null || pickWaypoint(map, latlng) !== null);
+  });
+  map.on("mouseout", () => (readout.textContent = ""));
+  map.on("click", ({ latlng, containerPoint }) => {
+    const waypoint = pickWaypoint(map, latlng);
+    if (waypoint !== null) {
+      update({ waypoint: waypoint.id, tab: "mission", sheet: state.sheet && "mission" });
+      return;
+    }
+    // Clicks on the same spot go down through what lies there.
+    const hits = pick(latlng.lng, latlng.lat);
+    const again = last !== null && last.distanceTo(containerPoint) < 4;
+    const now = hits.findIndex((hit) => hit.id === state.select);
+    const hit = hits[again && now >= 0 ? (now + 1) % hits.length : 0] ?? null;
+    last = containerPoint;
+    update({ select: hit?.id ?? null, waypoint: null, tab: "details", sheet: hit ? "details" : null });
+  });
+}
+
+// A selection made elsewhere (search, lists, 3D) is brought into the view.
+function panToSelection() {
+  if (state.select === null) return;
+  const storey = storeyFor(state.select);
+  if (storey !== state.storey) update({ storey });
+  const feature = featuresOf(storey).find((f) => f.id === state.select);
+  if (!feature) return;
+  const { x0, y0, x1, y1 } = feature.box;
+  const box = L.latLngBounds([y0, x0], [y1, x1]);
+  bringIntoView(box.getCenter());
+}
+
+// A way that was asked for is brought into the view as a whole, on the storey where it begins if it does not touch this one.
+function showWay() {
+  const way = currentWay();
+  if (!way?.edges) return;
+  if (!way.nodes.some((node) => node.storey === state.storey)) update({ storey: way.nodes[0].storey });
+  const box = L.latLngBounds(
+    way.nodes.filter((node) => node.storey === state.storey).map((node) => [node.y_m, node.x_m]),
+  );
+  const { free, covered } = visiblePart();
+  const corners = [box.getNorthWest(), box.getSouthEast()].map((corner) => map.latLngToContainerPoint(corner));
+  if (corners.every((corner) => free.contains(corner))) return;
+  map.fitBounds(box.pad(0.1), { paddingBottomRight: [0, covered], maxZoom: map.getZoom() });
+}
+
+// Moves the plan if a point is outside of what is visible, that is, of the plan above an open sheet.
+function bringIntoView(latlng) {
+  const { free } = visiblePart();
+  const point = map.latLngToContainerPoint(latlng);
+  if (!free.contains(point)) map.panBy(point.subtract(free.getCenter()).round());
+}
+
+// Pixels of the plan that an open sheet covers, and the rectangle that is left.
+function visiblePart() {
+  const size = map.getSize();
+  const sheet = document.querySelector("[data-sheet=maps] #left, [data-sheet=tabs] #right");
+  const covered = sheet !== null && getComputedStyle(byId("sheet-bar")).display !== "none" ? sheet.offsetHeight : 0;
+  return { covered, free: L.bounds([24, 24], [size.x - 24, size.y - covered - 24]) };
+}
+
+export function zoomTo(id) {
+  const feature = featuresOf(state.storey).find((f) => f.id === id);
+  if (!feature) return;
+  const { x0, y0, x1, y1 } = feature.box;
+  map.fitBounds(L.latLngBounds([y0, x0], [y1, x1]).pad(0.8), {
+    maxZoom: 1.5,
+    paddingBottomRight: [0, visiblePart().covered],
+  });
+}
+
+export function panTo(x, y) {
+  bringIntoView(L.latLng(y, x));
+}
+
+// Panels open and close: the map follows its container, and a plan that showed everything still does.
+function keepSize(container) {
+  new ResizeObserver(() => {
+    if (document.body.classList.contains("printing")) return;
+    const whole = isFitted();
+    map.invalidateSize({ pan: true, animate: false });
+    if (whole) fitStorey();
+  }).observe(container);
+}

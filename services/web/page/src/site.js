@@ -1,0 +1,136 @@
+// Indexes of the site document: what lies on a storey, what things are called, which rooms lie beside a room,
+// and in which state something is at the date shown.
+
+import { areaOf, boundsOf } from "./geometry.js";
+import { state } from "./state.js";
+import { t } from "./texts.js";
+
+let features = new Map(); // storey -> features, lowest drawn first
+let doorsBetween = null; // GlobalId of a room -> [{door, room}]
+
+export function resetSite() {
+  features = new Map();
+  doorsBetween = null;
+}
+
+// Rooms first, then elements by class, so that what is small and asked for lies on top.
+const DRAWN = [
+  "slab",
+  "beam",
+  "other",
+  "stair",
+  "ramp",
+  "furniture",
+  "mep",
+  "railing",
+  "curtain_wall",
+  "wall",
+  "column",
+  "window",
+  "door",
+];
+
+// Features of a storey: {id, kind: "room"|"element", class, polygon, box, area}.
+export function featuresOf(storey) {
+  let list = features.get(storey);
+  if (!list) {
+    list = collect(storey);
+    features.set(storey, list);
+  }
+  return list;
+}
+
+function collect(storey) {
+  const feature = (id, kind, cls, polygon) => ({
+    id,
+    kind,
+    class: cls,
+    polygon,
+    box: boundsOf(polygon),
+    area: areaOf(polygon),
+    path: null,
+    label: null,
+  });
+  const rooms = Object.entries(state.site.spaces)
+    .filter(([, space]) => space.storey === storey && space.polygon_m?.length)
+    .map(([id, space]) => feature(id, "room", "room", space.polygon_m));
+  const elements = Object.entries(state.site.elements)
+    .filter(([, element]) => element.footprints?.[storey]?.length)
+    .map(([id, element]) => feature(id, "element", element.class, element.footprints[storey]));
+  elements.sort((a, b) => DRAWN.indexOf(a.class) - DRAWN.indexOf(b.class));
+  return [...rooms, ...elements];
+}
+
+export const element = (id) => (Object.hasOwn(state.site.elements, id) ? state.site.elements[id] : null);
+export const space = (id) => (Object.hasOwn(state.site.spaces, id) ? state.site.spaces[id] : null);
+export const storeyOf = (index) => state.site.storeys.find((s) => s.index === index) ?? null;
+
+export function storeyName(index) {
+  const storey = storeyOf(index);
+  return storey ? storey.name || `${t("storey")} ${index}` : "";
+}
+
+// "G.03 Server room"; the GlobalId where a model gives no name.
+export function nameOf(id) {
+  const room = space(id);
+  if (room) return [room.name, room.long_name].filter(Boolean).join(" ") || id;
+  return element(id)?.name || id;
+}
+
+// A task as people know it: its name if the site document has it, else its id.
+export function taskName(task) {
+  const name = state.site.tasks?.[task]?.name;
+  return name ? `${task} ${name}` : task;
+}
+
+// The storey on which something is best shown: the present one if it is there.
+export function storeyFor(id) {
+  const room = space(id);
+  if (room) return room.storey;
+  const storeys = element(id)?.storeys ?? [];
+  return storeys.includes(state.storey) ? state.storey : (storeys[0] ?? state.storey);
+}
+
+export function elementState(id, doc = state.doc) {
+  return doc?.elements[id] ?? "built";
+}
+
+export function spaceState(id) {
+  return state.doc?.spaces[id] ?? null;
+}
+
+// Whether a robot passes a door on a storey; null where the date says nothing.
+export function passageOf(id, storey) {
+  const passages = state.doc?.passages?.[id];
+  if (!passages) return null;
+  return passages[storey] ?? Object.values(passages)[0] ?? null;
+}
+
+// A door that is not there yet leaves an opening.
+export const isClosed = (passage) => passage !== null && passage !== "passable" && passage !== "absent";
+
+export function isStanding(id) {
+  return !["not_started", "removed"].includes(elementState(id));
+}
+
+// Rooms beside a room, each with the door between (room: null leads outside).
+export function neighbours(id) {
+  doorsBetween ??= collectDoors();
+  return doorsBetween.get(id) ?? [];
+}
+
+function collectDoors() {
+  const between = new Map();
+  const add = (from, door, room) => {
+    if (!from) return;
+    if (!between.has(from)) between.set(from, []);
+    between.get(from).push({ door, room });
+  };
+  for (const [id, door] of Object.entries(state.site.elements)) {
+    if (!door.attributes?.spaces) continue;
+    const [a, b] = door.attributes.spaces;
+    add(a, id, b ?? null);
+    if (a !== b) add(b, id, a ?? null);
+  }
+  return between;
+}

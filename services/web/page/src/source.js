@@ -1,0 +1,124 @@
+// Where the data comes from: documents by fetch, or, in an exported page, by injected scripts that call
+// `groundplanData(name, value)`, because file:// allows no fetch. Also the live events and the two controls.
+
+const FILES = document.documentElement.dataset.source === "files";
+const DATES_KEPT = 24;
+const RETRY_MS = 500;
+
+const waiting = new Map(); // name -> {resolve, reject}, scripts on their way
+const dates = new Map(); // key -> promise of the document, oldest first
+
+if (FILES) {
+  window.groundplanData = (name, value) => waiting.get(name)?.resolve(value);
+}
+
+function byScript(name) {
+  return new Promise((resolve, reject) => {
+    const script = document.createElement("script");
+    const settle = (end) => (value) => {
+      waiting.delete(name);
+      script.remove();
+      end(value);
+    };
+    waiting.set(name, { resolve: settle(resolve), reject: settle(reject) });
+    const missing = () => waiting.get(name)?.reject(new Error(`data/${name}.js`));
+    script.addEventListener("error", missing);
+    script.addEventListener("load", missing); // it ran and did not call
+    script.src = `data/${name}.js`;
+    document.head.append(script);
+  });
+}
+
+async function byFetch(path) {
+  for (;;) {
+    const answer = await fetch(`data/${path}`);
+    if (answer.ok) return answer;
+    if (answer.status !== 503) throw new Error(`data/${path}: ${answer.status}`);
+    // The daemons have just been started, and have no whole set of maps yet.
+    await new Promise((resume) => setTimeout(resume, RETRY_MS));
+  }
+}
+
+async function document_(name) {
+  return FILES ? byScript(name) : (await byFetch(`${name}.json`)).json();
+}
+
+let siteText = null; // as it came, to see whether a site changed
+
+export async function loadSite() {
+  if (FILES) return byScript("site");
+  siteText = await (await byFetch("site.json")).text();
+  return JSON.parse(siteText);
+}
+
+// The site document of a live site if it is another one than before, else null.
+export async function loadChangedSite() {
+  const before = siteText;
+  const site = await loadSite();
+  return siteText === before ? null : site;
+}
+
+export const loadCalendar = () => document_("calendar");
+
+// The document of a date. Documents stay loaded, up to a limit; one that failed is asked for again.
+export function loadDate(key) {
+  let promise = dates.get(key);
+  dates.delete(key);
+  promise ??= document_(`dates/${key}`).catch((error) => {
+    dates.delete(key);
+    throw error;
+  });
+  dates.set(key, promise);
+  if (dates.size > DATES_KEPT) dates.delete(dates.keys().next().value);
+  return promise;
+}
+
+// A new site document makes all dates stale.
+export function forgetDates() {
+  dates.clear();
+}
+
+// The GLB of a model as an ArrayBuffer.
+export async function loadModel(hash) {
+  if (!FILES) return (await byFetch(`models/${hash}.glb`)).arrayBuffer();
+  const text = atob(await byScript(`models/${hash}`));
+  return Uint8Array.from(text, (letter) => letter.charCodeAt(0)).buffer;
+}
+
+export function tileUrl(storey, layer, hash, level, column, row) {
+  return `data/tiles/${storey}/${layer}/${hash}/${level}/${column}/${row}.png`;
+}
+
+export const slamUrl = (hash) => `data/slam/${hash}.png`;
+
+// Live events: `on(name, value)` for each, `connected(bool)` when the connection is lost or there again.
+// EventSource tries again by itself, except after an answer that is not a stream: then we open a new one.
+export function followEvents(on, connected) {
+  const retryMs = 2000;
+  const open = () => {
+    const events = new EventSource("data/events");
+    events.addEventListener("open", () => connected(true));
+    events.addEventListener("error", () => {
+      connected(false);
+      if (events.readyState === EventSource.CLOSED) setTimeout(open, retryMs);
+    });
+    for (const name of ["date", "site", "status", "robot", "slam", "deviations"]) {
+      events.addEventListener(name, (event) => on(name, event.data === "" ? null : JSON.parse(event.data)));
+    }
+  };
+  open();
+}
+
+async function post(path, body) {
+  const answer = await fetch(`data/control/${path}`, {
+    method: "POST",
+    headers: { "Content-Type": "application/json", "X-Groundplan": "1" },
+    body: JSON.stringify(body),
+  });
+  if (answer.ok) return;
+  const told = await answer.json().catch(() => ({}));
+  throw new Error(told.error ?? `${answer.status}`);
+}
+
+export const postDate = (at) => post("date", { at });
+export const postConfirm = (globalId) => post("confirm", { global_id: globalId });

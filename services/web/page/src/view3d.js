@@ -1,0 +1,140 @@
+// The 3D view: loads scene.js (three.js and the scene) when it is opened first, and keeps it on the date, the
+// selection, the changes, the robot and the waypoints of the plan.
+
+import { byId } from "./dom.js";
+import { changedIds } from "./changes.js";
+import { hasLayer, onChange, state, update } from "./state.js";
+import { loadModel } from "./source.js";
+import { storeyOf } from "./site.js";
+import { number, t } from "./texts.js";
+
+const CUT_ABOVE_FLOOR_M = 1.4; // a cut through walls and windows of the storey
+
+let scene = null;
+let loading = null;
+let shownModel = null;
+
+export function createView3d() {
+  byId("view-plan").addEventListener("click", () => update({ view: "plan" }));
+  byId("view-3d").addEventListener("click", () => update({ view: "3d" }));
+  byId("cut").addEventListener("input", cutFromSlider);
+  onChange(["view"], showView);
+  onChange(["doc", "calendar"], showModel);
+  onChange(["select"], () => scene?.select(state.select));
+  onChange(["robot"], showRobot);
+  onChange(["doc", "layers"], showWaypoints);
+  onChange(["storey"], cutAtStorey);
+  new ResizeObserver(() => scene?.resize()).observe(byId("scene"));
+  showView();
+}
+
+const isOpen = () => state.view === "3d";
+
+function showView() {
+  document.body.dataset.view = state.view;
+  byId("view-plan").setAttribute("aria-pressed", String(!isOpen()));
+  byId("view-3d").setAttribute("aria-pressed", String(isOpen()));
+  byId("scene").hidden = byId("cut-box").hidden = !isOpen();
+  if (isOpen()) open();
+}
+
+async function open() {
+  try {
+    loading ??= loadScene();
+    await loading;
+    scene.resize();
+    cutAtStorey();
+    await showModel();
+    showRobot();
+    showWaypoints();
+  } catch (error) {
+    loading = null;
+    tell(t("view3dFailed", { text: error.message }));
+  }
+}
+
+const tell = (text) => (byId("scene-message").textContent = text);
+
+async function loadScene() {
+  tell(t("loading"));
+  await new Promise((resolve, reject) => {
+    const script = document.createElement("script");
+    script.src = "scene.js";
+    script.addEventListener("load", resolve);
+    script.addEventListener("error", () => reject(new Error("scene.js")));
+    document.head.append(script);
+  });
+  const onPick = (id) => update({ select: id, tab: "details", sheet: id ? "details" : null });
+  scene = window.groundplanScene(byId("scene-canvas"), { onPick, name: t("sceneName"), noWebgl: t("noWebgl") });
+  window.groundplanView3d = scene; // for tests: where an element is on the screen
+  tell("");
+}
+
+// Loads the model of the date if it is another one than before. An answer that comes late is not shown.
+async function showModel() {
+  if (!scene || !isOpen() || !state.doc) return;
+  const { model } = state.doc;
+  if (model !== shownModel) {
+    shownModel = model;
+    if (model === null) {
+      tell(t("noModel"));
+      return;
+    }
+    try {
+      const buffer = await loadModel(model);
+      if (shownModel !== model) return;
+      await scene.load(buffer);
+      tell("");
+    } catch (error) {
+      shownModel = null;
+      tell(t("failed", { what: error.message }));
+      return;
+    }
+  }
+  scene.setStates(state.doc.elements);
+  scene.highlight([...changedIds()]);
+  scene.select(state.select);
+}
+
+function showRobot() {
+  if (!scene) return;
+  const { robot } = state;
+  const z_m = robot ? (storeyOf(robot.storey)?.floor_z_m ?? 0) : 0;
+  scene.setRobot(robot ? { x_m: robot.x_m, y_m: robot.y_m, z_m, yaw_rad: robot.yaw_rad } : null);
+}
+
+function showWaypoints() {
+  if (!scene || !state.doc) return;
+  const shown = state.doc.waypoints.filter((w) => hasLayer(w.kind === "scan" ? "scans" : "waypoints"));
+  scene.setWaypoints(shown.map(({ x_m, y_m, z_m, kind }) => ({ x_m, y_m, z_m, kind })));
+}
+
+// The slider ends above everything: there it cuts nothing.
+function range() {
+  const boxes = Object.values(state.site.elements)
+    .map((e) => e.aabb_m)
+    .filter(Boolean);
+  const low = boxes.reduce((z, box) => Math.min(z, box.min[2]), Infinity);
+  const high = boxes.reduce((z, box) => Math.max(z, box.max[2]), -Infinity);
+  return Number.isFinite(low) ? [low, high] : [0, 3];
+}
+
+function cutAtStorey() {
+  if (!scene || !isOpen()) return;
+  const [low, high] = range();
+  const slider = byId("cut");
+  slider.min = low.toFixed(1);
+  slider.max = (high + 0.5).toFixed(1);
+  slider.value = String(Math.min((storeyOf(state.storey)?.floor_z_m ?? low) + CUT_ABOVE_FLOOR_M, high + 0.5));
+  cutFromSlider();
+}
+
+function cutFromSlider() {
+  const slider = byId("cut");
+  const z = Number(slider.value);
+  const whole = z >= Number(slider.max) - 0.05;
+  const text = whole ? t("cutNone") : t("cutAt", { m: number(z) });
+  scene?.setCut(whole ? null : z);
+  slider.setAttribute("aria-valuetext", text);
+  byId("cut-text").textContent = text;
+}

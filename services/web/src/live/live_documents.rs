@@ -1,0 +1,115 @@
+//! Documents of a set of samples that belong together.
+
+use super::shared_site::name_of;
+use crate::documents::{Calendar, DateDocument, DateHead, DateStop, Published, SiteDocument, SiteHead, StoreyAtDate};
+use crate::source::{Bytes, json};
+use crate::tiles::Layer;
+use bus::{SiteSet, SiteViews};
+use daemon::{Failure, SiteConfig, progress_in_force, rules_in_force};
+use export::{ExportInput, Manifest, Report, Semantic, SiteGraph, Waypoints, status_of};
+use messages::{Site, plan_time};
+use raster::Rasterizer;
+use schedule::{Overrides, Rules, Timeline, evaluate, parse_actuals};
+use std::collections::BTreeMap;
+
+/// `site.json` and `calendar.json`, and the instants of changes.
+pub(super) struct MadeSite {
+    pub(super) head: SiteHead,
+    pub(super) site: Bytes,
+    pub(super) calendar: Bytes,
+    /// Civil seconds since 1970.
+    pub(super) instants_s: Vec<i64>,
+}
+
+/// The documents of the site, without those of a date.
+///
+/// # Errors
+/// Rules or progress that cannot be read; a schedule that cannot be evaluated.
+pub(super) fn site_documents(config: &SiteConfig, set: &SiteSet<'_>) -> Result<MadeSite, Failure> {
+    let views = set.views()?;
+    let SiteViews { site, state, index, grids, mission_plan } = &views;
+    let mission_plan = mission_plan.as_ref().ok_or("there are no waypoints yet")?;
+    let resolution_m = grids.first().map_or(config.robot.resolution_m, |grid| grid.spec().resolution_m());
+    // Footprints are not on the bus: cutting gives the same again.
+    let cut = Rasterizer::new(site, &index.head.robot, resolution_m)?;
+    cut.unite_footprints(site);
+    let footprints: Vec<_> = (0..grids.len()).map(|k| cut.footprints(k)).collect();
+    let input = ExportInput {
+        footprints: &footprints,
+        ..ExportInput::of_maps(site, state, index, grids, mission_plan).ok_or("there are no maps yet")?
+    };
+    let semantic = serde_json::to_value(Semantic::of(&input))?;
+    let manifest = serde_json::to_value(Manifest::of(&input, BTreeMap::new()))?;
+    let head = SiteHead { live: true, control: config.web.allow_control, ..SiteHead::of_manifest(&manifest)? };
+    let timeline = timeline(config, site)?;
+    let instants_s = timeline.instants_s().to_vec();
+    let stop = |(k, at_s): (usize, &i64)| DateStop {
+        key: None,
+        at: text_of(Some(*at_s)),
+        until: text_of(instants_s.get(k + 1).copied()),
+    };
+    let mut stops: Vec<DateStop> = instants_s.iter().enumerate().map(stop).collect();
+    if stops.is_empty() {
+        stops.push(DateStop { key: None, at: None, until: None });
+    }
+    let calendar = calendar(site, &timeline);
+    Ok(MadeSite { site: json(&SiteDocument::of(&head, &stops, semantic)), calendar: json(&calendar), head, instants_s })
+}
+
+/// The schedule of the site with the rules and the progress in force, as schedule-eval evaluates it.
+fn timeline(config: &SiteConfig, site: &Site<'_>) -> Result<Timeline, Failure> {
+    let rules = rules_in_force(config, Rules::parse)?;
+    let [reported, observed] = progress_in_force(&config.state, parse_actuals)?;
+    let overrides = Overrides { actuals: reported, observed, is_of_earlier_revision: true, ..Overrides::default() };
+    Ok(evaluate(site, &rules, &overrides)?)
+}
+
+/// States at every change, by element and space.
+fn calendar(site: &Site<'_>, timeline: &Timeline) -> Calendar {
+    let mut calendar = Calendar::default();
+    for (k, at_s) in timeline.instants_s().iter().enumerate() {
+        for (number, record) in site.elements.iter().enumerate() {
+            calendar.add_element(k, site.text(record.global_id), timeline.element(number, *at_s).name());
+        }
+        for (number, record) in site.spaces.iter().enumerate() {
+            let state = if timeline.is_blocked(number, *at_s) { "blocked" } else { "open" };
+            calendar.add_space(k, site.text(record.global_id), state);
+        }
+    }
+    calendar
+}
+
+/// `dates/KEY.json`.
+///
+/// # Errors
+/// Samples of different sites.
+pub(super) fn date_document(key: &str, set: &SiteSet<'_>) -> Result<Bytes, Failure> {
+    let views = set.views()?;
+    let SiteViews { site, state, index, grids, mission_plan } = &views;
+    let mission_plan = mission_plan.as_ref().ok_or("there are no waypoints yet")?;
+    let input = ExportInput::of_maps(site, state, index, grids, mission_plan).ok_or("there are no maps yet")?;
+    let storeys = grids.iter().map(|grid| StoreyAtDate {
+        index: grid.head.map_storey,
+        status: status_of(grid).to_owned(),
+        layers: Layer::ALL.into_iter().map(|layer| (layer.name(), name_of(grid.content_hash()))).collect(),
+    });
+    let head = DateHead {
+        key: key.to_owned(),
+        at: text_of(state.head.plan_time().map(|at| at.civil_seconds())),
+        until: text_of(Some(state.head.valid_until_s)),
+        storeys: storeys.collect(),
+        model: Some(name_of(set.index.content_hash())),
+    };
+    let published = Published {
+        semantic: serde_json::to_value(Semantic::of(&input))?,
+        waypoints: serde_json::to_value(Waypoints::of(&input))?,
+        site_graph: serde_json::to_value(SiteGraph::of(&input))?,
+        report: serde_json::to_value(Report::of(&input))?,
+    };
+    Ok(json(&DateDocument::of(head, published)))
+}
+
+/// A plan time as text.
+pub(super) fn text_of(at_s: Option<i64>) -> Option<String> {
+    at_s.and_then(plan_time).map(|at| at.to_string())
+}

@@ -1,0 +1,148 @@
+//! Overlays of the plan of a running site: the robot, its map, deviations, the state of the daemons.
+
+use super::shared_site::{SharedSite, name_of};
+use super::slam_picture::{picture, place, sigmas};
+use bus::{CheckedSample, Daemon, Stamp, topics};
+use daemon::facts::{RosBridgeFacts, ScheduleFacts};
+use daemon::{FRESH_TOLERANCE, Freshness, MapState, MapsInUse, Report, SiteConfig, SiteProcess, StatusBoard};
+use messages::{DeviationVerdict, Deviations, Observation, PoseValidity, Site};
+use serde::de::IgnoredAny;
+use serde_json::{Map, Value, json};
+use std::time::{SystemTime, UNIX_EPOCH};
+
+/// The newest of what lies over the plan.
+#[derive(Default)]
+pub(super) struct Overlays {
+    slam_map: Option<CheckedSample<topics::SlamMap>>,
+    alignment: Option<CheckedSample<topics::Alignment>>,
+    freshness: Freshness,
+    /// Why maps must not be used, as it was last known.
+    stale: Option<String>,
+}
+
+impl Overlays {
+    pub(super) fn on_schedule_state(&mut self, state: &CheckedSample<topics::ScheduleState>) {
+        self.freshness.on_schedule_state(state.content_hash(), *state.view().head);
+    }
+
+    pub(super) fn on_index(&mut self, index: &CheckedSample<topics::Grids>) {
+        let view = index.view();
+        self.freshness.on_index(*view.head, view.slots.to_vec());
+    }
+
+    /// The maps that viewers see now.
+    pub(super) fn on_shown(&mut self, index: &CheckedSample<topics::Grids>) {
+        let (epoch, view) = (index.bytes().header().epoch, index.view());
+        let (site_hash, grids) = (view.head.site_hash, view.slots.to_vec());
+        self.freshness.on_maps(MapsInUse { epoch, site_hash, grids });
+    }
+
+    pub(super) fn on_slam_map(&mut self, shared: &SharedSite, map: CheckedSample<topics::SlamMap>) {
+        self.slam_map = Some(map);
+        self.show_slam_map(shared);
+    }
+
+    pub(super) fn on_alignment(&mut self, shared: &SharedSite, alignment: CheckedSample<topics::Alignment>) {
+        self.alignment = Some(alignment);
+        self.show_slam_map(shared);
+    }
+
+    /// The robot's map, where its pose may be used.
+    fn show_slam_map(&self, shared: &SharedSite) {
+        let alignment = self.alignment.as_ref().map(CheckedSample::view);
+        let effective = alignment.filter(|alignment| alignment.validity() == PoseValidity::Effective);
+        let pose = effective.and_then(|alignment| alignment.pose().copied());
+        let (Some(map), Some(pose)) = (&self.slam_map, pose) else {
+            shared.set_slam_picture(None);
+            shared.tell("slam", &Value::Null);
+            return;
+        };
+        let name = name_of(map.content_hash());
+        if !shared.has_slam_picture(&name) {
+            shared.set_slam_picture(Some((name.clone(), picture(&map.view()).into())));
+        }
+        shared.tell("slam", &place(name.to_string(), &map.view(), &pose));
+    }
+
+    /// Once a second: daemons, whether maps may be used, where the robot is.
+    pub(super) fn tick(&mut self, shared: &SharedSite, config: &SiteConfig) {
+        let board = StatusBoard::of(&config.bus.root);
+        let services: Vec<Value> = board.processes(config).map(|process| service(&board, process)).collect();
+        for daemon in [Daemon::ScheduleEval, Daemon::Rasterize] {
+            let report: Option<Report<IgnoredAny>> = board.report(daemon);
+            if board.is_alive(daemon) && report.is_some_and(|report| report.age() < FRESH_TOLERANCE) {
+                self.freshness.on_heartbeat(Stamp::now(), daemon);
+            }
+        }
+        if let Some(Report { facts, .. }) = board.report::<ScheduleFacts>(Daemon::ScheduleEval) {
+            self.freshness.set_next_update(facts.next_update_ms);
+            self.freshness.set_clock_distrust(facts.clock_distrust);
+        }
+        let utc_ms = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_millis() as i64);
+        match self.freshness.state(Stamp::now(), utc_ms) {
+            MapState::Fresh { .. } => self.stale = None,
+            MapState::Stale { reason } => self.stale = Some(reason),
+            MapState::Unknown => {}
+        }
+        let why = &self.stale;
+        shared.tell("status", &json!({"services": services, "stale": why.is_some(), "why": why}));
+        shared.tell("robot", &self.robot(&board));
+    }
+
+    fn robot(&self, board: &StatusBoard) -> Value {
+        let report: Option<Report<RosBridgeFacts>> = board.report(Daemon::RosBridge);
+        let Some(report) = report.filter(|report| report.age() < FRESH_TOLERANCE) else { return Value::Null };
+        let (Some(storey), Some(pose)) = (report.facts.storey, report.facts.robot_in_map) else { return Value::Null };
+        let alignment = self.alignment.as_ref().map(CheckedSample::view);
+        let [sigma_m, sigma_deg] = alignment.and_then(|a| a.pose().map(sigmas)).unwrap_or_default();
+        json!({
+            "storey": storey, "x_m": pose.x_m, "y_m": pose.y_m, "yaw_rad": pose.yaw_rad,
+            "sigma_m": sigma_m, "sigma_deg": sigma_deg, "age_s": 0.0,
+        })
+    }
+}
+
+/// A process in a line: what it does, or what is wrong.
+fn service(board: &StatusBoard, process: SiteProcess) -> Value {
+    let report: Option<Report<IgnoredAny>> = board.report(process).filter(|_| board.is_alive(process));
+    let (state, detail) = match &report {
+        None => ("down", Some("it does not run".to_owned())),
+        Some(report) if report.age() >= FRESH_TOLERANCE => ("error", Some("it hangs".to_owned())),
+        Some(report) => match (&report.error, &report.warning) {
+            (Some(error), _) => ("error", Some(error.clone())),
+            (None, Some(warning)) => ("warning", Some(warning.clone())),
+            (None, None) => ("ok", restarted(report.restarts)),
+        },
+    };
+    json!({"name": process.name(), "state": state, "detail": detail})
+}
+
+/// That a process died meanwhile, which its state does not tell once it is back.
+fn restarted(n: u32) -> Option<String> {
+    (n > 0).then(|| format!("started again: {n}"))
+}
+
+/// Elements that are not as planned, and those whose absence waits for a confirmation; `None` if they are of another site.
+pub(super) fn deviations(site: &Site<'_>, deviations: &Deviations<'_>) -> Option<Value> {
+    if deviations.head.site_hash != site.content_hash() {
+        return None;
+    }
+    let (mut elements, mut waiting) = (Map::new(), Vec::new());
+    for record in deviations.elements {
+        let (verdict, observation) = (record.verdict.get(), record.observation.get());
+        if matches!(verdict, DeviationVerdict::OnPlan | DeviationVerdict::Unknown) {
+            continue;
+        }
+        let id = site.text(site.elements.get(record.element as usize)?.global_id);
+        let text = match observation {
+            Observation::Displaced => format!("{:.2} m off", record.offset_m),
+            _ => format!("{} of {} samples", record.n_contradicted.max(record.n_confirmed), record.n_visible),
+        };
+        elements
+            .insert(id.to_owned(), json!({"verdict": verdict.name(), "observation": observation.name(), "text": text}));
+        if observation == Observation::Absent {
+            waiting.push(id);
+        }
+    }
+    Some(json!({"elements": elements, "waiting": waiting, "storey": deviations.head.map_storey}))
+}

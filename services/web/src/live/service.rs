@@ -1,0 +1,227 @@
+//! The groundplan-web service: makes documents of the newest maps, and tells browsers what has changed.
+
+use super::live_documents::{MadeSite, date_document, site_documents, text_of};
+use super::overlays::{self, Overlays};
+use super::shared_site::SharedSite;
+use crate::server::{Access, MAX_VIEWERS, Served, Server, ServerSettings};
+use crate::token::access_of;
+use bus::{Bus, CheckedSample, GridSlot, RawSubscriber, SiteSample, SiteSet, TopicName};
+use daemon::facts::WebFacts;
+use daemon::{Asked, CurrentActivity, Done, Event, Failure, Service, SiteConfig, Standing, WebRequest};
+use messages::Activity;
+use serde_json::json;
+use std::sync::Arc;
+use tokio::sync::Semaphore;
+use tracing::{error, info};
+
+daemon::inputs! {
+    /// What is shown.
+    pub(crate) enum WebInput { Site, Tasks, ScheduleState, Grids, MissionPlan, SlamMap, Alignment, Deviations }
+}
+
+/// Shows a site in browsers.
+pub(crate) struct WebService {
+    config: SiteConfig,
+    activity: CurrentActivity,
+    shared: Arc<SharedSite>,
+    url: String,
+    viewers: Arc<Semaphore>,
+    grids: Vec<RawSubscriber>,
+    overlays: Overlays,
+    /// What the documents of the site were made of.
+    made_of: Option<SiteInputs>,
+    instants_s: Vec<i64>,
+    /// Index and mission plan that are shown.
+    shown: Option<(u64, Option<u64>)>,
+    /// Why the newest maps cannot be shown.
+    error: Option<String>,
+}
+
+/// What the documents of a site depend on: site, tasks, the schedule's dates, and the robot.
+#[derive(Debug, Clone, PartialEq)]
+struct SiteInputs {
+    site: u64,
+    tasks: Option<u64>,
+    robot: messages::RobotProfile,
+    schedule: Vec<u8>,
+}
+
+impl WebService {
+    /// Listens.
+    ///
+    /// # Errors
+    /// An address that is taken, a certificate or token that cannot be read.
+    pub(crate) fn new(config: &SiteConfig, activity: CurrentActivity) -> Result<Self, Failure> {
+        let web = &config.web;
+        let tls = match (&web.certificate, &web.key) {
+            (Some(certificate), Some(key)) => Some((certificate.clone(), key.clone())),
+            (None, None) => None,
+            _ => return Err("[web]: certificate and key go together".into()),
+        };
+        let access: Access = access_of(web.listen, &config.state, tls.is_some())?;
+        let shared = Arc::new(SharedSite::of(config));
+        let viewers = Arc::new(Semaphore::new(MAX_VIEWERS));
+        let served = Served {
+            source: shared.clone(),
+            live: Some(shared.clone()),
+            access: Arc::new(access),
+            viewers: Arc::clone(&viewers),
+        };
+        let server = Server::bind(ServerSettings { listen: web.listen, tls }, served)?;
+        let url = server.url();
+        info!(service = "groundplan-web", url, "the page is open");
+        std::thread::Builder::new().name("web-server".to_owned()).spawn(move || {
+            if let Err(why) = server.run() {
+                error!(
+                    service = "groundplan-web",
+                    error = daemon::chain(&why),
+                    "this process ends, and is started again"
+                );
+                std::process::exit(1);
+            }
+        })?;
+        Ok(Self {
+            config: config.clone(),
+            activity,
+            shared,
+            url,
+            viewers,
+            grids: Vec::new(),
+            overlays: Overlays::default(),
+            made_of: None,
+            instants_s: Vec::new(),
+            shown: None,
+            error: None,
+        })
+    }
+
+    fn insert(&self, sample: SiteSample) {
+        self.shared.samples().insert(sample);
+    }
+
+    /// Makes the documents of the newest set, if it belongs together and is not shown.
+    fn show(&mut self) -> Result<(), Failure> {
+        let shared = Arc::clone(&self.shared);
+        let mut samples = shared.samples();
+        for subscriber in &self.grids {
+            if let Some(sample) = subscriber.take()? {
+                SiteSample::check(sample)?.into_iter().for_each(|grid| samples.insert(grid));
+            }
+        }
+        let Some(set) = samples.set().filter(|set| set.mission_plan.is_some()) else { return Ok(()) };
+        let now = (set.index.content_hash(), set.mission_plan.map(CheckedSample::content_hash));
+        if self.shown == Some(now) {
+            return Ok(());
+        }
+        self.activity.set(Activity::Writing);
+        let result = self.show_set(&set);
+        self.error = result.as_ref().err().map(|why| daemon::chain(why.as_ref()));
+        self.activity.set(Activity::Published);
+        self.shown = Some(now);
+        result
+    }
+
+    fn show_set(&mut self, set: &SiteSet<'_>) -> Result<(), Failure> {
+        let inputs = SiteInputs::of(set);
+        if self.made_of.as_ref() != Some(&inputs) {
+            let MadeSite { head, site, calendar, instants_s } = site_documents(&self.config, set)?;
+            let mut documents = self.shared.documents();
+            (documents.site, documents.calendar, documents.tiles) = (Some(site), Some(calendar), Some(head.tiles()));
+            drop(documents);
+            (self.made_of, self.instants_s) = (Some(inputs), instants_s);
+            self.shared.tell("site", &json!({"site": set.site.content_hash().to_string()}));
+        }
+        let epoch = set.index.bytes().header().epoch;
+        let plan = set.mission_plan.map_or(0, CheckedSample::content_hash);
+        let key = format!("{epoch}-{:08x}", plan as u32);
+        let document = date_document(&key, set)?;
+        self.shared.documents().add_date(key.clone(), document);
+        let at_s = set.state.view().head.plan_time().map(|at| at.civil_seconds());
+        let stop = at_s.map(|at_s| self.instants_s.partition_point(|instant| *instant <= at_s).saturating_sub(1));
+        self.overlays.on_shown(set.index);
+        self.shared.tell("date", &json!({"key": key, "at": text_of(at_s), "stop": stop}));
+        Ok(())
+    }
+}
+
+impl SiteInputs {
+    fn of(set: &SiteSet<'_>) -> Self {
+        let state = set.state.view();
+        // Dates of all elements: they change with rules, progress and revisions of the plan, and not with the plan time.
+        let dates = (0..set.site.view().elements.len()).flat_map(|element| {
+            let dates = state.schedule_of(element);
+            [dates.start_s, dates.finish_s, dates.removal_start_s, dates.removal_finish_s].map(i64::to_le_bytes)
+        });
+        Self {
+            site: set.site.content_hash(),
+            tasks: set.tasks.map(CheckedSample::content_hash),
+            robot: set.index.view().head.robot,
+            schedule: dates.flatten().collect(),
+        }
+    }
+}
+
+impl Service for WebService {
+    type Input = WebInput;
+    type Request = WebRequest;
+    type Facts = WebFacts;
+
+    fn attach(&mut self, bus: &Bus) -> Result<(), Failure> {
+        // Samples belong to a generation of the bus that is gone; they come again.
+        *self.shared.samples() = bus::SiteSamples::default();
+        self.shown = None;
+        let slots = GridSlot::all().map(TopicName::Grid);
+        self.grids = slots.map(|slot| bus.raw_subscriber(slot)).collect::<Result<_, _>>()?;
+        Ok(())
+    }
+
+    fn handle(&mut self, event: Event<WebInput>) -> Result<Done, Failure> {
+        match event {
+            Event::Input(WebInput::Site(site)) => self.insert(SiteSample::Site(site)),
+            Event::Input(WebInput::Tasks(tasks)) => self.insert(SiteSample::Tasks(tasks)),
+            Event::Input(WebInput::ScheduleState(state)) => {
+                self.overlays.on_schedule_state(&state);
+                self.insert(SiteSample::ScheduleState(state));
+            }
+            Event::Input(WebInput::Grids(index)) => {
+                self.overlays.on_index(&index);
+                self.insert(SiteSample::Index(index));
+            }
+            Event::Input(WebInput::MissionPlan(plan)) => self.insert(SiteSample::MissionPlan(plan)),
+            Event::Input(WebInput::SlamMap(map)) => self.overlays.on_slam_map(&self.shared, map),
+            Event::Input(WebInput::Alignment(alignment)) => self.overlays.on_alignment(&self.shared, alignment),
+            Event::Input(WebInput::Deviations(deviations)) => {
+                let samples = self.shared.samples();
+                let site = samples.site().map(CheckedSample::view);
+                if let Some(event) = site.and_then(|site| overlays::deviations(&site, &deviations.view())) {
+                    drop(samples);
+                    self.shared.tell("deviations", &event);
+                }
+            }
+            Event::Configuration(config) if config.web != self.config.web => {
+                return Err("[web] cannot change while groundplan-web runs: restart it".into());
+            }
+            Event::Configuration(config) => {
+                self.config = *config;
+                // Rules may have changed.
+                (self.made_of, self.shown) = (None, None);
+            }
+            Event::Tick => self.overlays.tick(&self.shared, &self.config),
+            Event::Attached => {}
+        }
+        self.show()?;
+        Ok(Done::default())
+    }
+
+    fn answer(&mut self, request: WebRequest, _asked: &Asked) -> Result<Done<()>, Failure> {
+        match request {}
+    }
+
+    fn standing(&self) -> Standing {
+        Standing { error: self.error.clone(), warning: None }
+    }
+
+    fn facts(&self) -> WebFacts {
+        WebFacts { url: Some(self.url.clone()), viewers: MAX_VIEWERS - self.viewers.available_permits() }
+    }
+}

@@ -1,0 +1,191 @@
+//! State that the service and the threads of the server share: the newest samples, and the documents made of them.
+
+use super::{ControlError, Feed, LiveSite, control};
+use crate::source::{Bytes, ContentName, Source, SourceError, TileAddress, locked};
+use crate::tiles::{Extent, Layer, LayerCells, TileGrid, strength_of_class, strength_of_pixel};
+use bus::{GridSlot, SiteSamples};
+use daemon::{SiteConfig, read_parsed};
+use export::ExportInput;
+use grid::pixel_of;
+use messages::Grid;
+use std::collections::VecDeque;
+use std::sync::{Arc, Mutex, MutexGuard};
+use tokio::sync::watch;
+use world::WorldOptions;
+
+/// Documents of dates that viewers may still ask for.
+const N_DATES: usize = 8;
+
+/// The running site.
+pub(crate) struct SharedSite {
+    config: SiteConfig,
+    samples: Mutex<SiteSamples>,
+    documents: Mutex<Documents>,
+    feed: watch::Sender<Feed>,
+    slam_picture: Mutex<Option<(ContentName, Bytes)>>,
+    model: Mutex<Option<(ContentName, Bytes)>>,
+}
+
+/// What was made of the newest samples.
+#[derive(Default)]
+pub(super) struct Documents {
+    pub(super) site: Option<Bytes>,
+    pub(super) calendar: Option<Bytes>,
+    /// By key, the newest last.
+    pub(super) dates: VecDeque<(String, Bytes)>,
+    pub(super) tiles: Option<TileGrid>,
+}
+
+impl SharedSite {
+    pub(super) fn of(config: &SiteConfig) -> Self {
+        Self {
+            config: config.clone(),
+            samples: Mutex::default(),
+            documents: Mutex::default(),
+            feed: watch::Sender::default(),
+            slam_picture: Mutex::default(),
+            model: Mutex::default(),
+        }
+    }
+
+    /// The newest samples.
+    pub(super) fn samples(&self) -> MutexGuard<'_, SiteSamples> {
+        locked(&self.samples)
+    }
+
+    /// What was made of them.
+    pub(super) fn documents(&self) -> MutexGuard<'_, Documents> {
+        locked(&self.documents)
+    }
+
+    /// Tells viewers, if it is not what they know.
+    pub(super) fn tell(&self, kind: &'static str, event: &impl serde::Serialize) {
+        let text = serde_json::to_string(event).expect("keys are texts, and numbers are finite");
+        self.feed.send_if_modified(|feed| {
+            let is_new = feed.get(kind).is_none_or(|known| **known != *text);
+            if is_new {
+                feed.insert(kind, text.into());
+            }
+            is_new
+        });
+    }
+
+    /// Takes the picture of the robot's map.
+    pub(super) fn set_slam_picture(&self, picture: Option<(ContentName, Bytes)>) {
+        *locked(&self.slam_picture) = picture;
+    }
+
+    /// True if this picture is there.
+    pub(super) fn has_slam_picture(&self, name: &ContentName) -> bool {
+        locked(&self.slam_picture).as_ref().is_some_and(|(known, _)| known == name)
+    }
+
+    fn make_model(&self, name: &ContentName) -> Result<Option<Vec<u8>>, SourceError> {
+        let read = |path| read_parsed("options of worlds", path, WorldOptions::parse);
+        let options = self.config.world.options.as_deref().map(read).transpose();
+        let options = options.map_err(|why| SourceError::Live(why.into()))?.unwrap_or_default();
+        let samples = self.samples();
+        let Some(set) = samples.set().filter(|set| name_of(set.index.content_hash()) == *name) else { return Ok(None) };
+        let views = set.views().map_err(|why| SourceError::Live(why.into()))?;
+        let Some(mission_plan) = &views.mission_plan else { return Ok(None) };
+        let input = ExportInput::of_maps(&views.site, &views.state, &views.index, &views.grids, mission_plan);
+        Ok(input.map(|input| world::model(&input, &options)))
+    }
+}
+
+/// The name of what has this hash.
+pub(super) fn name_of(hash: u64) -> ContentName {
+    ContentName::of_hash(&format!("{hash:016x}")).expect("these are sixteen digits")
+}
+
+impl Documents {
+    /// Adds a date, and gives up the oldest one.
+    pub(super) fn add_date(&mut self, key: String, document: Bytes) {
+        self.dates.retain(|(known, _)| *known != key);
+        self.dates.push_back((key, document));
+        while self.dates.len() > N_DATES {
+            self.dates.pop_front();
+        }
+    }
+}
+
+impl Source for SharedSite {
+    fn site(&self) -> Result<Bytes, SourceError> {
+        self.documents().site.clone().ok_or(SourceError::NotYet)
+    }
+
+    fn calendar(&self) -> Result<Bytes, SourceError> {
+        self.documents().calendar.clone().ok_or(SourceError::NotYet)
+    }
+
+    fn date(&self, key: &str) -> Result<Option<Bytes>, SourceError> {
+        let documents = self.documents();
+        let found = documents.dates.iter().find(|(known, _)| known == key);
+        Ok(found.map(|(_, document)| Arc::clone(document)))
+    }
+
+    fn tile(&self, address: &TileAddress) -> Result<Option<Bytes>, SourceError> {
+        let Some(tiles) = self.documents().tiles else { return Ok(None) };
+        let samples = self.samples();
+        let mut grids = GridSlot::all().filter_map(|slot| samples.grid(slot));
+        let grid = grids
+            .find(|grid| grid.view().head.map_storey == address.storey && name_of(grid.content_hash()) == address.name);
+        Ok(grid.and_then(|grid| tile_of(&grid.view(), &tiles, address)).map(Bytes::from))
+    }
+
+    fn model(&self, name: &ContentName) -> Result<Option<Bytes>, SourceError> {
+        let mut kept = locked(&self.model);
+        if let Some((_, model)) = kept.as_ref().filter(|(known, _)| known == name) {
+            return Ok(Some(Arc::clone(model)));
+        }
+        let made = self.make_model(name)?.map(Bytes::from);
+        if let Some(model) = &made {
+            *kept = Some((name.clone(), Arc::clone(model)));
+        }
+        Ok(made)
+    }
+}
+
+fn tile_of(grid: &Grid<'_>, tiles: &TileGrid, address: &TileAddress) -> Option<Vec<u8>> {
+    let spec = grid.spec();
+    let extent = Extent::of(&spec);
+    let (layer, width, height) = (address.layer, spec.width as usize, spec.height as usize);
+    let strength = |column: u32, row: u32| {
+        let cell = (height - 1 - row as usize) * width + column as usize;
+        match layer {
+            Layer::Semantic => strength_of_class(grid.class[cell]),
+            Layer::Planning => strength_of_pixel(layer, pixel_of(grid.planning[cell])),
+            Layer::Keepout => strength_of_pixel(layer, pixel_of(grid.keepout[cell])),
+            Layer::Localization => strength_of_pixel(layer, pixel_of(grid.localization[cell])),
+        }
+    };
+    let offset = tiles.offset(&extent, spec.resolution_m());
+    LayerCells { layer, extent, offset, strength: &strength }.tile(tiles, address.place)
+}
+
+impl LiveSite for SharedSite {
+    fn feed(&self) -> watch::Receiver<Feed> {
+        self.feed.subscribe()
+    }
+
+    fn slam_picture(&self, name: &ContentName) -> Option<Bytes> {
+        let picture = locked(&self.slam_picture);
+        picture.as_ref().filter(|(known, _)| known == name).map(|(_, picture)| Arc::clone(picture))
+    }
+
+    fn set_date(&self, at: &str) -> Result<(), ControlError> {
+        self.allowed()?;
+        control::set_plan_time(&self.config, at).map_err(ControlError::Failed)
+    }
+
+    fn confirm(&self, global_id: &str) -> Result<(), ControlError> {
+        self.allowed()?;
+        control::confirm_absent(&self.config, global_id).map_err(ControlError::Failed)
+    }
+}
+
+impl SharedSite {
+    fn allowed(&self) -> Result<(), ControlError> {
+        if self.config.web.allow_control { Ok(()) } else { Err(ControlError::NotAllowed) }
+    }
+}

@@ -1,0 +1,147 @@
+//! Admission of viewers: users of the machine itself, or holders of the token.
+
+use axum::extract::{Request, State};
+use axum::http::uri::Authority;
+use axum::http::{HeaderMap, HeaderValue, StatusCode, Uri, header};
+use axum::middleware::Next;
+use axum::response::{IntoResponse, Response};
+use sha2::{Digest, Sha256};
+use std::sync::Arc;
+
+/// Name of the cookie that carries the token.
+const COOKIE: &str = "groundplan_token";
+
+/// Who may look.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) enum Access {
+    /// Whoever reaches the address of this machine alone. Names of other machines that lead to it are refused, so that a page
+    /// from elsewhere cannot read the site through a browser that runs here.
+    OwnMachine,
+    /// Whoever has the token with this sha256.
+    Token([u8; 32]),
+}
+
+impl Access {
+    /// Sha256 of a token.
+    pub(crate) fn hash_of(token: &str) -> [u8; 32] {
+        Sha256::digest(token.as_bytes()).into()
+    }
+
+    fn allows(&self, uri: &Uri, headers: &HeaderMap) -> Verdict {
+        match self {
+            Self::OwnMachine if is_own_name(uri, headers) => Verdict::Allowed,
+            Self::OwnMachine => Verdict::Refused("this address serves its own machine alone"),
+            Self::Token(hash) => {
+                let of_query = uri.query().into_iter().flat_map(|query| query.split('&'));
+                if let Some(token) = of_query.filter_map(|pair| pair.strip_prefix("token=")).next() {
+                    return if is_equal(&Self::hash_of(token), hash) {
+                        Verdict::Welcome(token.to_owned())
+                    } else {
+                        Verdict::Refused("this is not the token")
+                    };
+                }
+                let cookies = headers.get_all(header::COOKIE).iter().filter_map(|value| value.to_str().ok());
+                let mut tokens = cookies
+                    .flat_map(|cookie| cookie.split(';'))
+                    .filter_map(|pair| pair.trim().strip_prefix(COOKIE)?.strip_prefix('='));
+                let bearer = headers.get(header::AUTHORIZATION).and_then(|value| value.to_str().ok());
+                let bearer = bearer.and_then(|value| value.strip_prefix("Bearer "));
+                if tokens.any(|token| is_equal(&Self::hash_of(token), hash))
+                    || bearer.is_some_and(|token| is_equal(&Self::hash_of(token), hash))
+                {
+                    Verdict::Allowed
+                } else {
+                    Verdict::Refused("open the address with ?token= and the token that was printed when it was made")
+                }
+            }
+        }
+    }
+}
+
+#[derive(Debug, PartialEq, Eq)]
+enum Verdict {
+    Allowed,
+    /// The token came in the address: it goes into a cookie, and out of the address.
+    Welcome(String),
+    Refused(&'static str),
+}
+
+/// Lets a request through, or refuses it.
+pub(super) async fn check(State(access): State<Arc<Access>>, request: Request, next: Next) -> Response {
+    match access.allows(request.uri(), request.headers()) {
+        Verdict::Allowed => next.run(request).await,
+        Verdict::Welcome(token) => {
+            let cookie = format!("{COOKIE}={token}; Path=/; HttpOnly; SameSite=Strict; Max-Age=31536000");
+            match HeaderValue::from_str(&cookie) {
+                Ok(cookie) => {
+                    let path = HeaderValue::from_str(request.uri().path()).unwrap_or(HeaderValue::from_static("/"));
+                    (StatusCode::SEE_OTHER, [(header::SET_COOKIE, cookie), (header::LOCATION, path)]).into_response()
+                }
+                Err(_) => refused("this is not the token"),
+            }
+        }
+        Verdict::Refused(why) => refused(why),
+    }
+}
+
+fn refused(why: &'static str) -> Response {
+    (StatusCode::FORBIDDEN, [(header::CONTENT_TYPE, "text/plain; charset=utf-8")], why).into_response()
+}
+
+/// True if the request names this machine by an address or name that leads nowhere else.
+fn is_own_name(uri: &Uri, headers: &HeaderMap) -> bool {
+    // HTTP/2 has the name in the address.
+    let of_uri = uri.authority().map(Authority::as_str);
+    let Some(host) = of_uri.or_else(|| headers.get(header::HOST)?.to_str().ok()) else { return false };
+    let name = match host.strip_prefix('[') {
+        Some(rest) => rest.split(']').next().unwrap_or_default(),
+        None => host.rsplit_once(':').map_or(host, |(name, _)| name),
+    };
+    name == "localhost" || name.parse().is_ok_and(|address: std::net::IpAddr| address.is_loopback())
+}
+
+/// Compares all bytes, however early they differ.
+fn is_equal(a: &[u8; 32], b: &[u8; 32]) -> bool {
+    a.iter().zip(b).fold(0, |difference, (a, b)| difference | (a ^ b)) == 0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn verdict(access: &Access, uri: &str, name: header::HeaderName, value: &str) -> Verdict {
+        let mut headers = HeaderMap::new();
+        headers.insert(name, HeaderValue::from_str(value).unwrap());
+        access.allows(&uri.parse().unwrap(), &headers)
+    }
+
+    #[test]
+    fn only_names_of_the_own_machine_are_answered_without_a_token() {
+        let of = |host| verdict(&Access::OwnMachine, "/", header::HOST, host) == Verdict::Allowed;
+        assert!(["localhost:8080", "127.0.0.1", "127.0.0.1:80", "[::1]:8080"].into_iter().all(of));
+        assert!(
+            !["evil.example", "evil.example:8080", "192.168.0.7:8080", "", "localhost.evil.example"]
+                .into_iter()
+                .any(of)
+        );
+    }
+
+    #[test]
+    fn the_name_in_the_address_counts_where_there_is_one() {
+        let of = |uri: &str| Access::OwnMachine.allows(&uri.parse().unwrap(), &HeaderMap::new()) == Verdict::Allowed;
+        assert!(of("https://localhost:8642/") && !of("https://evil.example/") && !of("/"));
+    }
+
+    #[test]
+    fn the_token_is_taken_from_the_address_a_cookie_or_a_header() {
+        let access = Access::Token(Access::hash_of("secret"));
+        let with = |uri, name, value: &str| verdict(&access, uri, name, value);
+        assert_eq!(with("/?token=secret", header::HOST, "site"), Verdict::Welcome("secret".to_owned()));
+        assert!(matches!(with("/?token=Secret", header::COOKIE, "groundplan_token=secret"), Verdict::Refused(_)));
+        assert_eq!(with("/", header::COOKIE, "a=b; groundplan_token=secret"), Verdict::Allowed);
+        assert_eq!(with("/", header::AUTHORIZATION, "Bearer secret"), Verdict::Allowed);
+        for value in ["groundplan_token=", "groundplan_token=secre", "xgroundplan_token=secret"] {
+            assert!(matches!(with("/data/site.json", header::COOKIE, value), Verdict::Refused(_)), "{value}");
+        }
+    }
+}

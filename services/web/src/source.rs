@@ -1,0 +1,133 @@
+//! The source of the page's documents: files, or the running daemons.
+
+use crate::tiles::{Layer, TilePlace};
+use serde::Serialize;
+use std::fmt;
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+/// The bytes of a document, shared by all viewers.
+pub(crate) type Bytes = Arc<[u8]>;
+
+/// A document as JSON.
+pub(crate) fn json(document: &impl Serialize) -> Bytes {
+    serde_json::to_vec(document).expect("keys are texts, and numbers are finite").into()
+}
+
+/// What a lock guards, also after a panic of another thread: values are replaced whole.
+pub(crate) fn locked<T>(kept: &Mutex<T>) -> MutexGuard<'_, T> {
+    kept.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// A hash that names a picture or a model: the same content has the same name, whatever the date.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+pub(crate) struct ContentName(String);
+
+impl ContentName {
+    /// Characters of a name.
+    const LENGTH: usize = 16;
+
+    /// The beginning of a hash in hexadecimal digits.
+    pub(crate) fn of_hash(hash: &str) -> Option<Self> {
+        let name = hash.get(..Self::LENGTH)?;
+        name.bytes().all(|b| b.is_ascii_digit() || (b'a'..=b'f').contains(&b)).then(|| Self(name.to_owned()))
+    }
+
+    /// Its text.
+    pub(crate) fn as_str(&self) -> &str {
+        &self.0
+    }
+}
+
+impl fmt::Display for ContentName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+/// A tile of a layer of a storey.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct TileAddress {
+    /// Index of the map storey.
+    pub(crate) storey: u32,
+    /// Which layer.
+    pub(crate) layer: Layer,
+    /// Its content.
+    pub(crate) name: ContentName,
+    /// Which tile of it.
+    pub(crate) place: TilePlace,
+}
+
+/// Where documents come from. What is not there is `None`.
+pub(crate) trait Source: Send + Sync {
+    /// Storeys, elements, spaces and dates.
+    ///
+    /// # Errors
+    /// See [`SourceError`].
+    fn site(&self) -> Result<Bytes, SourceError>;
+
+    /// When states change, by element and space.
+    ///
+    /// # Errors
+    /// See [`SourceError`].
+    fn calendar(&self) -> Result<Bytes, SourceError>;
+
+    /// What holds at a date, by the key that `site` gives it.
+    ///
+    /// # Errors
+    /// See [`SourceError`].
+    fn date(&self, key: &str) -> Result<Option<Bytes>, SourceError>;
+
+    /// A picture of a layer.
+    ///
+    /// # Errors
+    /// See [`SourceError`].
+    fn tile(&self, address: &TileAddress) -> Result<Option<Bytes>, SourceError>;
+
+    /// What stands at a date, as a binary glTF.
+    ///
+    /// # Errors
+    /// See [`SourceError`].
+    fn model(&self, name: &ContentName) -> Result<Option<Bytes>, SourceError>;
+}
+
+/// Why there are no documents.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum SourceError {
+    /// A file that cannot be read.
+    #[error("{} cannot be read", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// A file of another layout.
+    #[error("{} is no such file of groundplan", path.display())]
+    Json {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: serde_json::Error,
+    },
+    /// A picture of another size or kind.
+    #[error("{}: {what}", path.display())]
+    Picture {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        what: String,
+    },
+    /// The daemons have not published a whole set of maps.
+    #[error("the daemons have no maps yet")]
+    NotYet,
+    /// Samples or options that cannot be used.
+    #[error("the maps of the daemons cannot be shown")]
+    Live(#[source] Box<dyn std::error::Error + Send + Sync>),
+    /// A folder without maps.
+    #[error("{} holds no maps: groundplan convert writes them", folder.display())]
+    NoMaps {
+        /// The folder.
+        folder: PathBuf,
+    },
+}

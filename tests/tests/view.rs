@@ -1,0 +1,225 @@
+//! The page's server beside running daemons and on files, asked as a browser asks it.
+#![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
+
+mod support;
+
+use bus::Daemon;
+use daemon::facts::WebFacts;
+use daemon::{Report, StatusBoard};
+use serde_json::{Value, json};
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::TcpStream;
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::time::Instant;
+use support::live::{DEADLINE, Live, POLL_INTERVAL};
+use support::{client, convert, demo_model};
+
+/// A server that ends with its value.
+struct Server {
+    process: Child,
+    address: String,
+}
+
+impl Server {
+    /// `groundplan view` on a free port.
+    fn view(arguments: &[&str]) -> Self {
+        let mut command = Command::new(client());
+        command.arg("view").args(arguments).args(["--listen", "127.0.0.1:0"]);
+        let mut process = command.stdout(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
+        let mut line = String::new();
+        BufReader::new(process.stdout.take().unwrap()).read_line(&mut line).unwrap();
+        Self { address: address_of(line.trim()), process }
+    }
+}
+
+impl Drop for Server {
+    fn drop(&mut self) {
+        // It may have ended already.
+        let _ = Command::new("kill").arg(self.process.id().to_string()).status();
+        let _ = self.process.wait();
+    }
+}
+
+fn address_of(url: &str) -> String {
+    let address = url.strip_prefix("http://").and_then(|rest| rest.strip_suffix('/'));
+    address.unwrap_or_else(|| panic!("{url:?} is no address")).to_owned()
+}
+
+/// Status and body of an answer.
+fn ask(address: &str, method: &str, path: &str, body: &str) -> (u16, Vec<u8>) {
+    let mut stream = TcpStream::connect(address).unwrap();
+    stream.set_read_timeout(Some(DEADLINE)).unwrap();
+    let length = body.len();
+    let head = format!(
+        "{method} /{path} HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\nX-Groundplan: 1\r\nContent-Length: {length}\r\n\r\n"
+    );
+    stream.write_all((head + body).as_bytes()).unwrap();
+    let mut answer = Vec::new();
+    stream.read_to_end(&mut answer).unwrap();
+    let end = answer.windows(4).position(|w| w == b"\r\n\r\n").unwrap();
+    let status = std::str::from_utf8(&answer[9..12]).unwrap().parse().unwrap();
+    (status, answer.split_off(end + 4))
+}
+
+fn document(address: &str, path: &str) -> Value {
+    let (status, body) = ask(address, "GET", path, "");
+    assert_eq!(status, 200, "{path}: {}", String::from_utf8_lossy(&body));
+    serde_json::from_slice(&body).unwrap()
+}
+
+/// The events of a live page: opened once, read as they come.
+struct Events(BufReader<TcpStream>);
+
+impl Events {
+    fn of(address: &str) -> Self {
+        let mut stream = TcpStream::connect(address).unwrap();
+        stream.set_read_timeout(Some(DEADLINE)).unwrap();
+        stream.write_all(b"GET /data/events HTTP/1.1\r\nHost: localhost\r\n\r\n").unwrap();
+        Self(BufReader::new(stream))
+    }
+
+    /// The next event of a kind that is as it should be.
+    fn wait_for(&mut self, kind: &str, is_so: impl Fn(&Value) -> bool) -> Value {
+        let (begun, mut of_kind) = (Instant::now(), false);
+        loop {
+            let mut line = String::new();
+            assert!(self.0.read_line(&mut line).unwrap() > 0, "the connection ended before {kind}");
+            assert!(begun.elapsed() < DEADLINE, "{kind} does not come");
+            let line = line.trim_end();
+            match line.split_once(": ") {
+                Some(("event", name)) => of_kind = name == kind,
+                Some(("data", data)) if of_kind => {
+                    let event: Value = serde_json::from_str(data).unwrap();
+                    if is_so(&event) {
+                        return event;
+                    }
+                }
+                _ => {}
+            }
+        }
+    }
+}
+
+/// A site with a page on a free port.
+fn site(more: &str) -> Live {
+    let web = format!("[web]\nenabled = true\nlisten = \"127.0.0.1:0\"\n{more}");
+    Live::of(&demo_model(), &format!("[schedule]\nplan_time = \"2024-03-01\"\n{web}"))
+}
+
+/// Where the page of a site is, once it shows maps.
+fn page_of(live: &Live) -> String {
+    let begun = Instant::now();
+    loop {
+        let report: Option<Report<WebFacts>> = StatusBoard::of(live.root.path()).report(Daemon::Web);
+        let url = report.and_then(|report| report.facts.url).map(|url| address_of(&url));
+        if let Some(address) = url.filter(|address| ask(address, "GET", "data/site.json", "").0 == 200) {
+            return address;
+        }
+        assert!(begun.elapsed() < DEADLINE, "{:?}", live.status());
+        std::thread::sleep(POLL_INTERVAL);
+    }
+}
+
+fn planning_tile(address: &str, date: &Value, storey: usize) -> Vec<u8> {
+    let name = date["storeys"][storey]["layers"]["planning"].as_str().unwrap();
+    let index = &date["storeys"][storey]["index"];
+    let (status, tile) = ask(address, "GET", &format!("data/tiles/{index}/planning/{name}/0/0/0.png"), "");
+    assert_eq!(status, 200);
+    tile
+}
+
+#[test]
+fn the_page_of_the_daemons_shows_what_that_of_files_shows_at_the_same_date() {
+    let live = site("");
+    let address = page_of(&live);
+    let mut events = Events::of(&address);
+    live.text(&[&"date", &"2024-06-15"]);
+    let event = events.wait_for("date", |event| event["at"] == "2024-06-15T00:00:00");
+    let now = document(&address, &format!("data/dates/{}.json", event["key"].as_str().unwrap()));
+
+    let maps = convert(&demo_model(), &["--date", "2024-06-15T00:00:00"]);
+    let files = Server::view(&["--out", maps.path().to_str().unwrap()]);
+    let then = document(&files.address, "data/dates/0.json");
+    for key in ["at", "until", "elements", "spaces", "passages", "doors", "waypoints", "mission", "graph"] {
+        assert_eq!(now[key], then[key], "{key}");
+    }
+    for storey in 0..then["storeys"].as_array().unwrap().len() {
+        let (live, of_files) = (planning_tile(&address, &now, storey), planning_tile(&files.address, &then, storey));
+        assert!(live == of_files, "storey {storey}");
+    }
+    let (sites, dates) = (document(&address, "data/site.json"), document(&files.address, "data/site.json"));
+    for key in ["elements", "spaces", "storeys", "tiles", "tasks", "robot", "frames"] {
+        assert_eq!(sites[key], dates[key], "{key}");
+    }
+}
+
+#[test]
+fn a_viewer_is_told_of_dead_daemons_and_cannot_change_anything_unasked() {
+    let live = site("");
+    let address = page_of(&live);
+    let mut events = Events::of(&address);
+    events.wait_for("status", |event| event["stale"] == false && event["services"].as_array().unwrap().len() >= 7);
+    let (status, body) = ask(&address, "POST", "data/control/date", "{\"at\": \"2024-04-15T00:00:00\"}");
+    assert_eq!(status, 403, "{}", String::from_utf8_lossy(&body));
+    let (status, _) = ask(&address, "POST", "data/control/confirm", "{\"global_id\": \"x\"}");
+    assert_eq!(status, 403);
+    assert!(live.text(&[&"date"]).starts_with("2024-03-01T00:00:00"));
+
+    live.kill("groundplan-web");
+    let address = page_of(&live);
+    assert_eq!(document(&address, "data/site.json")["live"], true);
+    let (status, model) = model_at(&address);
+    assert!(status == 200 && model.starts_with(b"glTF"));
+}
+
+/// The 3D model of the newest date.
+fn model_at(address: &str) -> (u16, Vec<u8>) {
+    let event = Events::of(address).wait_for("date", |_| true);
+    let date = document(address, &format!("data/dates/{}.json", event["key"].as_str().unwrap()));
+    ask(address, "GET", &format!("data/models/{}.glb", date["model"].as_str().unwrap()), "")
+}
+
+#[test]
+fn viewers_set_the_date_where_the_site_allows_it() {
+    let live = site("allow_control = true\n");
+    let address = page_of(&live);
+    assert_eq!(document(&address, "data/site.json")["control"], true);
+    let mut events = Events::of(&address);
+    let (status, body) = ask(&address, "POST", "data/control/date", "{\"at\": \"2024-04-15T08:00:00\"}");
+    assert_eq!((status, body.as_slice()), (200, b"{}".as_slice()));
+    events.wait_for("date", |event| event["at"] == "2024-04-15T08:00:00");
+    for wrong in ["{\"at\": \"tomorrow\"}", "{\"at\": 7}", "{}", "[", "{\"at\": \"2024-04-15\", \"and\": 1}"] {
+        let (status, body) = ask(&address, "POST", "data/control/date", wrong);
+        let answer: Value = serde_json::from_slice(&body).unwrap();
+        assert!((400..500).contains(&status) && answer["error"].is_string(), "{wrong}: {status} {answer}");
+    }
+}
+
+#[test]
+fn models_are_converted_at_every_change_and_written_as_a_page() {
+    let folder = tempfile::tempdir().unwrap();
+    let page = folder.path().join("page");
+    let model = demo_model();
+    let arguments = ["view", model.to_str().unwrap(), "--export", page.to_str().unwrap()];
+    let output = Command::new(client()).args(arguments).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let site = script(&page.join("data/site.js"), "site");
+    let dates = site["dates"].as_array().unwrap();
+    assert!(dates.len() > 10);
+    let last = script(&page.join(format!("data/dates/{}.js", dates.len() - 1)), &format!("dates/{}", dates.len() - 1));
+    assert_eq!(last["at"], dates[dates.len() - 1]["at"]);
+    let model = last["model"].as_str().unwrap();
+    assert!(page.join(format!("data/models/{model}.js")).is_file());
+    let name = last["storeys"][0]["layers"]["planning"].as_str().unwrap();
+    assert!(page.join(format!("data/tiles/0/planning/{name}/0/0/0.png")).is_file());
+    let calendar = script(&page.join("data/calendar.js"), "calendar");
+    assert!(calendar["spaces"].as_object().unwrap().values().any(|states| states[0] == json!([0, "blocked"])));
+}
+
+/// The document that a script hands to the page.
+fn script(path: &Path, name: &str) -> Value {
+    let text = std::fs::read_to_string(path).unwrap();
+    let json = text.strip_prefix(&format!("groundplanData(\"{name}\",")).and_then(|rest| rest.strip_suffix(");\n"));
+    serde_json::from_str(json.unwrap()).unwrap()
+}
