@@ -460,6 +460,7 @@ def judge(test, browser, site):
         at = traceback.extract_tb(error.__traceback__)
         lines = [frame.lineno for frame in at if frame.filename.endswith(".py") and "check_page" in frame.filename][1:]
         print(f"  FAIL  {name}: {type(error).__name__} at line {lines}: {str(error)[:1500]}", flush=True)
+        print(f"        the page shows: {browser.shown()}", flush=True)
         return False
     print(f"  ok    {name} ({time.monotonic() - begun:.1f} s){f': {said}' if said else ''}", flush=True)
     return True

@@ -105,6 +105,11 @@ class Browser:
     def wait_for_text(self, *texts):
         until(f"text {texts}", lambda: all(text in self.text() for text in texts))
 
+    def shown(self):
+        """What tells most of a page that is not as expected: its date, messages, a question, and errors."""
+        told = {name: self.run("return document.getElementById(arguments[0])?.innerText", name) for name in ("date", "alerts", "toast", "dialog")}
+        return {"url": self.driver.current_url, **told, "errors": self.errors()}
+
     def fragment(self):
         """State that a link keeps."""
         pairs = (pair.split("=", 1) for pair in self.run("return location.hash.slice(1)").split("&") if "=" in pair)

@@ -9,6 +9,7 @@ import { longDate, number, sentence, t, word } from "./texts.js";
 
 // `onDate({key, at, stop})` and `onSite()` load what the event tells of.
 export function createLive({ onDate, onSite }) {
+  byId("dialog").addEventListener("close", closed);
   onChange(["connected", "status", "site"], showAlerts);
   onChange(["connected", "status", "robot", "slam", "deviations", "site"], showServices);
   const toggle = byId("services-toggle");
@@ -160,17 +161,25 @@ export function say(text) {
   timer = setTimeout(() => toast.classList.remove("shown"), 4000);
 }
 
-// Asks in the dialog; resolves to true if the person agrees.
+// Asks in the dialog; resolves to true if the person agrees. A question that is open is given up for a new one.
+let answer = null;
 function ask(title, text, action) {
   const dialog = byId("dialog");
+  if (dialog.open) dialog.close();
+  closed({ target: dialog });
   byId("dialog-title").textContent = title;
   byId("dialog-text").textContent = text;
   byId("dialog-ok").textContent = action;
   dialog.returnValue = "";
   dialog.showModal();
-  return new Promise((resolve) => {
-    dialog.addEventListener("close", () => resolve(dialog.returnValue === "ok"), { once: true });
-  });
+  return new Promise((resolve) => (answer = resolve));
+}
+
+// The event comes later than the end of its question: by then the next one may be open, and waits for its own end.
+function closed({ target: dialog }) {
+  if (dialog.open) return;
+  answer?.(dialog.returnValue === "ok");
+  answer = null;
 }
 
 export async function askConfirm(id) {
