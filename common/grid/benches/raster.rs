@@ -2,7 +2,7 @@
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use geometry::{Bounds, FillRule, MultiPolygon, union};
-use grid::{GridSpec, Growth, covered_cells, overlapped_cells, squared_distances};
+use grid::{GridSpec, Growth, covered_cells, overlapped_cells, sparse_distances, squared_distances};
 use std::hint::black_box;
 
 /// A regular polygon of `n` corners, 10 m in radius.
@@ -36,6 +36,15 @@ fn distances(c: &mut Criterion) {
         group.throughput(criterion::Throughput::Elements((side * side) as u64));
         group.bench_function(BenchmarkId::from_parameter(side), |b| {
             b.iter(|| squared_distances(black_box(&marked), side))
+        });
+        // Three quarters are outside of the building, and marked.
+        let half = side / 2;
+        let mostly: Vec<bool> = (0..side * side).map(|i| half <= i % side || half <= i / side || marked[i]).collect();
+        group.bench_function(BenchmarkId::new("dense, mostly outside", side), |b| {
+            b.iter(|| squared_distances(black_box(&mostly), side))
+        });
+        group.bench_function(BenchmarkId::new("sparse, mostly outside", side), |b| {
+            b.iter(|| sparse_distances(black_box(&mostly), side))
         });
     }
     group.finish();

@@ -28,10 +28,28 @@ pub fn squared_distances(marked: &[bool], width: usize) -> Vec<u32> {
     out
 }
 
-/// [`squared_distances`] as a sparse layer: 0 where all cells of a chunk are marked.
+/// [`squared_distances`] as a sparse layer: 0 where all cells of a chunk are marked. They take neither time nor room.
 pub fn sparse_distances(marked: &[bool], width: usize) -> SparseLayer<u32> {
-    let squared = squared_distances(marked, width);
-    SparseCells::of(squared.len(), |cell| squared[cell] != 0).layer_of(0, |cell| squared[cell])
+    let cells = SparseCells::of(marked.len(), |cell| !marked[cell]);
+    let mut squared = cells.layer_of(0, |cell| if marked[cell] { 0 } else { u32::MAX });
+    for cell in cells.iter().skip_while(|cell| *cell < width) {
+        squared[cell] = squared[cell].min(squared[cell - width].saturating_add(1));
+    }
+    for cell in cells.iter().rev().skip_while(|cell| marked.len() - width <= *cell) {
+        squared[cell] = squared[cell].min(squared[cell + width].saturating_add(1));
+    }
+    let mut line = Line::new(width);
+    let mut row = vec![0; width];
+    for first in (0..marked.len()).step_by(width.max(1)) {
+        squared.read(first, &mut row);
+        if row.iter().all(|cells| *cells == 0) {
+            continue;
+        }
+        row.iter_mut().filter(|cells| **cells != u32::MAX).for_each(|cells| *cells = cells.saturating_mul(*cells));
+        line.transform(&mut row, 1, |_, _| {});
+        squared.write(first, &row);
+    }
+    squared
 }
 
 /// The nearest marked cell, for every cell; [`u32::MAX`] without a marked cell. Ties are broken the same way each time.

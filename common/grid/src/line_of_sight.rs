@@ -140,6 +140,7 @@ impl LineOfSight {
     }
 
     /// The cell of a point; `None` outside of the grid.
+    #[inline]
     pub fn cell_at(&self, at: [f64; 2]) -> Option<usize> {
         let is_inside = at[0] >= 0.0 && at[0] < self.width as f64 && at[1] >= 0.0;
         is_inside.then(|| at[1] as usize * self.width + at[0] as usize).filter(|&cell| cell < self.leap.len())

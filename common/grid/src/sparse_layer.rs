@@ -57,14 +57,26 @@ impl SparseCells {
     }
 
     /// The cells with values of their own, in their order.
-    pub fn iter(&self) -> impl Iterator<Item = usize> {
+    pub fn iter(&self) -> impl DoubleEndedIterator<Item = usize> {
         self.chunks().flatten()
     }
 
     /// The cells of each chunk with values.
-    fn chunks(&self) -> impl Iterator<Item = Range<usize>> {
+    fn chunks(&self) -> impl DoubleEndedIterator<Item = Range<usize>> {
         let cells_of = |chunk: usize| chunk * CHUNK_CELLS..((chunk + 1) * CHUNK_CELLS).min(self.n_cells);
         self.starts.iter().enumerate().filter(|(_, start)| **start != 0).map(move |(chunk, _)| cells_of(chunk))
+    }
+
+    /// For each chunk of a stretch of cells its cells, counted from the first of the stretch, and the place of their values; `None` for
+    /// a chunk without.
+    fn places(&self, first: usize, length: usize) -> impl Iterator<Item = (Range<usize>, Option<usize>)> {
+        let mut done = 0;
+        std::iter::from_fn(move || {
+            let n = (CHUNK_CELLS - (first + done) % CHUNK_CELLS).min(length - done);
+            let place = (n > 0).then(|| self.place(first + done))?;
+            done += n;
+            Some((done - n..done, (place >= CHUNK_CELLS).then_some(place)))
+        })
     }
 
     /// Place of a cell's value.
@@ -90,6 +102,27 @@ impl<T> SparseLayer<T> {
     /// The value of a cell; `None` outside of the grid.
     pub fn get(&self, cell: usize) -> Option<&T> {
         (cell < self.cells.n_cells).then(|| &self[cell])
+    }
+}
+
+impl<T: Copy> SparseLayer<T> {
+    /// Copies the values of a stretch of cells.
+    pub(crate) fn read(&self, first: usize, out: &mut [T]) {
+        for (cells, place) in self.cells.places(first, out.len()) {
+            match place {
+                Some(place) => out[cells.clone()].copy_from_slice(&self.values[place..place + cells.len()]),
+                None => out[cells].fill(self.values[0]),
+            }
+        }
+    }
+
+    /// Sets the values of a stretch of cells; those of cells without values of their own stay.
+    pub(crate) fn write(&mut self, first: usize, values: &[T]) {
+        for (cells, place) in self.cells.places(first, values.len()) {
+            if let Some(place) = place {
+                self.values[place..place + cells.len()].copy_from_slice(&values[cells]);
+            }
+        }
     }
 }
 

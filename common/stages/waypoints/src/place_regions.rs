@@ -75,13 +75,23 @@ impl PlaceRegions {
     /// The shortest path between each two neighbouring regions.
     fn find_borders(&self, path_grid: &PathGrid, cost: &SparseLayer<u32>) -> Vec<Border> {
         let mut borders = Vec::new();
+        let w = path_grid.width;
+        // Steps lead both ways: those to later cells are all.
         for cell in cost.cells().iter().filter(|&cell| self.region[cell] != NONE) {
+            let region = self.region[cell];
+            if [cell + 1, cell + w - 1, cell + w, cell + w + 1].iter().all(|&next| self.region[next] == region) {
+                continue;
+            }
             path_grid.steps_from(cell, |next, step| {
-                let places = [self.region[cell], self.region[next]];
-                if places[0] < places[1] {
-                    let cells = [cell, next].map(|cell| cell as u32);
-                    borders.push(Border { places, cost: cost[cell] + step + cost[next], cells });
+                if next < cell || self.region[next] == region {
+                    return;
                 }
+                let [a, b] = if region < self.region[next] { [cell, next] } else { [next, cell] };
+                borders.push(Border {
+                    places: [self.region[a], self.region[b]],
+                    cost: cost[cell] + step + cost[next],
+                    cells: [a as u32, b as u32],
+                });
             });
         }
         borders.sort_unstable();

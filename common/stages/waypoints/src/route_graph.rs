@@ -194,25 +194,33 @@ fn add_edge(
 /// Minimum clearance along a line, sampled twice per cell.
 fn clearance_m(storey: &StoreyInputs<'_>, line: &[Point2<Map>]) -> f64 {
     let StoreyInputs { free_space, .. } = *storey;
-    let step_m = free_space.spec.resolution_m() / 2.0;
-    let mut min_m = f64::INFINITY;
-    let mut sample = |p: Point2<Map>| {
-        let Some(cell) = free_space.spec.cell_at(p).map(|c| free_space.spec.index(c)) else { return };
-        let middle = free_space.middle(cell);
-        // The clearance differs from that of the cell's middle by at most the distance to it.
-        if free_space.clearance_of(cell) - p.distance_m(&middle) < min_m {
-            min_m = min_m.min(free_space.clearance_m(p));
-        }
+    // The clearance of a point differs from that of its cell's middle by at most the distance to it.
+    let at_least_m = |p: Point2<Map>| {
+        let cell = free_space.spec.cell_at(p).map(|c| free_space.spec.index(c))?;
+        Some(free_space.clearance_of(cell) - p.distance_m(&free_space.middle(cell)))
     };
-    for ends in line.windows(2) {
-        let d = [ends[1].x_m() - ends[0].x_m(), ends[1].y_m() - ends[0].y_m()];
-        let n = (libm::hypot(d[0], d[1]) / step_m).ceil().max(1.0);
-        for k in 0..=n as u32 {
-            let share = f64::from(k) / n;
-            sample(Point2::new(ends[0].x_m() + share * d[0], ends[0].y_m() + share * d[1]));
+    let bounds = || samples(line, free_space.spec.resolution_m() / 2.0).filter_map(|p| Some((at_least_m(p)?, p)));
+    // From where the least may be few others have to be looked at.
+    let first = bounds().min_by(|a, b| a.0.total_cmp(&b.0));
+    let mut min_m = first.map_or(f64::INFINITY, |(_, p)| free_space.clearance_m(p));
+    for (bound_m, p) in bounds() {
+        if bound_m < min_m {
+            min_m = min_m.min(free_space.clearance_m(p));
         }
     }
     min_m
+}
+
+/// Points along a line, at most so far apart, with all its corners.
+fn samples(line: &[Point2<Map>], step_m: f64) -> impl Iterator<Item = Point2<Map>> {
+    line.windows(2).flat_map(move |ends| {
+        let d = [ends[1].x_m() - ends[0].x_m(), ends[1].y_m() - ends[0].y_m()];
+        let n = (libm::hypot(d[0], d[1]) / step_m).ceil().max(1.0);
+        (0..=n as u32).map(move |k| {
+            let share = f64::from(k) / n;
+            Point2::new(ends[0].x_m() + share * d[0], ends[0].y_m() + share * d[1])
+        })
+    })
 }
 
 /// True if the straight line between two points is free and reachable, except at corners of cells.
