@@ -1,7 +1,7 @@
 //! Refines poses roughly, the best exactly, and looks for their twins.
 
 use crate::candidate::Candidate;
-use crate::correlation::correlated;
+use crate::correlation::{OtherFace, correlated};
 use crate::features::Features;
 use crate::pose::{Pose, is_same_pose, is_within, moved};
 use crate::random_generator::RandomGenerator;
@@ -146,7 +146,7 @@ impl Refinement<'_> {
         };
         let explained: Vec<WallPoint> = slam_points.iter().filter(is_explained).copied().collect();
         let turns = turns(&directions(&explained), reference.directions());
-        correlated(slam, &explained, reference, &turns, N_TWIN_PEAKS)
+        correlated(slam, &explained, reference, &turns, OtherFace::Ignored, N_TWIN_PEAKS)
     }
 }
 

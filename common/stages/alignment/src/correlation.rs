@@ -15,6 +15,15 @@ const BLUR_BINS: f64 = 1.0;
 const N_PEAKS: usize = 24;
 const CLEARED_M: f64 = 0.5;
 
+/// What a wall point on the other face of a wall does to the score of a pose.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum OtherFace {
+    /// It counts against the pose, and in a thin wall the two faces take from each other.
+    Against,
+    /// Nothing: thin walls count like others.
+    Ignored,
+}
+
 /// The poses in which the most of these wall points of a SLAM map lie on those of the reference, for the given turns; so many at
 /// most.
 pub(crate) fn correlated(
@@ -22,16 +31,27 @@ pub(crate) fn correlated(
     wall_points: &[WallPoint],
     reference: &Features,
     turns: &[f64],
+    other_face: OtherFace,
     n: usize,
 ) -> Vec<Pose> {
+    let parts = match other_face {
+        OtherFace::Against => &[whole as Part][..],
+        OtherFace::Ignored => &[across, along],
+    };
     let size_of = |f: &Features| [f.raster.width, f.raster.height].map(|n| (n as f64 * CELL_M / BIN_M) as usize + 1);
     let (reference_size, slam_size) = (size_of(reference), size_of(slam));
     // Turned, the SLAM map is as wide as its diagonal at most.
     let diagonal = libm::hypot(slam_size[0] as f64, slam_size[1] as f64).ceil() as usize + 2;
     let size = reference_size.map(|n| smooth(n + diagonal));
     let mut plane = Plane::new(size);
-    let mut walls = reference_plane(reference, size);
-    plane.forward(&mut walls);
+    let walls: Vec<Vec<Complex32>> = parts
+        .iter()
+        .map(|part| {
+            let mut walls = reference_plane(reference, size, *part);
+            plane.forward(&mut walls);
+            walls
+        })
+        .collect();
     let mut poses: Vec<(f32, Pose)> = Vec::new();
     for &turn in turns {
         let turned = Pose::new([0.0; 2], turn);
@@ -39,11 +59,14 @@ pub(crate) fn correlated(
         let turned_middle = turned.rotate(middle);
         // The corner of the square that holds the turned map.
         let corner = turned_middle.map(|c| c - diagonal as f64 * BIN_M / 2.0);
-        let mut own = normal_plane(wall_points, &turned, corner, size);
-        plane.forward(&mut own);
-        own.iter_mut().zip(&walls).for_each(|(own, walls)| *own = walls * own.conj());
-        plane.backward(&mut own);
-        let mut scores: Vec<f32> = own.iter().map(|c| c.re).collect();
+        let mut sum = vec![Complex32::default(); size[0] * size[1]];
+        for (part, walls) in parts.iter().zip(&walls) {
+            let mut own = normal_plane(wall_points, &turned, corner, size, *part);
+            plane.forward(&mut own);
+            sum.iter_mut().zip(own.iter().zip(walls)).for_each(|(sum, (own, walls))| *sum += walls * own.conj());
+        }
+        plane.backward(&mut sum);
+        let mut scores: Vec<f32> = sum.iter().map(|c| c.re).collect();
         for (score, shift) in peaks(&mut scores, size, diagonal) {
             let t = [0, 1].map(|k| shift[k] as f64 * BIN_M - corner[k]);
             poses.push((score, Pose::new(t, turn)));
@@ -58,17 +81,40 @@ pub(crate) fn correlated(
 ///
 /// What is free in one map and occupied in the other is not compared: free cells share their bins with the walls beside them, which
 /// kept true poses from being found.
-fn reference_plane(reference: &Features, size: [usize; 2]) -> Vec<Complex32> {
-    let normals = normal_plane(&reference.wall_points, &Pose::new([0.0; 2], 0.0), [0.0; 2], size);
+fn reference_plane(reference: &Features, size: [usize; 2], part: Part) -> Vec<Complex32> {
+    let normals = normal_plane(&reference.wall_points, &Pose::new([0.0; 2], 0.0), [0.0; 2], size, part);
     let part = |of: fn(&Complex32) -> f32| Image::new(size[0], normals.iter().map(of).collect()).blurred(BLUR_BINS);
     let (x, y) = (part(|c| c.re), part(|c| c.im));
     x.values.iter().zip(&y.values).map(|(re, im)| Complex32::new(*re, *im)).collect()
 }
 
-fn normal_plane(wall_points: &[WallPoint], turned: &Pose, corner: [f64; 2], size: [usize; 2]) -> Vec<Complex32> {
+/// What a plane has of a normal.
+type Part = fn([f64; 2]) -> [f64; 2];
+
+fn whole(normal: [f64; 2]) -> [f64; 2] {
+    normal
+}
+
+/// Of the first coordinate both directions apart, so that opposite normals do not meet.
+fn across([x, _]: [f64; 2]) -> [f64; 2] {
+    [x.max(0.0), (-x).max(0.0)]
+}
+
+/// The same of the second.
+fn along([_, y]: [f64; 2]) -> [f64; 2] {
+    across([y, 0.0])
+}
+
+fn normal_plane(
+    wall_points: &[WallPoint],
+    turned: &Pose,
+    corner: [f64; 2],
+    size: [usize; 2],
+    part: Part,
+) -> Vec<Complex32> {
     let mut plane = vec![Complex32::default(); size[0] * size[1]];
     for wall_point in wall_points {
-        let (p, n) = (turned.rotate(wall_point.at), turned.rotate(wall_point.normal));
+        let (p, n) = (turned.rotate(wall_point.at), part(turned.rotate(wall_point.normal)));
         let [x, y] = [0, 1].map(|k| (((p[k] - corner[k]) / BIN_M) as usize).min(size[k] - 1));
         plane[y * size[0] + x] += Complex32::new((n[0] * wall_point.weight) as f32, (n[1] * wall_point.weight) as f32);
     }

@@ -3,7 +3,7 @@
 use crate::candidate::Candidate;
 use crate::candidates::candidates;
 use crate::corner_voting::voted;
-use crate::correlation::correlated;
+use crate::correlation::{OtherFace, correlated};
 use crate::features::Features;
 use crate::pose::{Pose, is_within, moved};
 use crate::rotations::turns;
@@ -69,7 +69,7 @@ pub(crate) fn search(
     let turns = turns(slam.directions(), reference.directions());
     let mut poses = earlier.to_vec();
     poses.extend(voted(slam.corners(), reference.corners(), &turns));
-    poses.extend(correlated(slam, &slam.wall_points, reference, &turns, N_CORRELATED));
+    poses.extend(correlated(slam, &slam.wall_points, reference, &turns, OtherFace::Against, N_CORRELATED));
     let about = slam.centre;
     let mut apart: Vec<Pose> = Vec::with_capacity(poses.len());
     for pose in poses {

@@ -47,8 +47,7 @@ impl PoseVerdict {
         };
         let n_rivals = contrasts.iter().take_while(is_rival).count();
         let elsewhere_probability = 1.0 - probability(of_this_building);
-        let is_standing = evidence.recall - evidence.seen_through >= MIN_STANDING;
-        let (verdict, reason) = if wrong_probability < MAX_WRONG_PROBABILITY && is_standing {
+        let (verdict, reason) = if wrong_probability < MAX_WRONG_PROBABILITY && is_standing(evidence) {
             (AlignmentVerdict::Accepted, String::new())
         } else if n_rivals > 0 && elsewhere_probability < MAX_ELSEWHERE_PROBABILITY {
             (AlignmentVerdict::Ambiguous, format!("{} poses fit almost alike", n_rivals + 1))
@@ -79,6 +78,11 @@ fn wrong_probability(evidence: &PoseEvidence, of_this_building: f64, unrivalled:
     let logit = libm::log(right / (1.0 - right).max(f64::MIN_POSITIVE));
     let gain = SURE_GAIN * (evidence.seen_m / SURE_SEEN_M).min(1.0);
     1.0 - probability(logit + gain * (logit - SURE_LOGIT).max(0.0))
+}
+
+/// True if enough of the walls in sight stand in the SLAM map: on another storey the outer ones do alone.
+fn is_standing(evidence: &PoseEvidence) -> bool {
+    evidence.recall - evidence.seen_through >= MIN_STANDING
 }
 
 fn probability(logit: f64) -> f64 {
@@ -150,6 +154,11 @@ mod tests {
         let other_storey = PoseEvidence { seen_through: 0.5, recall: 0.5, seen_m: 400.0, distinct_m: 60.0, ..good };
         let probability = wrong_probability(&other_storey, 6.0, &[MAX_CONTRAST]);
         assert!(probability >= MAX_WRONG_PROBABILITY, "no outer walls make up for what was seen through");
+        let alike_storey = PoseEvidence { seen_through: 0.3, recall: 0.7, ..other_storey };
+        assert!(
+            !is_standing(&alike_storey) && is_standing(&good),
+            "the probability alone does not refuse a storey that is more alike"
+        );
         assert!(!is_borne_out(&PoseEvidence { seen_through: 0.6, recall: 0.4, ..good }));
         assert!(is_borne_out(&good));
     }

@@ -75,6 +75,32 @@ fn of_two_wings_that_are_alike_both_are_told() {
 }
 
 #[test]
+fn a_room_between_thin_walls_is_its_own_half_turn_however_much_furniture_stands_in_it() {
+    let attic = vec![
+        // Knee walls, and around them the outer walls, whose rooms the robot does not see.
+        [0.0, 0.0, 20.2, 0.2],
+        [0.0, 10.0, 20.2, 10.2],
+        [0.0, 0.0, 0.2, 10.2],
+        [20.0, 0.0, 20.2, 10.2],
+        [2.9, 2.9, 17.3, 3.0],
+        [2.9, 7.2, 17.3, 7.3],
+        [2.9, 2.9, 3.0, 7.3],
+        [17.2, 2.9, 17.3, 7.3],
+    ];
+    let mut built = attic.clone();
+    built.extend([[3.8, 6.5, 6.0, 7.2], [7.6, 6.3, 10.1, 7.2], [10.1, 6.6, 17.2, 7.2], [3.5, 3.0, 4.6, 3.6]]);
+    built.extend([[11.4, 3.0, 16.6, 3.6], [16.6, 3.0, 17.2, 5.6]]);
+    let truth = Rigid2::new([3.0, -7.0], 0.4);
+    let places = [[4.5, 5.0], [10.0, 4.5], [15.5, 5.0]];
+    let found = align(&model(&attic), &scanned(&built, &places, truth, 0.05, 0.0), None);
+    assert_eq!(found.verdict, AlignmentVerdict::Ambiguous, "{}", found.reason);
+    let turned = &Rigid2::new([20.2, 10.2], std::f64::consts::PI) * &truth;
+    for (pose, at) in [(truth, [10.0, 5.0]), (turned, [10.2, 5.2])] {
+        assert!(found.poses[..2].iter().any(|p| is_at(p.map_from_slam, pose, at)), "{:?}", &found.poses[..2]);
+    }
+}
+
+#[test]
 fn maps_that_show_too_little_are_refused_with_the_reason() {
     let all = |cell: Cell| OccupancyMap { width: 200, cells: vec![cell; 40_000], resolution_m: 0.05, origin: [0.0; 3] };
     let mut one_wall = all(Cell::Free);
