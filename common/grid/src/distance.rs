@@ -22,8 +22,7 @@ pub fn squared_distances(marked: &[bool], width: usize) -> Vec<u32> {
     }
     let mut line = Line::new(width);
     for row in out.chunks_exact_mut(width) {
-        row.iter_mut().filter(|cells| **cells != u32::MAX).for_each(|cells| *cells = cells.saturating_mul(*cells));
-        line.transform(row, 1, |_, _| {});
+        line.square(row);
     }
     out
 }
@@ -45,8 +44,7 @@ pub fn sparse_distances(marked: &[bool], width: usize) -> SparseLayer<u32> {
         if row.iter().all(|cells| *cells == 0) {
             continue;
         }
-        row.iter_mut().filter(|cells| **cells != u32::MAX).for_each(|cells| *cells = cells.saturating_mul(*cells));
-        line.transform(&mut row, 1, |_, _| {});
+        line.square(&mut row);
         squared.write(first, &row);
     }
     squared
@@ -94,6 +92,12 @@ impl Line {
             vertex: Vec::with_capacity(length),
             from: Vec::with_capacity(length),
         }
+    }
+
+    /// Makes squared distances in two dimensions of a row of distances along columns.
+    fn square(&mut self, row: &mut [u32]) {
+        row.iter_mut().filter(|cells| **cells != u32::MAX).for_each(|cells| *cells = cells.saturating_mul(*cells));
+        self.transform(row, 1, |_, _| {});
     }
 
     /// Adds squared distances along the line; calls `tell` with every cell and the nearest one to it.

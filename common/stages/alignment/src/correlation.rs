@@ -52,6 +52,7 @@ pub(crate) fn correlated(
             walls
         })
         .collect();
+    let mut sum = vec![Complex32::default(); size[0] * size[1]];
     let mut poses: Vec<(f32, Pose)> = Vec::new();
     for &turn in turns {
         let turned = Pose::new([0.0; 2], turn);
@@ -59,7 +60,7 @@ pub(crate) fn correlated(
         let turned_middle = turned.rotate(middle);
         // The corner of the square that holds the turned map.
         let corner = turned_middle.map(|c| c - diagonal as f64 * BIN_M / 2.0);
-        let mut sum = vec![Complex32::default(); size[0] * size[1]];
+        sum.fill(Complex32::default());
         for (part, walls) in parts.iter().zip(&walls) {
             let mut own = normal_plane(wall_points, &turned, corner, size, *part);
             plane.forward(&mut own);

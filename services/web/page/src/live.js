@@ -166,7 +166,7 @@ let answer = null;
 function ask(title, text, action) {
   const dialog = byId("dialog");
   if (dialog.open) dialog.close();
-  closed({ target: dialog });
+  closed();
   byId("dialog-title").textContent = title;
   byId("dialog-text").textContent = text;
   byId("dialog-ok").textContent = action;
@@ -176,7 +176,8 @@ function ask(title, text, action) {
 }
 
 // The event comes later than the end of its question: by then the next one may be open, and waits for its own end.
-function closed({ target: dialog }) {
+function closed() {
+  const dialog = byId("dialog");
   if (dialog.open) return;
   answer?.(dialog.returnValue === "ok");
   answer = null;
