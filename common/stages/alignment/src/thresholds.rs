@@ -88,8 +88,8 @@ pub(crate) struct ContrastWeights {
 pub(crate) const MAX_CONTRAST: f64 = 16.0;
 
 /// The best pose is right if no other pose of this building is, and if the SLAM map is of this building and storey. Of each there are
-/// log odds, and each was fitted together with the other: no fit makes up for another pose that fits as well, and no contrast with other poses for
-/// walls that the robot saw through.
+/// log odds, and each was fitted together with the other: no fit makes up for another pose that fits as well, and no contrast with other
+/// poses for walls that the robot saw through.
 pub(crate) const OF_THIS_BUILDING: OfThisBuilding =
     OfThisBuilding { constant: -8.2, recall: 2.66, seen_through: -2.07, distinct: 2.7, lead: 0.713 };
 /// The same of poses that were looked for near a guess alone, or that are followed from map to map, fitted on the larger set of maps.
