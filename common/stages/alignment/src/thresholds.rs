@@ -24,7 +24,7 @@ pub(crate) const SAME_RAD: f64 = 0.06;
 // maps of the same building, of which 1,581 fit in one pose only, and 1,170 of elsewhere, 47 of them of another storey. That the map
 // is of this building: 136 storeys of 49 buildings, 719 maps of the same building, and 1,245 of elsewhere, 161 of them of another
 // storey. What was fitted of that with the contrasts accepts 1 % more, and a map of elsewhere of 2,122 that were not fitted to.
-// With a fifth of the storeys left out in turn, the log loss of both is 0.105 on the larger set; with the least contrast instead of all,
+// With a fifth of the storeys left out in turn, the log loss of both as fitted on the larger set is 0.105; with the least contrast instead of all,
 // no lead and no walls that lie exactly it was 0.160 on the smaller one, and 0.122 with them.
 
 /// Weights of a pose's log odds. Between two poses of one map the difference is the log of their odds: it was fitted (conditional
