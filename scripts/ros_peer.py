@@ -3,7 +3,7 @@
 
 usage: ros_peer.py [--domain N] [--namespace /groundplan] [--for SECONDS] [--publish-slam-map FILE.yaml --topic /map]
                    [--robot-at X,Y,YAW;..] [--clock SECONDS] [--plan X,Y,X,Y] [--nav2] [--call SERVICE] [--set NAME=VALUE] [--raw]
-                   [--participants N]
+                   [--participants N] [--lease SECONDS]
 
 Each message is one JSON line: topic, frame, and what a person wants to know of it.
 --publish-slam-map  it is the robot: it publishes a map of a map server as SLAM would, latched, once a second
@@ -12,6 +12,7 @@ Each message is one JSON line: topic, frame, and what a person wants to know of 
 --plan              it is a planner: the shortest way over map and mask, as Nav2's costmap applies them
 --nav2              it is Nav2: it answers the calls by which it is stopped, loaded and resumed
 --raw               it measures: grids are counted in bytes and not read, and it looks every millisecond
+--lease             how long it is taken for alive without a sign of it, 10 s by default
 --participants      so many participants, as a robot with many nodes has: it prints when all of them hear the bridge
 --call, --set       it calls next_change, align or confirm, or sets a parameter, once, and prints the answer
 """
@@ -21,6 +22,7 @@ import collections
 import hashlib
 import json
 import math
+import os
 import pathlib
 import sys
 import time
@@ -341,6 +343,10 @@ class Peer:
 
     def __init__(self, arguments: argparse.Namespace) -> None:
         self.arguments = arguments
+        if arguments.lease is not None:
+            discovery = f"<LeaseDuration>{arguments.lease}s</LeaseDuration><SPDPInterval>1s</SPDPInterval>"
+            # What the library reads when the first participant of a domain is made.
+            os.environ["CYCLONEDDS_URI"] = f"<CycloneDDS><Domain><Discovery>{discovery}</Discovery></Domain></CycloneDDS>"
         # The last one does all the rest.
         self.participants = [DomainParticipant(arguments.domain) for _ in range(arguments.participants)]
         self.participant = self.participants[-1]
@@ -465,6 +471,7 @@ def main() -> None:
     parser.add_argument("--nav2", action="store_true")
     parser.add_argument("--raw", action="store_true")
     parser.add_argument("--participants", type=int, default=1)
+    parser.add_argument("--lease", type=int)
     parser.add_argument("--call", action="append", default=[])
     parser.add_argument("--set", action="append", default=[])
     arguments = parser.parse_args()
