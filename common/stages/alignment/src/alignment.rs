@@ -146,7 +146,7 @@ pub(crate) fn candidates_of(
             radius_m: hint.radius_m,
             radius_rad: hint.radius_rad,
         });
-        if slam.features.wall_points.len() < MIN_WALL_POINTS {
+        if slam.features.n_wall_points() < MIN_WALL_POINTS {
             continue;
         }
         let storey = storey_of(storeys, at);

@@ -65,7 +65,7 @@ impl Drawn {
     fn of(reference: &Features, slam: &Features, random: &mut RandomGenerator) -> Self {
         Self {
             slam_points: sampled_points(slam, random),
-            reference_points: some(&reference.wall_points, N_REFERENCE_POINTS, random),
+            reference_points: drawn_evenly(reference.wall_points(), N_REFERENCE_POINTS, random),
             slam_cells: SlamCells::drawn(&slam.raster, N_OCCUPIED_CELLS, N_FREE_CELLS),
         }
     }
@@ -73,8 +73,8 @@ impl Drawn {
     /// Some of them, to compare many poses.
     fn few(&self, random: &mut RandomGenerator) -> Self {
         Self {
-            slam_points: some(&self.slam_points, N_COARSE_POINTS, random),
-            reference_points: some(&self.reference_points, N_COARSE_REFERENCE_POINTS, random),
+            slam_points: drawn_evenly(&self.slam_points, N_COARSE_POINTS, random),
+            reference_points: drawn_evenly(&self.reference_points, N_COARSE_REFERENCE_POINTS, random),
             slam_cells: self.slam_cells.thinned(COARSE_CELL_STEP),
         }
     }
@@ -86,8 +86,8 @@ impl Drawn {
 }
 
 /// So many wall points at most.
-fn some(wall_points: &[WallPoint], n: usize, random: &mut RandomGenerator) -> Vec<WallPoint> {
-    random.draw(wall_points.iter().map(|_| 1.0), n).into_iter().map(|k| wall_points[k as usize]).collect()
+pub(crate) fn drawn_evenly(wall_points: &[WallPoint], n: usize, random: &mut RandomGenerator) -> Vec<WallPoint> {
+    random.draw_evenly(wall_points.len(), n).into_iter().map(|k| wall_points[k as usize]).collect()
 }
 
 /// Refinement of many poses of two maps.
@@ -173,8 +173,9 @@ fn better(a: Candidate, b: Candidate) -> Candidate {
 
 /// The wall points of a SLAM map that are compared.
 pub(crate) fn sampled_points(slam: &Features, random: &mut RandomGenerator) -> Vec<WallPoint> {
-    let numbers = random.draw(slam.wall_points.iter().map(|f| f.weight), N_WALL_POINTS);
-    numbers.into_iter().map(|k| slam.wall_points[k as usize]).collect()
+    let wall_points = slam.wall_points();
+    let numbers = random.draw(wall_points.iter().map(|f| f.weight), N_WALL_POINTS);
+    numbers.into_iter().map(|k| wall_points[k as usize]).collect()
 }
 
 /// Poses from which to refine exactly: of each place the best, and those that differ by more than a fine refinement reaches. What

@@ -38,7 +38,7 @@ pub(crate) fn corners(raster: &Raster) -> Vec<Corner> {
     let free = |cell: &Cell| if *cell == Cell::Free { 1.0 } else { 0.0 };
     let response = harris(&Image::new(raster.width, raster.cells.iter().map(free).collect()).blurred(1.2));
     let openness = openness(raster);
-    let (wide, box_sum) = (openness.blurred(4.0), openness.summed(15));
+    let (wide, box_sum) = (openness.clone().blurred(4.0), openness.summed(15));
     let least = response.values.iter().copied().fold(0.0, f32::max) * MIN_SHARE;
     let mut found: Vec<(f32, usize)> = Vec::new();
     for row in WINDOW..height - WINDOW {

@@ -83,7 +83,7 @@ pub(crate) fn correlated(
 /// What is free in one map and occupied in the other is not compared: free cells share their bins with the walls beside them, which
 /// kept true poses from being found.
 fn reference_plane(reference: &Features, size: [usize; 2], part: Part) -> Vec<Complex32> {
-    let normals = normal_plane(&reference.wall_points, &Pose::new([0.0; 2], 0.0), [0.0; 2], size, part);
+    let normals = normal_plane(reference.wall_points(), &Pose::new([0.0; 2], 0.0), [0.0; 2], size, part);
     let part = |of: fn(&Complex32) -> f32| Image::new(size[0], normals.iter().map(of).collect()).blurred(BLUR_BINS);
     let (x, y) = (part(|c| c.re), part(|c| c.im));
     x.values.iter().zip(&y.values).map(|(re, im)| Complex32::new(*re, *im)).collect()

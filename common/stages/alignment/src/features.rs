@@ -1,47 +1,54 @@
 //! Features of a map for alignment, computed once per map.
 
 use crate::corners::{Corner, corners};
+use crate::random_generator::RandomGenerator;
 use crate::rotations::{N_BINS, directions};
 use crate::thresholds::MAX_MATCH_M;
-use crate::wall_points::{NONE, Surfaces, WallPoint, WallPoints};
-use grid::nearest_marked;
+use crate::wall_points::{Surfaces, WallPoint, WallPoints};
 use occupancy::{CELL_M, Cell, Raster};
 use std::sync::OnceLock;
 
 /// A map with its features. Points are metres from the map's lower left corner.
 pub(crate) struct Features {
     pub(crate) raster: Raster,
-    pub(crate) wall_points: Vec<WallPoint>,
     /// Mean of the free cells, at which errors of a pose are given.
     pub(crate) centre: [f64; 2],
-    /// The wall point of each cell.
-    of_cell: Vec<u32>,
-    // Tracking needs only wall points; the rest is computed on first use.
+    found: WallPoints,
+    // Tracking draws from what was found; the rest is computed on first use.
+    wall_points: OnceLock<Vec<WallPoint>>,
     corners: OnceLock<Vec<Corner>>,
     directions: OnceLock<Box<[f64; N_BINS]>>,
-    nearest: OnceLock<Nearest>,
+    /// The nearest wall point of each cell, with a margin around the map.
+    nearest: OnceLock<Vec<u32>>,
 }
-
-/// The nearest wall point of each cell, with a margin around the map.
-struct Nearest {
-    wall_points: Vec<u32>,
-    width: usize,
-}
-
-/// Margin around the map, in cells: the maximum distance of a match.
-const MARGIN: usize = 40;
 
 impl Features {
     pub(crate) fn of(raster: Raster, surfaces: Surfaces) -> Self {
-        let WallPoints { all, of_cell } = WallPoints::of(&raster, surfaces);
+        let found = WallPoints::of(&raster, surfaces);
         let centre = centre(&raster);
-        let (corners, directions, nearest) = (OnceLock::new(), OnceLock::new(), OnceLock::new());
-        Self { raster, wall_points: all, centre, of_cell, corners, directions, nearest }
+        let (wall_points, nearest) = (OnceLock::new(), OnceLock::new());
+        let (corners, directions) = (OnceLock::new(), OnceLock::new());
+        Self { raster, centre, found, wall_points, corners, directions, nearest }
+    }
+
+    /// All wall points, computed on first use.
+    pub(crate) fn wall_points(&self) -> &[WallPoint] {
+        self.wall_points.get_or_init(|| self.found.all_straight())
+    }
+
+    /// How many wall points there are.
+    pub(crate) fn n_wall_points(&self) -> usize {
+        self.found.len()
+    }
+
+    /// At most `n` wall points, drawn by weight.
+    pub(crate) fn drawn_wall_points(&self, random: &mut RandomGenerator, n: usize) -> Vec<WallPoint> {
+        self.found.drawn(random, n)
     }
 
     /// Length of the map's walls.
     pub(crate) fn walls_m(&self) -> f64 {
-        self.wall_points.len() as f64 * CELL_M
+        self.n_wall_points() as f64 * CELL_M
     }
 
     /// Corners of the map, computed on first use.
@@ -51,41 +58,34 @@ impl Features {
 
     /// Histogram of the directions of wall points, computed on first use.
     pub(crate) fn directions(&self) -> &[f64; N_BINS] {
-        self.directions.get_or_init(|| Box::new(directions(&self.wall_points)))
+        self.directions.get_or_init(|| Box::new(directions(self.wall_points())))
     }
 
     /// The wall point nearest to the middle of a point's cell, and the squared distance to the point.
-    pub(crate) fn nearest(&self, [x, y]: [f64; 2]) -> Option<(&WallPoint, f64)> {
-        let nearest = self.nearest.get_or_init(|| Nearest::of(&self.of_cell, &self.raster));
-        let (column, row) = (x / CELL_M + MARGIN as f64, y / CELL_M + MARGIN as f64);
-        if column < 0.0 || row < 0.0 || column >= nearest.width as f64 {
-            return None;
-        }
-        let wall_point = *nearest.wall_points.get(row as usize * nearest.width + column as usize)?;
-        let wall_point = self.wall_points.get(wall_point as usize)?;
-        let d = [x - wall_point.at[0], y - wall_point.at[1]];
-        Some((wall_point, d[0] * d[0] + d[1] * d[1]))
+    #[inline]
+    pub(crate) fn nearest(&self, point: [f64; 2]) -> Option<(&WallPoint, f64)> {
+        let nearest = self.nearest.get_or_init(|| self.found.cells().nearest());
+        let wall_point = nearest[self.found.cells().index_at(point)?];
+        let wall_point = self.wall_points().get(wall_point as usize)?;
+        Some((wall_point, squared_distance(point, wall_point.at)))
     }
-}
 
-impl Features {
-    /// The nearest wall point within [`MAX_MATCH_M`], and the squared distance, without looking at the whole map first: for
-    /// few points.
-    pub(crate) fn nearest_by_scan(&self, [x, y]: [f64; 2]) -> Option<(&WallPoint, f64)> {
+    /// The squared distance to the nearest wall point within [`MAX_MATCH_M`], without looking at the whole map first: for few points.
+    pub(crate) fn nearest_by_scan(&self, point: [f64; 2]) -> Option<f64> {
         let reach = (MAX_MATCH_M / CELL_M) as i64 + 1;
-        let (column, row) = ((x / CELL_M).floor() as i64, (y / CELL_M).floor() as i64);
-        let columns =
-            (column - reach).max(0) as usize..(column + reach + 1).clamp(0, self.raster.width as i64) as usize;
-        let rows = (row - reach).max(0) as usize..(row + reach + 1).clamp(0, self.raster.height as i64) as usize;
-        let mut best: Option<(&WallPoint, f64)> = None;
-        for row in rows {
-            let line = row * self.raster.width;
-            for cell in self.of_cell.get(line + columns.start..line + columns.end).unwrap_or_default() {
-                let Some(wall_point) = self.wall_points.get(*cell as usize) else { continue };
-                let d = [x - wall_point.at[0], y - wall_point.at[1]];
-                let squared = d[0] * d[0] + d[1] * d[1];
-                if squared <= MAX_MATCH_M * MAX_MATCH_M && best.is_none_or(|(_, least)| squared < least) {
-                    best = Some((wall_point, squared));
+        let [column, row] = point.map(|c| (c / CELL_M).floor() as i64);
+        let mut best: Option<f64> = None;
+        for row in row - reach..=row + reach {
+            // A wall point lies at most half a cell beside the middle of its own.
+            let across_m = ((row as f64 + 0.5) * CELL_M - point[1]).abs() - CELL_M / 2.0;
+            if best.is_some_and(|least| across_m > 0.0 && across_m * across_m > least) {
+                continue;
+            }
+            for wall_point in self.found.cells().row(row, column - reach..column + reach + 1) {
+                let Some(at) = self.found.at(*wall_point) else { continue };
+                let squared = squared_distance(point, at);
+                if squared <= MAX_MATCH_M * MAX_MATCH_M && best.is_none_or(|least| squared < least) {
+                    best = Some(squared);
                 }
             }
         }
@@ -93,31 +93,26 @@ impl Features {
     }
 }
 
-impl Nearest {
-    fn of(of_cell: &[u32], raster: &Raster) -> Self {
-        let width = raster.width + 2 * MARGIN;
-        let mut with_margin = vec![NONE; width * (raster.height + 2 * MARGIN)];
-        for (row, line) in of_cell.chunks_exact(raster.width.max(1)).enumerate() {
-            let from = (row + MARGIN) * width + MARGIN;
-            with_margin[from..from + line.len()].copy_from_slice(line);
-        }
-        let marked: Vec<bool> = with_margin.iter().map(|f| *f != NONE).collect();
-        let cells = nearest_marked(&marked, width);
-        let wall_points =
-            cells.into_iter().map(|cell| with_margin.get(cell as usize).copied().unwrap_or(NONE)).collect();
-        Self { wall_points, width }
-    }
+fn squared_distance(a: [f64; 2], b: [f64; 2]) -> f64 {
+    let d = [a[0] - b[0], a[1] - b[1]];
+    d[0] * d[0] + d[1] * d[1]
 }
 
 /// The mean of the free cells.
 fn centre(raster: &Raster) -> [f64; 2] {
-    let (mut n, mut sum) = (0.0, [0.0; 2]);
-    for (index, _) in raster.cells.iter().enumerate().filter(|(_, c)| **c == Cell::Free) {
-        let middle = raster.middle(index);
-        sum = [sum[0] + middle[0], sum[1] + middle[1]];
-        n += 1.0;
+    // So many that the sum of their columns is no large number.
+    const BLOCK: usize = 4096;
+    let (mut n, mut sum) = (0usize, [0usize; 2]);
+    for (row, cells) in raster.cells.chunks_exact(raster.width.max(1)).enumerate() {
+        for (block, cells) in cells.chunks(BLOCK).enumerate() {
+            let free = cells.iter().zip(0u32..).map(|(cell, k)| if *cell == Cell::Free { [1, k] } else { [0; 2] });
+            let [n_here, columns] = free.fold([0u32; 2], |sum, of_cell| [sum[0] + of_cell[0], sum[1] + of_cell[1]]);
+            let n_here = n_here as usize;
+            sum = [sum[0] + n_here * block * BLOCK + columns as usize, sum[1] + n_here * row];
+            n += n_here;
+        }
     }
-    if n == 0.0 { [0.0; 2] } else { sum.map(|s| s / n) }
+    if n == 0 { [0.0; 2] } else { sum.map(|s| (s as f64 / n as f64 + 0.5) * CELL_M) }
 }
 
 #[cfg(test)]
@@ -136,10 +131,10 @@ mod tests {
             walls.iter().for_each(|wall| cells[*wall] = Cell::Occupied);
             let features = Features::of(Raster::of(&cells, 60, CELL_M), Surfaces { depth_m: 0.025, are_whole: false });
             let far = |wall_point: &WallPoint| (x - wall_point.at[0]).powi(2) + (y - wall_point.at[1]).powi(2);
-            let nearest = features.wall_points.iter().map(far).min_by(f64::total_cmp);
+            let nearest = features.wall_points().iter().map(far).min_by(f64::total_cmp);
             // A wall point lies in its cell or at most half a cell beside its middle.
             let within = nearest.filter(|squared| *squared <= MAX_MATCH_M * MAX_MATCH_M);
-            prop_assert_eq!(features.nearest_by_scan([x, y]).map(|(_, squared)| squared), within);
+            prop_assert_eq!(features.nearest_by_scan([x, y]), within);
         }
     }
 }

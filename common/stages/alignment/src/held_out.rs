@@ -23,7 +23,7 @@ impl HeldOut {
     /// Of the new places of a SLAM map in a pose.
     pub(crate) fn of(reference: &Features, slam: &Features, pose: &Pose, new_places: &NewPlaces) -> Self {
         let mut found = Self::default();
-        for wall_point in &reference.wall_points {
+        for wall_point in reference.wall_points() {
             let at =
                 |before_m: f64| pose.apply_inverse([0, 1].map(|k| wall_point.at[k] + before_m * wall_point.normal[k]));
             let is_free = |before_m: f64| slam.raster.at(at(before_m)) == Cell::Free;

@@ -31,6 +31,7 @@
 //! newest map is its validity ([`PoseStatus::validity`]): only an effective pose may be used.
 
 mod image;
+mod occupied_runs;
 mod random_generator;
 mod thresholds;
 
@@ -38,6 +39,7 @@ mod pose;
 
 mod corners;
 mod features;
+mod wall_point_cells;
 mod wall_points;
 
 mod corner_voting;

@@ -124,7 +124,7 @@ fn guess_in_rooms(
     storey: u32,
     place_hints: &[PlaceHint],
 ) -> Option<PoseGuess> {
-    if slam.features.wall_points.len() < MIN_WALL_POINTS {
+    if slam.features.n_wall_points() < MIN_WALL_POINTS {
         return None;
     }
     let about = slam.features.centre;

@@ -53,10 +53,10 @@ impl SlamCells {
     pub(crate) fn drawn(raster: &Raster, n_occupied: usize, n_free: usize) -> Self {
         let mut random = RandomGenerator::new(2);
         let mut of = |cell: Cell, n: usize| {
-            let all: Vec<usize> = (0..raster.cells.len()).filter(|&k| raster.cells[k] == cell).collect();
-            let drawn: Vec<[f64; 2]> =
-                random.draw(all.iter().map(|_| 1.0), n).into_iter().map(|k| raster.middle(all[k as usize])).collect();
-            let n_each = all.len() as f64 / drawn.len().max(1) as f64;
+            let all = CellsOfKind::of(&raster.cells, cell);
+            let numbers = random.draw_evenly(all.count, n);
+            let n_each = all.count as f64 / numbers.len().max(1) as f64;
+            let drawn: Vec<[f64; 2]> = all.numbered(&numbers).map(|index| raster.middle(index)).collect();
             (drawn, n_each)
         };
         let ((occupied, n_occupied_each), (free, n_free_each)) =
@@ -74,6 +74,41 @@ impl SlamCells {
             occupied_m: each * self.occupied_m,
             free_m2: each * self.free_m2,
         }
+    }
+}
+
+/// The cells of a kind, counted in blocks.
+struct CellsOfKind<'a> {
+    cells: &'a [Cell],
+    kind: Cell,
+    in_blocks: Vec<u8>,
+    count: usize,
+}
+
+impl<'a> CellsOfKind<'a> {
+    const BLOCK: usize = 64;
+
+    fn of(cells: &'a [Cell], kind: Cell) -> Self {
+        let count = |block: &[Cell]| block.iter().map(|cell| u8::from(*cell == kind)).sum();
+        let in_blocks: Vec<u8> = cells.chunks(Self::BLOCK).map(count).collect();
+        let count = in_blocks.iter().map(|n| usize::from(*n)).sum();
+        Self { cells, kind, in_blocks, count }
+    }
+
+    /// Indices of those with these numbers among them, both ascending.
+    fn numbered(&self, numbers: &[u32]) -> impl Iterator<Item = usize> {
+        let (mut block, mut n_before) = (0, 0);
+        numbers.iter().filter_map(move |&number| {
+            let within = loop {
+                let n_here = usize::from(*self.in_blocks.get(block)?);
+                match (number as usize).checked_sub(n_before) {
+                    Some(within) if within < n_here => break within,
+                    _ => (block, n_before) = (block + 1, n_before + n_here),
+                }
+            };
+            let start = block * Self::BLOCK;
+            (start..self.cells.len()).filter(|&index| self.cells[index] == self.kind).nth(within)
+        })
     }
 }
 
@@ -175,11 +210,12 @@ fn in_sight(maps: &ComparedMaps<'_>, pose: &Pose) -> InSight {
         n_seen += 1;
         n_through += usize::from(THROUGH_M.into_iter().all(is_free));
         let place = pose.apply_inverse(wall_point.at);
-        let nearest = if maps.scans { maps.slam.nearest_by_scan(place) } else { maps.slam.nearest(place) };
-        recall += nearest.map_or(0.0, |(_, squared)| closeness(squared));
+        let nearest = || maps.slam.nearest(place).map(|(_, squared)| squared);
+        let squared = if maps.scans { maps.slam.nearest_by_scan(place) } else { nearest() };
+        recall += squared.map_or(0.0, closeness);
     }
     let n = n_seen.max(1) as f64;
-    let drawn_share = maps.reference_points.len() as f64 / maps.reference.wall_points.len().max(1) as f64;
+    let drawn_share = maps.reference_points.len() as f64 / maps.reference.n_wall_points().max(1) as f64;
     InSight {
         seen_m: n_seen as f64 * CELL_M / drawn_share.max(f64::MIN_POSITIVE),
         seen_through: n_through as f64 / n,
@@ -203,7 +239,7 @@ pub(crate) fn placed(maps: &ComparedMaps<'_>, pose: &Pose) -> Placed {
     Placed {
         occupied: cells(occupied),
         free: cells(free),
-        is_exact: maps.slam.wall_points.iter().map(is_exact).collect(),
+        is_exact: maps.slam.wall_points().iter().map(is_exact).collect(),
         occupied_m: *occupied_m,
         free_m2: *free_m2,
     }

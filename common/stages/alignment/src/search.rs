@@ -63,13 +63,13 @@ pub(crate) fn search(
     near: Option<&PoseGuess>,
     earlier: &[Pose],
 ) -> Vec<Candidate> {
-    if reference.wall_points.len() < MIN_WALL_POINTS {
+    if reference.n_wall_points() < MIN_WALL_POINTS {
         return Vec::new();
     }
     let turns = turns(slam.directions(), reference.directions());
     let mut poses = earlier.to_vec();
     poses.extend(voted(slam.corners(), reference.corners(), &turns));
-    poses.extend(correlated(slam, &slam.wall_points, reference, &turns, OtherFace::Against, N_CORRELATED));
+    poses.extend(correlated(slam, slam.wall_points(), reference, &turns, OtherFace::Against, N_CORRELATED));
     let about = slam.centre;
     let mut apart: Vec<Pose> = Vec::with_capacity(poses.len());
     for pose in poses {

@@ -2,6 +2,7 @@
 
 use crate::alignment::AlignedPose;
 use crate::candidate::Candidate;
+use crate::candidates::drawn_evenly;
 use crate::pose::is_same_pose;
 use crate::prepared_map::{PreparedMap, between_cells};
 use crate::random_generator::RandomGenerator;
@@ -9,7 +10,6 @@ use crate::refine::refined;
 use crate::score::{ComparedMaps, SlamCells, evidence};
 use crate::thresholds::{MIN_WALL_POINTS, N_TRACKED_CELLS, N_TRACKED_POINTS};
 use crate::verdict::is_borne_out;
-use crate::wall_points::WallPoint;
 use frames::{Map, Rigid2, Slam};
 
 /// Scales of the refinement, in metres: the first reaches what a map moves by between two updates.
@@ -23,16 +23,13 @@ pub fn track_map(
 ) -> Option<AlignedPose> {
     let (at, last) = last;
     let reference = references.get(at)?.as_ref();
-    if slam.features.wall_points.len() < MIN_WALL_POINTS || reference.features.wall_points.len() < MIN_WALL_POINTS {
+    let (of_slam, of_reference) = (&slam.features, &reference.features);
+    if of_slam.n_wall_points() < MIN_WALL_POINTS || of_reference.n_wall_points() < MIN_WALL_POINTS {
         return None;
     }
     let mut random = RandomGenerator::new(1);
-    let mut sampled_points = |wall_points: &[WallPoint], by_weight: bool| -> Vec<WallPoint> {
-        let weights = wall_points.iter().map(|f| if by_weight { f.weight } else { 1.0 });
-        random.draw(weights, N_TRACKED_POINTS).into_iter().map(|k| wall_points[k as usize]).collect()
-    };
-    let slam_points = sampled_points(&slam.features.wall_points, true);
-    let reference_points = sampled_points(&reference.features.wall_points, false);
+    let slam_points = of_slam.drawn_wall_points(&mut random, N_TRACKED_POINTS);
+    let reference_points = drawn_evenly(of_reference.wall_points(), N_TRACKED_POINTS, &mut random);
     let slam_cells = SlamCells::drawn(&slam.features.raster, N_TRACKED_CELLS, N_TRACKED_CELLS);
     let start = between_cells(reference, slam, last);
     let refined = refined(&reference.features, &slam_points, start, &TRACKING_SCALES_M)?

@@ -26,7 +26,7 @@ impl PoseVerdict {
     /// On poses of one or several references.
     pub(crate) fn of(slam: &Features, ranked: &[Ranked<'_>]) -> Self {
         let refused = |reason| Self { verdict: AlignmentVerdict::Refused, reason, wrong_probability: 1.0, n_rivals: 0 };
-        let n_wall_points = slam.wall_points.len();
+        let n_wall_points = slam.n_wall_points();
         if n_wall_points < MIN_WALL_POINTS {
             let few = counted(n_wall_points, "cell");
             return refused(format!("the SLAM map shows too little of walls: {few} beside free space"));

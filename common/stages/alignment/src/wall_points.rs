@@ -1,6 +1,9 @@
 //! Wall points: boundary points of occupied cells with normals into free space.
 
 use crate::image::openness;
+use crate::occupied_runs::{OccupiedRun, occupied_runs};
+use crate::random_generator::RandomGenerator;
+use crate::wall_point_cells::WallPointCells;
 use nalgebra::{Matrix2, Vector2};
 use occupancy::{CELL_M, Cell, Raster};
 
@@ -15,15 +18,6 @@ pub(crate) struct WallPoint {
     pub(crate) weight: f64,
     /// The same of wall points that look in about the same direction from about the same line.
     pub(crate) line: u32,
-}
-
-/// No wall point.
-pub(crate) const NONE: u32 = u32::MAX;
-
-/// Wall points of a map, and the wall point of each cell.
-pub(crate) struct WallPoints {
-    pub(crate) all: Vec<WallPoint>,
-    pub(crate) of_cell: Vec<u32>,
 }
 
 /// Of the blur before slopes are taken, in cells.
@@ -42,16 +36,7 @@ const CROOKED_WEIGHT: f64 = 0.4;
 /// Directions and distances between which lines are not told apart.
 const N_LINE_DIRECTIONS: i64 = 36;
 const LINE_M: f64 = 0.2;
-
-/// The number of the line that a wall point lies on.
-fn line(wall_point: &WallPoint) -> u32 {
-    let [x, y] = wall_point.normal;
-    let turn_rad = std::f64::consts::TAU / N_LINE_DIRECTIONS as f64;
-    let direction = (libm::atan2(y, x) / turn_rad).round() as i64;
-    let (sin, cos) = libm::sincos(direction as f64 * turn_rad);
-    let offset = ((wall_point.at[0] * cos + wall_point.at[1] * sin) / LINE_M).round() as i64;
-    (offset * N_LINE_DIRECTIONS + direction.rem_euclid(N_LINE_DIRECTIONS)) as u32
-}
+const TURN_RAD: f64 = std::f64::consts::TAU / N_LINE_DIRECTIONS as f64;
 
 /// How a map shows surfaces.
 #[derive(Debug, Clone, Copy)]
@@ -63,77 +48,104 @@ pub(crate) struct Surfaces {
     pub(crate) are_whole: bool,
 }
 
+/// The wall points of a map as the slopes at their cells show them; [`Self::straight`] takes the direction of the wall instead.
+pub(crate) struct WallPoints {
+    /// In the order of their cells.
+    sloped: Vec<WallPoint>,
+    cells: WallPointCells,
+    /// Steps between cells to those around, nearest first.
+    steps_around: Vec<isize>,
+    n_around: usize,
+    /// Unit vectors of the directions of lines, from half a turn back to half a turn on.
+    line_directions: Vec<[f64; 2]>,
+}
+
 impl WallPoints {
     pub(crate) fn of(raster: &Raster, surfaces: Surfaces) -> Self {
         let openness = openness(raster).blurred(SIGMA);
-        let sizes = blob_weights(raster);
-        let mut wall_points = Self { all: Vec::new(), of_cell: vec![NONE; raster.cells.len()] };
-        let is_before = |cell: Cell| cell == Cell::Free || (surfaces.are_whole && cell == Cell::Unknown);
-        for (index, cell) in raster.cells.iter().enumerate() {
-            if *cell != Cell::Occupied || !openness.is_inside(index) {
-                continue;
-            }
-            let slope = openness.slope(index);
-            let steep = (slope[0] * slope[0] + slope[1] * slope[1]).sqrt();
-            if steep > MIN_SLOPE && around(index, raster.width).iter().any(|&n| is_before(raster.cells[n])) {
-                let normal = slope.map(|s| f64::from(s / steep));
-                let middle = raster.middle(index);
-                let at = [0, 1].map(|k| middle[k] + normal[k] * (CELL_M / 2.0 - surfaces.depth_m));
-                wall_points.of_cell[index] = wall_points.all.len() as u32;
-                wall_points.all.push(WallPoint { at, normal, weight: sizes[index], line: 0 });
-            }
-        }
-        wall_points.straighten(raster);
-        for wall_point in &mut wall_points.all {
-            wall_point.line = line(wall_point);
-        }
-        wall_points
-    }
-
-    /// Takes the direction of the wall for that of the slope, where there is a wall.
-    fn straighten(&mut self, raster: &Raster) {
         let (reach, n_around) = surroundings(raster.coarseness);
-        let nearest_first = nearest_first(reach);
-        let straight: Vec<(u32, Option<[f64; 2]>)> = (0..self.of_cell.len())
-            .filter(|&index| self.of_cell[index] != NONE)
-            .map(|index| (self.of_cell[index], self.wall_normal(raster, index, &nearest_first, n_around)))
-            .collect();
-        for (wall_point, normal) in straight {
-            let wall_point = &mut self.all[wall_point as usize];
-            match normal {
-                Some(normal) => wall_point.normal = normal,
-                None => wall_point.weight *= CROOKED_WEIGHT,
+        let mut cells = WallPointCells::new(raster.width, raster.height, reach as usize);
+        let mut sloped = Vec::new();
+        let is_before = |cell: Cell| cell == Cell::Free || (surfaces.are_whole && cell == Cell::Unknown);
+        for OccupiedRun { row, columns, diagonal_cells } in occupied_runs(raster) {
+            // Furniture has little weight.
+            let weight = (diagonal_cells * CELL_M - 0.5).clamp(0.15, 1.0);
+            for column in columns {
+                let index = row * raster.width + column;
+                if !openness.is_inside(index) {
+                    continue;
+                }
+                let slope = openness.slope(index);
+                let steep = (slope[0] * slope[0] + slope[1] * slope[1]).sqrt();
+                if steep > MIN_SLOPE && around(index, raster.width).iter().any(|&n| is_before(raster.cells[n])) {
+                    let normal = slope.map(|s| f64::from(s / steep));
+                    let middle = raster.middle(index);
+                    let at = [0, 1].map(|k| middle[k] + normal[k] * (CELL_M / 2.0 - surfaces.depth_m));
+                    cells.push([column, row]);
+                    sloped.push(WallPoint { at, normal, weight, line: 0 });
+                }
             }
         }
+        let steps_around = nearest_first(reach).into_iter().map(|step| cells.step(step)).collect();
+        let turned = |turns: i64| {
+            let (sin, cos) = libm::sincos(turns as f64 * TURN_RAD);
+            [cos, sin]
+        };
+        let line_directions = (-N_LINE_DIRECTIONS / 2..=N_LINE_DIRECTIONS / 2).map(turned).collect();
+        Self { sloped, cells, steps_around, n_around, line_directions }
     }
 
-    /// The normal of the line through the wall points around a cell; `None` if they make no line.
-    fn wall_normal(
-        &self,
-        raster: &Raster,
-        index: usize,
-        nearest_first: &[[i64; 2]],
-        n_around: usize,
-    ) -> Option<[f64; 2]> {
-        let (column, row) = ((index % raster.width) as i64, (index / raster.width) as i64);
-        let own = self.all[self.of_cell[index] as usize];
+    /// How many there are.
+    pub(crate) fn len(&self) -> usize {
+        self.sloped.len()
+    }
+
+    /// Where each lies: straight ones lie where sloped ones do.
+    pub(crate) fn at(&self, wall_point: u32) -> Option<[f64; 2]> {
+        Some(self.sloped.get(wall_point as usize)?.at)
+    }
+
+    /// The wall point of each cell.
+    pub(crate) fn cells(&self) -> &WallPointCells {
+        &self.cells
+    }
+
+    /// All of them with the direction of their wall, where there is a wall.
+    pub(crate) fn all_straight(&self) -> Vec<WallPoint> {
+        (0..self.sloped.len()).map(|k| self.straight(k)).collect()
+    }
+
+    /// One of them with the direction of its wall, where there is a wall.
+    fn straight(&self, k: usize) -> WallPoint {
+        let mut wall_point = self.sloped[k];
+        match self.wall_normal(k) {
+            Some(normal) => wall_point.normal = normal,
+            None => wall_point.weight *= CROOKED_WEIGHT,
+        }
+        wall_point.line = self.line(&wall_point);
+        wall_point
+    }
+
+    /// At most `n` of them, drawn by weight, with the direction of their walls: those that [`RandomGenerator::draw`] takes, but only
+    /// few walls are looked at.
+    pub(crate) fn drawn(&self, random: &mut RandomGenerator, n: usize) -> Vec<WallPoint> {
+        let at_most = self.sloped.iter().map(|wall_point| wall_point.weight);
+        let drawn = random.draw_with_bounds(at_most, |k| self.straight(k as usize).weight, n);
+        drawn.into_iter().map(|k| self.straight(k as usize)).collect()
+    }
+
+    /// The normal of the line through the wall points around one; `None` if they make no line.
+    fn wall_normal(&self, k: usize) -> Option<[f64; 2]> {
+        let own = self.sloped[k];
         let (mut n, mut sum, mut squares) = (0usize, Vector2::zeros(), Matrix2::zeros());
-        for [dx, dy] in nearest_first {
-            let (x, y) = (column + dx, row + dy);
-            if x < 0 || y < 0 || x >= raster.width as i64 || y >= raster.height as i64 {
-                continue;
-            }
-            let wall_point = self.of_cell[y as usize * raster.width + x as usize];
-            if wall_point == NONE {
-                continue;
-            }
-            let wall_point = &self.all[wall_point as usize];
-            if wall_point.normal[0] * own.normal[0] + wall_point.normal[1] * own.normal[1] > SAME_DIRECTION {
-                let d = Vector2::from(wall_point.at) - Vector2::from(own.at);
+        for step in &self.steps_around {
+            let Some(other) = self.sloped.get(self.cells.beside(k, *step) as usize) else { continue };
+            if other.normal[0] * own.normal[0] + other.normal[1] * own.normal[1] > SAME_DIRECTION {
+                let d = Vector2::from(other.at) - Vector2::from(own.at);
                 sum += d;
                 squares += d * d.transpose();
                 n += 1;
-                if n == n_around {
+                if n == self.n_around {
                     break;
                 }
             }
@@ -142,8 +154,10 @@ impl WallPoints {
             return None;
         }
         let scatter = squares - sum * sum.transpose() / n as f64;
-        let across_and_along = scatter.symmetric_eigenvalues();
-        let linear = 1.0 - (6.0 * across_and_along.min() / across_and_along.max()).min(1.0);
+        let (mean, half) = (scatter.trace() / 2.0, (scatter.m11 - scatter.m22) / 2.0);
+        let apart = (half * half + scatter.m12 * scatter.m12).sqrt();
+        let [across, along] = [mean - apart, mean + apart];
+        let linear = 1.0 - (6.0 * across / along).min(1.0);
         if linear.is_nan() || linear <= MIN_LINEAR {
             return None;
         }
@@ -151,6 +165,15 @@ impl WallPoints {
         let (sin, cos) = libm::sincos(libm::atan2(2.0 * scatter.m12, scatter.m11 - scatter.m22) / 2.0);
         let out = -sin * own.normal[0] + cos * own.normal[1];
         Some(if out < 0.0 { [sin, -cos] } else { [-sin, cos] })
+    }
+
+    /// The number of the line that a wall point lies on.
+    fn line(&self, wall_point: &WallPoint) -> u32 {
+        let [x, y] = wall_point.normal;
+        let direction = (libm::atan2(y, x) / TURN_RAD).round() as i64;
+        let [cos, sin] = self.line_directions[(direction + N_LINE_DIRECTIONS / 2) as usize];
+        let offset = ((wall_point.at[0] * cos + wall_point.at[1] * sin) / LINE_M).round() as i64;
+        (offset * N_LINE_DIRECTIONS + direction.rem_euclid(N_LINE_DIRECTIONS)) as u32
     }
 }
 
@@ -172,44 +195,6 @@ fn nearest_first(reach: i64) -> Vec<[i64; 2]> {
 fn around(index: usize, width: usize) -> [usize; 8] {
     let (up, down) = (index + width, index - width);
     [index + 1, up + 1, up, up - 1, index - 1, down - 1, down, down + 1]
-}
-
-/// Weight of each occupied cell by the diagonal of its connected component, so that furniture has little weight.
-fn blob_weights(raster: &Raster) -> Vec<f64> {
-    let (width, height) = (raster.width as i64, raster.height as i64);
-    let mut weights = vec![0.0; raster.cells.len()];
-    let mut blob: Vec<usize> = Vec::new();
-    for start in 0..raster.cells.len() {
-        if raster.cells[start] != Cell::Occupied || weights[start] != 0.0 {
-            continue;
-        }
-        blob.clear();
-        blob.push(start);
-        weights[start] = 1.0;
-        let (mut lo, mut hi) = ([i64::MAX; 2], [i64::MIN; 2]);
-        let mut next = 0;
-        while next < blob.len() {
-            let at = [(blob[next] % raster.width) as i64, (blob[next] / raster.width) as i64];
-            next += 1;
-            for k in 0..2 {
-                (lo[k], hi[k]) = (lo[k].min(at[k]), hi[k].max(at[k] + 1));
-            }
-            for (dx, dy) in (-1..=1).flat_map(|y| (-1..=1).map(move |x| (x, y))) {
-                let (x, y) = (at[0] + dx, at[1] + dy);
-                if x >= 0 && y >= 0 && x < width && y < height {
-                    let index = (y * width + x) as usize;
-                    if raster.cells[index] == Cell::Occupied && weights[index] == 0.0 {
-                        weights[index] = 1.0;
-                        blob.push(index);
-                    }
-                }
-            }
-        }
-        let diagonal_m = libm::hypot((hi[0] - lo[0]) as f64, (hi[1] - lo[1]) as f64) * CELL_M;
-        let weight = (diagonal_m - 0.5).clamp(0.15, 1.0);
-        blob.iter().for_each(|&cell| weights[cell] = weight);
-    }
-    weights
 }
 
 #[cfg(test)]
