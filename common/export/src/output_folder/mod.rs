@@ -144,7 +144,7 @@ impl OutputFolder {
         }
         fs::create_dir(&path).map_err(at(&path))?;
         let folders = BTreeSet::from([path.clone()]);
-        let beside = FolderBeside { place: self, path, folders, is_swapped: false };
+        let beside = FolderBeside { place: self, path, folders, files: Vec::new(), is_swapped: false };
         let mark = beside.path.join(UNFINISHED);
         File::create(&mark).map_err(at(&mark))?;
         Ok(beside)
@@ -221,6 +221,8 @@ pub struct FolderBeside<'a> {
     path: PathBuf,
     /// Those that were made in it, itself among them.
     folders: BTreeSet<PathBuf>,
+    /// The files that were written.
+    files: Vec<PathBuf>,
     is_swapped: bool,
 }
 
@@ -242,7 +244,9 @@ impl FolderBeside<'_> {
             }
         }
         let mut out = File::create(path).map_err(at(path))?;
-        out.write_all(bytes).and_then(|()| out.sync_all()).map_err(at(path))
+        out.write_all(bytes).map_err(at(path))?;
+        self.files.push(path.to_owned());
+        Ok(())
     }
 
     /// Swaps the output with what stands at its place. Returns the foreign files that were there.
@@ -253,6 +257,7 @@ impl FolderBeside<'_> {
         let mark = self.path.join(UNFINISHED);
         fs::remove_file(&mark).map_err(at(&mark))?;
         // What is in a folder first, then its name in the one above.
+        self.files.iter().try_for_each(|file| sync(file))?;
         self.folders.iter().rev().try_for_each(|folder| sync(folder))?;
         swap(&self.path, &self.place.path)?;
         self.is_swapped = true;
