@@ -3,13 +3,13 @@
 use crate::robot::RobotLimitError;
 use bytemuck::{AnyBitPattern, NoUninit, Pod, Zeroable};
 use std::ops::Range;
-use xxhash_rust::xxh3::xxh3_64;
+use xxhash_rust::xxh3::{Xxh3Default, xxh3_64};
 
 /// Version of all layouts of this crate; a reader refuses any other. Who raises it looks after [`upgrade_site`].
-pub const LAYOUT_VERSION: u32 = 10;
+pub const LAYOUT_VERSION: u32 = 11;
 
 /// Earlier versions whose site archives have the records of this one.
-const LAYOUTS_OF_SAME_SITE: [u32; 4] = [6, 7, 8, 9];
+const LAYOUTS_OF_SAME_SITE: [u32; 5] = [6, 7, 8, 9, 10];
 
 /// An index that points at nothing.
 pub const NONE: u32 = u32::MAX;
@@ -65,7 +65,7 @@ pub struct Preamble {
     pub n_sections: u32,
     /// Length of the archive in bytes, preamble included.
     pub length: u64,
-    /// xxh3 of everything behind the preamble.
+    /// xxh3 of everything behind the preamble; of a grid, xxh3 of the xxh3 of each [`HASHED_BLOCK`] of it.
     pub content_hash: u64,
     /// Zero.
     pub reserved: [u64; 4],
@@ -284,7 +284,8 @@ impl<'a> Archive<'a> {
     /// Anything that is not a whole archive of the wanted kind and this layout version.
     pub fn open(bytes: &'a [u8], wanted: ArchiveKind) -> Result<Self, ArchiveError> {
         let archive = Self::open_unhashed(bytes, wanted)?;
-        if xxh3_64(&archive.bytes[64..]) == archive.content_hash() { Ok(archive) } else { Err(ArchiveError::Hash) }
+        let is_whole = content_hash(wanted, &archive.bytes[64..]) == archive.content_hash();
+        if is_whole { Ok(archive) } else { Err(ArchiveError::Hash) }
     }
 
     /// As [`Self::open`], of bytes whose content was compared with its hash before.
@@ -432,19 +433,42 @@ pub(crate) fn write_table(out: &mut [u8], sections: &[SectionLayout], ranges: &[
     }
 }
 
+/// Grids are hashed in blocks of so many bytes, so that what changes little is hashed little.
+pub const HASHED_BLOCK: usize = 1 << 15;
+
+fn content_hash(kind: ArchiveKind, content: &[u8]) -> u64 {
+    match kind {
+        ArchiveKind::Grid => hash_of_blocks(content.chunks(HASHED_BLOCK).map(xxh3_64)),
+        _ => xxh3_64(content),
+    }
+}
+
+/// The content hash of an archive that is hashed in blocks.
+pub(crate) fn hash_of_blocks(hashes: impl Iterator<Item = u64>) -> u64 {
+    let mut all = Xxh3Default::new();
+    hashes.for_each(|hash| all.update(&hash.to_le_bytes()));
+    all.digest()
+}
+
 /// Hashes the content and writes the preamble: the last step. Returns the hash.
 pub(crate) fn seal(out: &mut [u8], kind: ArchiveKind, n_sections: usize) -> u64 {
+    let content_hash = content_hash(kind, &out[64..]);
+    write_preamble(out, kind, n_sections, content_hash);
+    content_hash
+}
+
+/// Writes the preamble of content with this hash.
+pub(crate) fn write_preamble(out: &mut [u8], kind: ArchiveKind, n_sections: usize, content_hash: u64) {
     let preamble = Preamble {
         magic: MAGIC,
         layout_version: LAYOUT_VERSION,
         kind: kind as u32,
         n_sections: n_sections as u32,
         length: out.len() as u64,
-        content_hash: xxh3_64(&out[64..]),
+        content_hash,
         reserved: [0; 4],
     };
     out[..64].copy_from_slice(bytemuck::bytes_of(&preamble));
-    preamble.content_hash
 }
 
 /// Sections of an archive that is written in one go from records at hand.

@@ -1,11 +1,15 @@
 //! The `grid` archive: layers of one map storey, written in place.
 
-use crate::archive::{Archive, ArchiveError, ArchiveKind, SectionLayout, layout, seal, write_table};
+use crate::archive::{
+    Archive, ArchiveError, ArchiveKind, HASHED_BLOCK, SectionLayout, hash_of_blocks, layout, seal, write_preamble,
+    write_table,
+};
 use crate::site_records::FloorKind;
 use crate::tag::{Tag, check_tags};
 use bytemuck::{Pod, Zeroable};
-use grid::{Class, GridSpec};
+use grid::{CellRect, Class, GridSpec};
 use std::ops::Range;
+use xxhash_rust::xxh3::xxh3_64;
 
 pub(crate) mod section {
     pub(crate) const HEAD: u32 = 1;
@@ -219,6 +223,64 @@ impl<'a> GridWriter<'a> {
     pub fn seal(self) -> u64 {
         seal(self.out, ArchiveKind::Grid, N_SECTIONS)
     }
+
+    /// The same, after nothing but cells in these rectangles changed since the hashes were made; all are made if there are none.
+    pub fn seal_changed(self, hashes: &mut BlockHashes, changed: &[CellRect]) -> u64 {
+        let content = &self.out[64..];
+        let BlockHashes { hashes, is_changed } = hashes;
+        is_changed.clear();
+        is_changed.resize(content.len().div_ceil(HASHED_BLOCK), hashes.is_empty());
+        hashes.resize(is_changed.len(), 0);
+        for bytes in changed.iter().flat_map(|rect| cell_bytes(self.out, &self.ranges, rect)) {
+            is_changed[(bytes.start - 64) / HASHED_BLOCK..=(bytes.end - 1 - 64) / HASHED_BLOCK].fill(true);
+        }
+        let blocks = content.chunks(HASHED_BLOCK).zip(hashes.iter_mut()).zip(&*is_changed);
+        blocks.filter(|(_, changed)| **changed).for_each(|((block, hash), _)| *hash = xxh3_64(block));
+        let content_hash = hash_of_blocks(hashes.iter().copied());
+        write_preamble(self.out, ArchiveKind::Grid, N_SECTIONS, content_hash);
+        content_hash
+    }
+}
+
+/// Hashes of the blocks of a grid, kept from one version to the next.
+#[derive(Debug, Default)]
+pub struct BlockHashes {
+    hashes: Vec<u64>,
+    /// Buffer of [`GridWriter::seal_changed`].
+    is_changed: Vec<bool>,
+}
+
+/// Where the cells of a rectangle lie in a grid, in all layers. They are not empty.
+fn cell_bytes<'a>(
+    archive: &[u8],
+    layers: &'a [Range<usize>; N_SECTIONS],
+    rect: &CellRect,
+) -> impl Iterator<Item = Range<usize>> + use<'a> {
+    let head: &GridHead = bytemuck::from_bytes(&archive[layers[0].clone()]);
+    let (width, n_cells, rect) = (head.width as usize, head.spec().n_cells(), *rect);
+    layers[1..].iter().flat_map(move |layer| {
+        let (start, size) = (layer.start, layer.len() / n_cells.max(1));
+        let rows = rect.rows(width).filter(|row| !row.is_empty());
+        rows.map(move |row| start + row.start * size..start + row.end * size)
+    })
+}
+
+/// Makes of a copy of an earlier version of a grid one of this version, of which nothing but cells in these rectangles differs. The
+/// copy is no archive until it is whole.
+///
+/// # Panics
+/// If the two have other lengths.
+pub fn copy_changed<'a>(grid: &[u8], copy: &mut [u8], changed: impl Iterator<Item = &'a CellRect>) {
+    assert_eq!(grid.len(), copy.len(), "both are versions of one grid");
+    copy[..64].fill(0);
+    let of_head = layout(&layouts(0)).0[0].clone();
+    let head: &GridHead = bytemuck::from_bytes(&grid[of_head.clone()]);
+    let (layers, _) = layout(&layouts(head.spec().n_cells()));
+    copy[64..of_head.end].copy_from_slice(&grid[64..of_head.end]);
+    for bytes in changed.flat_map(|rect| cell_bytes(grid, &layers, rect)) {
+        copy[bytes.clone()].copy_from_slice(&grid[bytes]);
+    }
+    copy[..64].copy_from_slice(&grid[..64]);
 }
 
 /// Head and layers.
@@ -241,6 +303,46 @@ fn layouts(n_cells: usize) -> [SectionLayout; N_SECTIONS] {
 mod tests {
     use super::*;
     use crate::ArchiveBuffer;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn a_grid_of_which_cells_changed_is_sealed_and_copied_as_if_it_were_new(
+            size in [1u32..300, 1u32..120],
+            changes in prop::collection::vec(([0.0..1.0f64, 0.0..1.0], [0.0..0.3f64, 0.0..0.3]), 1..5),
+        ) {
+            let [width, height] = size;
+            let head = GridHead { cell_tenths: 500, width, height, ..GridHead::EMPTY };
+            let n_cells = head.spec().n_cells();
+            let mut grid = ArchiveBuffer::zeroed(GridWriter::len_of(n_cells));
+            let mut hashes = BlockHashes::default();
+            GridWriter::new(grid.bytes_mut(), &head).seal_changed(&mut hashes, &[]);
+            let mut copy = ArchiveBuffer::zeroed(grid.bytes().len());
+            copy.bytes_mut().copy_from_slice(grid.bytes());
+            for (at, extent) in changes {
+                let min = [0, 1].map(|k| (at[k] * f64::from(size[k])) as u32);
+                let max = [0, 1].map(|k| (min[k] + (extent[k] * f64::from(size[k])) as u32).min(size[k]));
+                let rect = CellRect { min, max };
+                let mut writer = GridWriter::resume(grid.bytes_mut(), n_cells);
+                let layers = writer.layers();
+                for cell in rect.rows(width as usize).flatten() {
+                    (layers.class[cell], layers.planning[cell], layers.space[cell]) = (3, 100, layers.space[cell] + 259);
+                }
+                let hash = writer.seal_changed(&mut hashes, &[rect]);
+                prop_assert_eq!(GridWriter::resume(grid.bytes_mut(), n_cells).seal(), hash);
+                prop_assert!(Grid::open(grid.bytes()).is_ok());
+                copy_changed(grid.bytes(), copy.bytes_mut(), [rect].iter());
+                prop_assert!(copy.bytes() == grid.bytes());
+            }
+        }
+    }
+
+    #[test]
+    #[should_panic(expected = "versions of one grid")]
+    fn a_copy_of_another_size_is_none() {
+        let (small, mut large) = (ArchiveBuffer::zeroed(64), ArchiveBuffer::zeroed(128));
+        copy_changed(small.bytes(), large.bytes_mut(), [].iter());
+    }
 
     #[test]
     fn layers_are_written_in_place_and_read_back() {

@@ -67,8 +67,8 @@ pub use alignment::{Alignment, AlignmentBuilder};
 pub use alignment_evidence::{AlignmentEvidence, AlignmentEvidenceBuilder, AlignmentEvidenceHead, PoseHistoryRecord};
 pub use alignment_records::*;
 pub use archive::{
-    Archive, ArchiveBuffer, ArchiveError, ArchiveKind, Block, LAYOUT_VERSION, NONE, Preamble, Text, TextList,
-    sections_len, upgrade_site,
+    Archive, ArchiveBuffer, ArchiveError, ArchiveKind, Block, HASHED_BLOCK, LAYOUT_VERSION, NONE, Preamble, Text,
+    TextList, sections_len, upgrade_site,
 };
 pub use archive_writer::ArchiveWriter;
 pub use checked::Checked;
@@ -77,7 +77,7 @@ pub use deviation_records::*;
 pub use deviations::{Deviations, DeviationsBuilder};
 pub use diagnostic_record::DiagnosticRecord;
 pub use diagnostics::{Diagnostic, DiagnosticCode, Named, Report, Severity};
-pub use grid_archive::{Grid, GridHead, GridLayers, GridWriter};
+pub use grid_archive::{BlockHashes, Grid, GridHead, GridLayers, GridWriter, copy_changed};
 pub use grids::{DoorPassage, DoorPassageRecord, GridSlotRecord, Grids, GridsBuilder, GridsHead, RegionRecord};
 pub use map_grids::{ChosenGrids, MapGrids};
 pub use mission_plan::{MissionPlan, MissionPlanBuilder};

@@ -213,7 +213,9 @@ impl RasterizeService {
         slots.zip(rasterizer.par_drawn()).try_for_each(|(((publisher, epoch), published), grid)| {
             let Some(epoch) = *epoch else { return Ok(()) };
             let inputs = InputHashes { own: grid.input_hash, ..inputs };
-            publisher.publish_copy(grid.archive, Origin { epoch, frame_epoch, inputs })?;
+            let mut loan = publisher.loan(grid.archive.len())?;
+            grid.copy_into(loan.bytes_mut());
+            loan.publish(Origin { epoch, frame_epoch, inputs })?;
             *published = Some(grid.content_hash);
             Ok::<(), PublishError>(())
         })?;

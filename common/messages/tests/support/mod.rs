@@ -205,7 +205,10 @@ pub(crate) fn deviations() -> ArchiveBuffer {
 /// Makes the preamble fit the content again, so that what lies behind the hash is looked at.
 pub(crate) fn reseal(bytes: &mut [u8]) {
     if bytes.len() >= 64 {
-        let (length, hash) = (bytes.len() as u64, xxh3_64(&bytes[64..]));
+        let is_grid = bytes[8..12] == (ArchiveKind::Grid as u32).to_le_bytes();
+        let of_blocks = || bytes[64..].chunks(HASHED_BLOCK).flat_map(|block| xxh3_64(block).to_le_bytes()).collect();
+        let hashed: Vec<u8> = if is_grid { of_blocks() } else { bytes[64..].to_vec() };
+        let (length, hash) = (bytes.len() as u64, xxh3_64(&hashed));
         bytes[16..24].copy_from_slice(&length.to_le_bytes());
         bytes[24..32].copy_from_slice(&hash.to_le_bytes());
     }

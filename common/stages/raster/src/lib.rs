@@ -92,11 +92,18 @@ pub struct DrawnGrid<'a> {
     /// Hash of all inputs from the schedule state: the presence of the storey's dependents, which of its spaces are blocked,
     /// and whether there is a plan time.
     pub input_hash: u64,
+    grid: &'a StoreyGrid,
 }
 
 impl<'a> DrawnGrid<'a> {
     fn of(grid: &'a StoreyGrid) -> Self {
-        Self { archive: grid.archive(), content_hash: grid.content_hash(), input_hash: grid.input_hash() }
+        Self { archive: grid.archive(), content_hash: grid.content_hash(), input_hash: grid.input_hash(), grid }
+    }
+
+    /// Makes memory of the archive's length, at a multiple of 64, a copy of it. Of memory that holds one of the latest versions only
+    /// cells are written that differ.
+    pub fn copy_into(&self, memory: &mut [u8]) {
+        self.grid.copy_into(memory);
     }
 }
 

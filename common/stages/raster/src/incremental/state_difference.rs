@@ -1,5 +1,6 @@
 //! Compares a schedule state with the drawn one and finds the cells that may differ.
 
+use super::flag_difference::FlagDifference;
 use crate::layers::floor::set_bit;
 use crate::model::presence::Presence;
 use crate::model::storey_inputs::StoreyInputs;
@@ -30,6 +31,10 @@ pub(crate) struct StateDifference {
     pub(crate) worked_on: Vec<u32>,
     /// True if the set of finished floor elements differs.
     pub(crate) floor_differs: bool,
+    /// Cells of any layer that may differ.
+    pub(crate) changed: Vec<CellRect>,
+    /// Cells whose flags differ.
+    pub(crate) flags: FlagDifference,
     /// Buffer of the rectangles in which a layer is recomputed.
     pub(crate) affected: Vec<CellRect>,
 }

@@ -1,11 +1,13 @@
 //! The grid of a storey, redrawn incrementally for each schedule state.
 //!
 //! The first draw covers the whole storey. Later draws compare the schedule state with the one drawn, redraw the rectangles
-//! of elements and spaces that differ, and recompute keep-out and localization around them. The result equals a full redraw.
+//! of elements and spaces that differ, and recompute keep-out and localization around the cells whose flags differ then. The result
+//! equals a full redraw.
 //! After one pass through all states it allocates nothing, except on storeys whose floor is what obstacles enclose.
 
 use super::state_difference::{DrawnState, StateDifference};
 use super::storey_floor::StoreyFloor;
+use super::version_history::VersionHistory;
 use crate::layers::cell_flags::{self, BASE_FLOOR, BLOCKED, DOOR, FLOOR, OCCUPIED, OUTLINE, PLANNING, STRUCTURE, WORK};
 use crate::layers::door_passage::{DoorLayers, door_passage};
 use crate::layers::doorway_clearance::CoveredSamples;
@@ -20,7 +22,8 @@ use crate::model::presence::Presence;
 use crate::model::storey_inputs::StoreyInputs;
 use grid::{CellRect, Class, GridSpec, Growth, join_rects};
 use messages::{
-    ArchiveBuffer, DoorPassageRecord, FloorKind, GridHead, GridLayers, GridWriter, RegionRecord, ScheduleState,
+    ArchiveBuffer, ArchiveKind, BlockHashes, DoorPassageRecord, FloorKind, GridHead, GridLayers, GridWriter, Preamble,
+    RegionRecord, ScheduleState, copy_changed,
 };
 use xxhash_rust::xxh3::xxh3_64;
 
@@ -29,6 +32,8 @@ use xxhash_rust::xxh3::xxh3_64;
 pub(crate) struct StoreyGrid {
     archive: ArchiveBuffer,
     content_hash: u64,
+    block_hashes: BlockHashes,
+    versions: VersionHistory,
     /// A byte of [`cell_flags`] per cell.
     flags: Vec<u8>,
     /// Margins that cover a cell, a byte per cell.
@@ -82,6 +87,8 @@ impl StoreyGrid {
         Self {
             archive,
             content_hash: 0,
+            block_hashes: BlockHashes::default(),
+            versions: VersionHistory::default(),
             margins: vec![0; flags.len()],
             flags,
             drawn_state: DrawnState::default(),
@@ -97,6 +104,16 @@ impl StoreyGrid {
     /// The archive of the grid, as drawn last.
     pub(crate) fn archive(&self) -> &[u8] {
         self.archive.bytes()
+    }
+
+    /// Makes memory of the archive's length a copy of it. If that holds one of the latest versions, it takes what differs.
+    pub(crate) fn copy_into(&self, memory: &mut [u8]) {
+        let archive = self.archive();
+        let held = Preamble::of(memory, ArchiveKind::Grid).ok().filter(|held| held.length == archive.len() as u64);
+        match held.and_then(|held| self.versions.changed_since(held.content_hash)) {
+            Some(changed) => copy_changed(archive, memory, changed),
+            None => memory.copy_from_slice(archive),
+        }
     }
 
     /// Its content hash.
@@ -129,7 +146,8 @@ impl StoreyGrid {
         storey_floor.update_floor(flags, difference, &drawn_state.finished_floors, (inputs, schedule_state), is_first);
         storey_floor.update_passages(flags, difference, (inputs, schedule_state), is_first);
         let has_no_floor_yet = schedule_state.head.plan_time().is_some() && !self.storey_floor.has_floor;
-        if is_first || has_no_floor_yet != self.has_no_floor_yet {
+        let is_whole = is_first || has_no_floor_yet != self.has_no_floor_yet;
+        if is_whole {
             self.has_no_floor_yet = has_no_floor_yet;
             self.difference.cells.clear();
             self.difference.cells.push(inputs.storey.whole());
@@ -140,17 +158,36 @@ impl StoreyGrid {
             return;
         }
         join_rects(&mut self.difference.cells);
+        self.difference.flags.clear();
+        let width = inputs.storey.whole().width();
         for index in 0..self.difference.cells.len() {
             let rect = self.difference.cells[index];
+            self.difference.flags.begin(&self.flags, &rect, width);
             self.draw_cells(inputs, schedule_state, &rect);
+            match is_whole {
+                true => self.difference.flags.add_whole(&rect),
+                false => self.difference.flags.add(&self.flags, &rect, width),
+            }
         }
+        self.difference.changed.clear();
+        self.difference.changed.extend_from_slice(&self.difference.cells);
         if has_no_floor_yet {
+            self.difference.changed.push(inputs.storey.whole());
             cell_flags::fill_without_floor(&mut self.writer().layers());
         } else {
             self.derive(inputs);
         }
         self.update_door_passages(inputs, schedule_state);
-        self.content_hash = self.writer().seal();
+        self.seal();
+    }
+
+    /// Makes the layers an archive, and remembers in which cells it may differ from the one before.
+    fn seal(&mut self) {
+        let Self { archive, flags, block_hashes, versions, difference, .. } = self;
+        join_rects(&mut difference.changed);
+        let writer = GridWriter::resume(archive.bytes_mut(), flags.len());
+        self.content_hash = writer.seal_changed(block_hashes, &difference.changed);
+        versions.push(self.content_hash, &difference.changed);
     }
 
     /// The archive, given up; what only a later draw would need is freed.
@@ -247,23 +284,25 @@ impl StoreyGrid {
         let mut writer = GridWriter::resume(archive.bytes_mut(), flags.len());
         let GridLayers { keepout: keepout_layer, localization: localization_layer, .. } = writer.layers();
         let (margins, whole) = (Margins::of(inputs), inputs.storey.whole());
-        let StateDifference { cells, work, working, affected, .. } = difference;
-        let mut each = |reach: u32, wanted: &dyn Fn(&CellRect) -> bool, compute: &mut dyn FnMut(&CellRect)| {
-            affected.clear();
-            affected.extend(cells.iter().map(|rect| rect.grown(reach, &whole)).filter(|rect| wanted(rect)));
-            join_rects(affected);
-            affected.iter().flat_map(|rect| rect.tiles(TILE_CELLS)).for_each(|tile| compute(&tile));
-        };
+        let StateDifference { flags: differing, work, working, affected, changed, .. } = difference;
+        let mut each =
+            |cells: &[CellRect], reach: u32, wanted: &dyn Fn(&CellRect) -> bool, compute: &mut dyn FnMut(&CellRect)| {
+                affected.clear();
+                affected.extend(cells.iter().map(|rect| rect.grown(reach, &whole)).filter(|rect| wanted(rect)));
+                join_rects(affected);
+                changed.extend_from_slice(affected);
+                affected.iter().flat_map(|rect| rect.tiles(TILE_CELLS)).for_each(|tile| compute(&tile));
+            };
         let mut keepout = Keepout { flags, margins: cell_margins, layer: keepout_layer, whole };
-        each(margins.edge_reach(), &|_| true, &mut |tile| keepout.edges(growth, margins, tile));
+        each(&differing.of_edges, margins.edge_reach(), &|_| true, &mut |tile| keepout.edges(growth, margins, tile));
         let is_near_work = |rect: &CellRect| {
             let around = rect.grown(margins.work_reach(), &whole);
             work.iter().chain(&*working).any(|work| work.meets(&around))
         };
-        each(margins.work_reach(), &is_near_work, &mut |tile| keepout.work(growth, margins, tile));
+        each(&differing.of_work, margins.work_reach(), &is_near_work, &mut |tile| keepout.work(growth, margins, tile));
         let gap_cells = gap::max_cells(inputs.storey.spec.cell_tenths);
         let mut localization = Localization { flags, layer: localization_layer, whole, gap_cells };
-        each(localization.reach(), &|_| true, &mut |tile| localization.draw(growth, tile));
+        each(&differing.of_localization, localization.reach(), &|_| true, &mut |tile| localization.draw(growth, tile));
     }
 
     /// Updates the passages of doors around which cells differ.

@@ -19,6 +19,13 @@ pub(crate) const WORK: u8 = 64;
 /// Within the outline of the complete storey.
 pub(crate) const OUTLINE: u8 = 128;
 
+/// What margins of edges and the mask are made of, but for work.
+pub(crate) const OF_EDGES: u8 = OCCUPIED | DOOR | FLOOR | BLOCKED | OUTLINE;
+/// What margins of work are made of, and the mask in them.
+pub(crate) const OF_WORK: u8 = OCCUPIED | DOOR | FLOOR | WORK;
+/// What the localization layer is made of.
+pub(crate) const OF_LOCALIZATION: u8 = OCCUPIED | DOOR | FLOOR | STRUCTURE;
+
 /// Occupied in `nav_msgs`.
 pub(crate) const NAV_OCCUPIED: i8 = 100;
 /// Free in `nav_msgs`.
