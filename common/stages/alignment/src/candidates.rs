@@ -9,7 +9,7 @@ use crate::refine::{FINE, NARROW, SOFT, TIGHT, WIDE, refined};
 use crate::rotations::{directions, turns};
 use crate::score::{ComparedMaps, SlamCells, evidence, placed};
 use crate::thresholds::{MIN_OTHERS, N_REFINED, N_TWIN_PEAKS, N_TWINS, SOFT_ADVANTAGE};
-use crate::wall_points::WallPoint;
+use crate::wall_points::{WallPoint, drawn_evenly};
 
 /// Wall points and cells that are drawn.
 const N_WALL_POINTS: usize = 1500;
@@ -83,11 +83,6 @@ impl Drawn {
         let Self { slam_points, reference_points, slam_cells } = self;
         ComparedMaps { slam, reference, slam_points, reference_points, slam_cells, scans: false }
     }
-}
-
-/// So many wall points at most.
-pub(crate) fn drawn_evenly(wall_points: &[WallPoint], n: usize, random: &mut RandomGenerator) -> Vec<WallPoint> {
-    random.draw_evenly(wall_points.len(), n).into_iter().map(|k| wall_points[k as usize]).collect()
 }
 
 /// Refinement of many poses of two maps.

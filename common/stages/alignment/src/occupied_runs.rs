@@ -1,6 +1,7 @@
 //! Runs of occupied cells, and how large the things are that they belong to.
 
 use occupancy::{Cell, Raster};
+use petgraph::unionfind::UnionFind;
 use std::ops::Range;
 
 /// Occupied cells of a row beside each other.
@@ -12,44 +13,13 @@ pub(crate) struct OccupiedRun {
     pub(crate) diagonal_cells: f64,
 }
 
-/// Sets of joined runs, each with its box.
-struct Joined {
-    /// By run: one of the same set, itself for the one that stands for all.
-    parents: Vec<u32>,
-    /// By run that stands for a set: the lowest column and row, and those behind the highest.
-    boxes: Vec<[usize; 4]>,
-}
-
-impl Joined {
-    fn of(&mut self, mut run: u32) -> u32 {
-        while self.parents[run as usize] != run {
-            let above = self.parents[self.parents[run as usize] as usize];
-            self.parents[run as usize] = above;
-            run = above;
-        }
-        run
-    }
-
-    fn join(&mut self, a: u32, b: u32) {
-        let (a, b) = (self.of(a), self.of(b));
-        if a == b {
-            return;
-        }
-        let (a, b) = (a.min(b), a.max(b));
-        self.parents[b as usize] = a;
-        let [of_a, of_b] = [a, b].map(|run| self.boxes[run as usize]);
-        self.boxes[a as usize] =
-            std::array::from_fn(|k| if k < 2 { of_a[k].min(of_b[k]) } else { of_a[k].max(of_b[k]) });
-    }
-}
-
 /// All runs of occupied cells, by row and column.
 ///
 /// # Source
 /// Rosenfeld and Pfaltz, "Sequential operations in digital picture processing", Journal of the ACM 13, 1966: components by rows.
 pub(crate) fn occupied_runs(raster: &Raster) -> Vec<OccupiedRun> {
     let mut runs: Vec<OccupiedRun> = Vec::new();
-    let mut joined = Joined { parents: Vec::new(), boxes: Vec::new() };
+    let mut joined = UnionFind::<u32>::new_empty();
     let mut above = 0..0;
     for (row, cells) in raster.cells.chunks_exact(raster.width.max(1)).enumerate() {
         let first = runs.len();
@@ -61,23 +31,28 @@ pub(crate) fn occupied_runs(raster: &Raster) -> Vec<OccupiedRun> {
             if cells[0] != Cell::Occupied {
                 continue;
             }
-            let run = runs.len() as u32;
-            joined.parents.push(run);
-            joined.boxes.push([columns.start, row, columns.end, row + 1]);
+            let run = joined.new_set();
             // Those above that end before this one begins also end before all that follow.
             while next_above < above.end && runs[next_above].columns.end < columns.start {
                 next_above += 1;
             }
             for k in (next_above..above.end).take_while(|k| runs[*k].columns.start <= columns.end) {
-                joined.join(k as u32, run);
+                joined.union(k as u32, run);
             }
             runs.push(OccupiedRun { row, columns, diagonal_cells: 0.0 });
         }
         above = first..runs.len();
     }
-    for (run, number) in runs.iter_mut().zip(0..) {
-        let whole = joined.of(number);
-        let [left, below, right, top] = joined.boxes[whole as usize];
+    let joined = joined.into_labeling();
+    // Of each set that of the run that stands for it: the lowest column and row, and those behind the highest.
+    let mut boxes = vec![[usize::MAX, usize::MAX, 0, 0]; runs.len()];
+    for (run, whole) in runs.iter().zip(&joined) {
+        let [left, below, right, top] = &mut boxes[*whole as usize];
+        (*left, *below) = ((*left).min(run.columns.start), (*below).min(run.row));
+        (*right, *top) = ((*right).max(run.columns.end), (*top).max(run.row + 1));
+    }
+    for (run, whole) in runs.iter_mut().zip(&joined) {
+        let [left, below, right, top] = boxes[*whole as usize];
         run.diagonal_cells = libm::hypot((right - left) as f64, (top - below) as f64);
     }
     runs

@@ -17,12 +17,17 @@ impl RandomGenerator {
         ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
     }
 
+    /// Minus the logarithm of such a number that is not 0.
+    fn log(&mut self) -> f64 {
+        -libm::log(1.0 - self.unit())
+    }
+
     /// At most `n` different indices drawn by weight, ascending.
     ///
     /// # Source
     /// Efraimidis and Spirakis, "Weighted random sampling with a reservoir", Information Processing Letters 97, 2006.
     pub(crate) fn draw(&mut self, weights: impl Iterator<Item = f64>, n: usize) -> Vec<u32> {
-        least(weights.zip(0..).map(|(w, k)| (-libm::log(1.0 - self.unit()) / w.max(1e-9), k)).collect(), n)
+        least(weights.zip(0..).map(|(weight, k)| (key(self.log(), weight), k)).collect(), n)
     }
 
     /// The same of as many indices as there are `bounds`, which no `weight` exceeds: the weight of few is asked for.
@@ -32,13 +37,12 @@ impl RandomGenerator {
         weight: impl Fn(u32) -> f64,
         n: usize,
     ) -> Vec<u32> {
-        let key = |log: f64, weight: f64| log / weight.max(1e-9);
-        // The logarithm, and the least key that the bound allows.
-        let mut possible: Vec<(f64, f64, u32)> = bounds
-            .zip(0..)
-            .map(|(bound, k)| (-libm::log(1.0 - self.unit()), bound, k))
-            .map(|(log, bound, k)| (key(log, bound), log, k))
-            .collect();
+        // The least key that the bound allows, and what it is made of.
+        let possible = bounds.zip(0..).map(|(bound, k)| {
+            let log = self.log();
+            (key(log, bound), log, k)
+        });
+        let mut possible: Vec<(f64, f64, u32)> = possible.collect();
         let mut n_looked_at = 2 * n;
         loop {
             let mut least_beyond = f64::INFINITY;
@@ -69,6 +73,11 @@ impl RandomGenerator {
         self.0 = begun;
         self.draw((0..count).map(|_| 1.0), n)
     }
+}
+
+/// By which an index is drawn, from a logarithm and its weight.
+fn key(log: f64, weight: f64) -> f64 {
+    log / weight.max(1e-9)
 }
 
 /// The indices of the `n` least keys, ascending.

@@ -2,7 +2,6 @@
 
 use crate::alignment::AlignedPose;
 use crate::candidate::Candidate;
-use crate::candidates::drawn_evenly;
 use crate::pose::is_same_pose;
 use crate::prepared_map::{PreparedMap, between_cells};
 use crate::random_generator::RandomGenerator;
@@ -10,6 +9,7 @@ use crate::refine::refined;
 use crate::score::{ComparedMaps, SlamCells, evidence};
 use crate::thresholds::{MIN_WALL_POINTS, N_TRACKED_CELLS, N_TRACKED_POINTS};
 use crate::verdict::is_borne_out;
+use crate::wall_points::drawn_evenly;
 use frames::{Map, Rigid2, Slam};
 
 /// Scales of the refinement, in metres: the first reaches what a map moves by between two updates.
@@ -30,13 +30,13 @@ pub fn track_map(
     let mut random = RandomGenerator::new(1);
     let slam_points = of_slam.drawn_wall_points(&mut random, N_TRACKED_POINTS);
     let reference_points = drawn_evenly(of_reference.wall_points(), N_TRACKED_POINTS, &mut random);
-    let slam_cells = SlamCells::drawn(&slam.features.raster, N_TRACKED_CELLS, N_TRACKED_CELLS);
+    let slam_cells = SlamCells::drawn(&of_slam.raster, N_TRACKED_CELLS, N_TRACKED_CELLS);
     let start = between_cells(reference, slam, last);
-    let refined = refined(&reference.features, &slam_points, start, &TRACKING_SCALES_M)?
-        .with_distortion(&reference.features, &slam_points);
+    let refined =
+        refined(of_reference, &slam_points, start, &TRACKING_SCALES_M)?.with_distortion(of_reference, &slam_points);
     let maps = ComparedMaps {
-        slam: &slam.features,
-        reference: &reference.features,
+        slam: of_slam,
+        reference: of_reference,
         slam_points: &slam_points,
         reference_points: &reference_points,
         slam_cells: &slam_cells,
@@ -44,6 +44,6 @@ pub fn track_map(
     };
     let evidence = evidence(&maps, &refined.pose);
     let candidate = Candidate::new(refined, evidence);
-    let is_near = is_same_pose(&refined.pose, &start, slam.features.centre);
+    let is_near = is_same_pose(&refined.pose, &start, of_slam.centre);
     (is_near && is_borne_out(&evidence)).then(|| AlignedPose::of(at, reference, slam, &candidate))
 }

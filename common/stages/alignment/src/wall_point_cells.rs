@@ -7,7 +7,7 @@ use std::ops::Range;
 /// No wall point.
 pub(crate) const NONE: u32 = u32::MAX;
 
-/// Around a map: a refinement looks for wall points within 1.8 m.
+/// Cells around a map, 2 m: a refinement looks for wall points within 1.8 m.
 const LEAST_MARGIN: usize = 40;
 
 /// The wall point of each cell, row-major, with a margin around the map, so that steps from a cell lead to a cell.

@@ -177,6 +177,11 @@ impl WallPoints {
     }
 }
 
+/// At most `n` wall points, each as likely.
+pub(crate) fn drawn_evenly(wall_points: &[WallPoint], n: usize, random: &mut RandomGenerator) -> Vec<WallPoint> {
+    random.draw_evenly(wall_points.len(), n).into_iter().map(|k| wall_points[k as usize]).collect()
+}
+
 /// Within how many cells a wall's direction is looked for, and of how many wall points it is made.
 fn surroundings(coarseness: f64) -> (i64, usize) {
     let coarseness = coarseness.min(COARSEST);
