@@ -231,7 +231,8 @@ impl<'a> GridWriter<'a> {
         is_changed.clear();
         is_changed.resize(content.len().div_ceil(HASHED_BLOCK), hashes.is_empty());
         hashes.resize(is_changed.len(), 0);
-        for bytes in changed.iter().flat_map(|rect| cell_bytes(self.out, &self.ranges, rect)) {
+        let spec = head_of(self.out).spec();
+        for bytes in changed.iter().flat_map(|rect| cell_bytes(spec, &self.ranges, rect)) {
             is_changed[(bytes.start - 64) / HASHED_BLOCK..=(bytes.end - 1 - 64) / HASHED_BLOCK].fill(true);
         }
         let blocks = content.chunks(HASHED_BLOCK).zip(hashes.iter_mut()).zip(&*is_changed);
@@ -250,17 +251,21 @@ pub struct BlockHashes {
     is_changed: Vec<bool>,
 }
 
+/// The head of a grid: it is the first section, however many cells follow.
+fn head_of(grid: &[u8]) -> &GridHead {
+    bytemuck::from_bytes(&grid[layout(&layouts(0)).0[0].clone()])
+}
+
 /// Where the cells of a rectangle lie in a grid, in all layers. They are not empty.
 fn cell_bytes<'a>(
-    archive: &[u8],
-    layers: &'a [Range<usize>; N_SECTIONS],
+    spec: GridSpec,
+    sections: &'a [Range<usize>; N_SECTIONS],
     rect: &CellRect,
 ) -> impl Iterator<Item = Range<usize>> + use<'a> {
-    let head: &GridHead = bytemuck::from_bytes(&archive[layers[0].clone()]);
-    let (width, n_cells, rect) = (head.width as usize, head.spec().n_cells(), *rect);
-    layers[1..].iter().flat_map(move |layer| {
-        let (start, size) = (layer.start, layer.len() / n_cells.max(1));
-        let rows = rect.rows(width).filter(|row| !row.is_empty());
+    let rect = *rect;
+    sections[1..].iter().flat_map(move |layer| {
+        let (start, size) = (layer.start, layer.len() / spec.n_cells().max(1));
+        let rows = rect.rows(spec.width as usize).filter(|row| !row.is_empty());
         rows.map(move |row| start + row.start * size..start + row.end * size)
     })
 }
@@ -273,11 +278,11 @@ fn cell_bytes<'a>(
 pub fn copy_changed<'a>(grid: &[u8], copy: &mut [u8], changed: impl Iterator<Item = &'a CellRect>) {
     assert_eq!(grid.len(), copy.len(), "both are versions of one grid");
     copy[..64].fill(0);
-    let of_head = layout(&layouts(0)).0[0].clone();
-    let head: &GridHead = bytemuck::from_bytes(&grid[of_head.clone()]);
-    let (layers, _) = layout(&layouts(head.spec().n_cells()));
-    copy[64..of_head.end].copy_from_slice(&grid[64..of_head.end]);
-    for bytes in changed.flat_map(|rect| cell_bytes(grid, &layers, rect)) {
+    let spec = head_of(grid).spec();
+    let (sections, _) = layout(&layouts(spec.n_cells()));
+    let before_layers = 64..sections[1].start;
+    copy[before_layers.clone()].copy_from_slice(&grid[before_layers]);
+    for bytes in changed.flat_map(|rect| cell_bytes(spec, &sections, rect)) {
         copy[bytes.clone()].copy_from_slice(&grid[bytes]);
     }
     copy[..64].copy_from_slice(&grid[..64]);
