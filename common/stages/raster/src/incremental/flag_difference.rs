@@ -1,5 +1,6 @@
-//! Where flags differ after cells were drawn again: layers are recomputed around these cells alone. What is worked on, or is finished,
-//! often has the flags that it had.
+//! Rectangles around the cells whose flags a redraw changed, for each layer that is made of them.
+//!
+//! Layers are recomputed around these alone: elements of which work begins or ends often leave flags as they were.
 
 use crate::layers::cell_flags::{OF_EDGES, OF_LOCALIZATION, OF_WORK};
 use grid::CellRect;
@@ -14,10 +15,17 @@ pub(crate) struct FlagDifference {
     before: Vec<u8>,
 }
 
+/// The flags that each list is about, in the order of [`FlagDifference::lists`].
+const MASKS: [u8; 3] = [OF_EDGES, OF_WORK, OF_LOCALIZATION];
+
 impl FlagDifference {
+    fn lists(&mut self) -> [&mut Vec<CellRect>; 3] {
+        [&mut self.of_edges, &mut self.of_work, &mut self.of_localization]
+    }
+
     /// Nothing differs.
     pub(crate) fn clear(&mut self) {
-        [&mut self.of_edges, &mut self.of_work, &mut self.of_localization].into_iter().for_each(Vec::clear);
+        self.lists().into_iter().for_each(Vec::clear);
     }
 
     /// Remembers the flags of a rectangle of a storey, which is drawn next.
@@ -28,37 +36,30 @@ impl FlagDifference {
 
     /// Adds where the flags of the rectangle are other ones now.
     pub(crate) fn add(&mut self, flags: &[u8], rect: &CellRect, width: usize) {
-        let Self { of_edges, of_work, of_localization, before } = self;
-        of_edges.extend(differing(before, flags, rect, width, OF_EDGES));
-        of_work.extend(differing(before, flags, rect, width, OF_WORK));
-        of_localization.extend(differing(before, flags, rect, width, OF_LOCALIZATION));
+        let mut around: [Option<CellRect>; 3] = [None; 3];
+        let rows = rect.rows(width).zip(self.before.chunks_exact(rect.width().max(1)));
+        for ((row, before), y) in rows.zip(rect.min[1]..) {
+            let changes = || flags[row.clone()].iter().zip(before).map(|(now, before)| now ^ before);
+            // Whole rows at once first: most are the same.
+            let any = changes().fold(0, |any, change| any | change);
+            for (around, mask) in around.iter_mut().zip(MASKS).filter(|(_, mask)| any & mask != 0) {
+                let is_of_mask = |change: u8| change & mask != 0;
+                let (Some(first), Some(last)) = (changes().position(is_of_mask), changes().rposition(is_of_mask))
+                else {
+                    continue;
+                };
+                let [start, end] = [first, last + 1].map(|column| rect.min[0] + column as u32);
+                let here = CellRect { min: [start, y], max: [end, y + 1] };
+                *around = Some(around.map_or(here, |around| around.around_both(&here)));
+            }
+        }
+        self.lists().into_iter().zip(around).for_each(|(cells, around)| cells.extend(around));
     }
 
     /// Adds a rectangle as a whole: the layers there do not belong to the flags before.
     pub(crate) fn add_whole(&mut self, rect: &CellRect) {
-        [&mut self.of_edges, &mut self.of_work, &mut self.of_localization]
-            .into_iter()
-            .for_each(|cells| cells.push(*rect));
+        self.lists().into_iter().for_each(|cells| cells.push(*rect));
     }
-}
-
-/// The smallest rectangle around the cells in which these flags differ.
-fn differing(before: &[u8], flags: &[u8], rect: &CellRect, width: usize, mask: u8) -> Option<CellRect> {
-    let mut around: Option<CellRect> = None;
-    for ((row, before), y) in rect.rows(width).zip(before.chunks_exact(rect.width().max(1))).zip(rect.min[1]..) {
-        let now = &flags[row];
-        // Whole rows at once first: most are the same.
-        if now.iter().zip(before).fold(0, |any, (now, before)| any | (now ^ before)) & mask == 0 {
-            continue;
-        }
-        let mut columns =
-            (rect.min[0]..).zip(now.iter().zip(before)).filter(|(_, (now, before))| (*now ^ *before) & mask != 0);
-        let Some((first, _)) = columns.next() else { continue };
-        let last = columns.last().map_or(first, |(column, _)| column);
-        let here = CellRect { min: [first, y], max: [last + 1, y + 1] };
-        around = Some(around.map_or(here, |around| around.around_both(&here)));
-    }
-    around
 }
 
 #[cfg(test)]

@@ -162,11 +162,13 @@ impl StoreyGrid {
         let width = inputs.storey.whole().width();
         for index in 0..self.difference.cells.len() {
             let rect = self.difference.cells[index];
-            self.difference.flags.begin(&self.flags, &rect, width);
-            self.draw_cells(inputs, schedule_state, &rect);
-            match is_whole {
-                true => self.difference.flags.add_whole(&rect),
-                false => self.difference.flags.add(&self.flags, &rect, width),
+            if is_whole {
+                self.draw_cells(inputs, schedule_state, &rect);
+                self.difference.flags.add_whole(&rect);
+            } else {
+                self.difference.flags.begin(&self.flags, &rect, width);
+                self.draw_cells(inputs, schedule_state, &rect);
+                self.difference.flags.add(&self.flags, &rect, width);
             }
         }
         self.difference.changed.clear();
