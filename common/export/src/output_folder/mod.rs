@@ -256,7 +256,7 @@ impl FolderBeside<'_> {
     pub fn swap_in(mut self) -> Result<Option<SetAside>, OutputError> {
         let mark = self.path.join(UNFINISHED);
         fs::remove_file(&mark).map_err(at(&mark))?;
-        // What is in a folder first, then its name in the one above.
+        // All files together; then what is in a folder first, and its name in the one above.
         self.files.iter().try_for_each(|file| sync(file))?;
         self.folders.iter().rev().try_for_each(|folder| sync(folder))?;
         swap(&self.path, &self.place.path)?;
@@ -280,9 +280,9 @@ fn at(path: &Path) -> impl FnOnce(io::Error) -> OutputError + use<> {
     move |source| OutputError::Io { path, source }
 }
 
-/// Makes the names in a folder survive a power cut.
-fn sync(folder: &Path) -> Result<(), OutputError> {
-    File::open(folder).and_then(|f| f.sync_all()).map_err(at(folder))
+/// Makes the bytes of a file, or the names in a folder, survive a power cut.
+fn sync(path: &Path) -> Result<(), OutputError> {
+    File::open(path).and_then(|f| f.sync_all()).map_err(at(path))
 }
 
 /// Puts `new` in the place of `path`, and what stood there in the place of `new`.
