@@ -7,6 +7,9 @@ use crate::section::{Section, section, trails};
 use crate::slab::{Slab, clip_to_slab};
 use std::sync::OnceLock;
 
+/// Most plans of a cut that is kept until it is united: few enough that they take little more memory than their union.
+const MAX_PLANS_KEPT: usize = 24;
+
 /// Most polygons that share few edges and are united at once.
 const MAX_UNITED: usize = 256;
 
@@ -106,7 +109,9 @@ impl SlabCut {
             return Footprint { area: self.sections.pop().unwrap_or_default(), lines: self.lines };
         }
         let plans = united(&mut self.plans().collect::<Vec<_>>());
-        let area = if self.sections.is_empty() { plans } else { union_of(self.sections.iter().chain([&plans])) };
+        // Of a box both are the same rectangle.
+        let is_all = self.sections.iter().all(|section| *section == plans);
+        let area = if is_all { plans } else { union_of(self.sections.iter().chain([&plans])) };
         Footprint { area, lines: std::mem::take(&mut self.lines) }
     }
 
@@ -132,28 +137,31 @@ impl SlabCut {
 #[derive(Debug, Clone)]
 pub struct LazyFootprint {
     slab: Slab,
+    /// What is united; without it the body is cut again.
+    cut: Option<SlabCut>,
     united: OnceLock<Footprint>,
 }
 
 impl LazyFootprint {
-    /// Of a body that was cut at the slab. What must be united is cut again later: few of the fine meshes are asked for.
+    /// Of a body that was cut at the slab. Fine meshes are cut again later: few of them are asked for.
     pub fn of(cut: SlabCut, slab: Slab) -> Self {
-        let united = OnceLock::new();
         if cut.is_united() {
-            let _ = united.set(cut.footprint());
+            return Self { slab, ..cut.footprint().into() };
         }
-        Self { slab, united }
+        let is_kept = cut.ends.len() <= MAX_PLANS_KEPT;
+        Self { slab, cut: is_kept.then_some(cut), united: OnceLock::new() }
     }
 
     /// The footprint of the body with these parts.
     pub fn get<'a, I: IntoIterator<Item = MeshView<'a>>>(&self, parts: impl FnOnce() -> I) -> &Footprint {
-        self.united.get_or_init(|| footprint(parts(), self.slab))
+        let cut = || self.cut.clone().unwrap_or_else(|| SlabCut::of(parts(), self.slab));
+        self.united.get_or_init(|| cut().footprint())
     }
 }
 
 impl From<Footprint> for LazyFootprint {
     fn from(footprint: Footprint) -> Self {
-        Self { slab: Slab { lo: 0, hi: 0 }, united: footprint.into() }
+        Self { slab: Slab { lo: 0, hi: 0 }, cut: None, united: footprint.into() }
     }
 }
 

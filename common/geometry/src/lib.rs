@@ -11,6 +11,7 @@ mod oriented_box;
 mod overlay;
 mod polygon;
 mod section;
+mod simple_rings;
 mod slab;
 mod slopes;
 mod surfaces;

@@ -4,6 +4,7 @@
 
 use crate::clusters::clusters;
 use crate::polygon::{Bounds, MultiPolygon, Point, Polygon, Ring};
+use crate::simple_rings::region_of_simple_rings;
 use i_overlay::core::fill_rule::FillRule as Rule;
 use i_overlay::core::overlay::{Overlay, ShapeType};
 use i_overlay::core::overlay_rule::OverlayRule;
@@ -34,6 +35,11 @@ const FARTHEST_CORNER: i64 = 11;
 
 /// The region that rings enclose by the fill rule.
 pub fn union(rings: &[Ring], rule: FillRule) -> MultiPolygon {
+    region_of_simple_rings(rings).unwrap_or_else(|| overlaid(rings, rule))
+}
+
+/// The same by an overlay in any case.
+pub(crate) fn overlaid(rings: &[Ring], rule: FillRule) -> MultiPolygon {
     let unite = |rings: &[&Ring]| {
         let mut overlay = empty(rings.iter().map(|ring| ring.len()).sum());
         for ring in rings {
