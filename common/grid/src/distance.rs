@@ -31,21 +31,30 @@ pub fn squared_distances(marked: &[bool], width: usize) -> Vec<u32> {
 pub fn sparse_distances(marked: &[bool], width: usize) -> SparseLayer<u32> {
     let cells = SparseCells::of(marked.len(), |cell| !marked[cell]);
     let mut squared = cells.layer_of(0, |cell| if marked[cell] { 0 } else { u32::MAX });
-    for cell in cells.iter().skip_while(|cell| *cell < width) {
-        squared[cell] = squared[cell].min(squared[cell - width].saturating_add(1));
-    }
-    for cell in cells.iter().rev().skip_while(|cell| marked.len() - width <= *cell) {
-        squared[cell] = squared[cell].min(squared[cell + width].saturating_add(1));
-    }
-    let mut line = Line::new(width);
     let mut row = vec![0; width];
-    for first in (0..marked.len()).step_by(width.max(1)) {
+    let mut beside = vec![u32::MAX; width];
+    let add_step = |row: &mut [u32], beside: &[u32]| {
+        row.iter_mut().zip(beside).for_each(|(cells, beside)| *cells = (*cells).min(beside.saturating_add(1)));
+    };
+    let firsts = (0..marked.len()).step_by(width.max(1));
+    // Along columns: cells to the next marked one below.
+    for first in firsts.clone() {
         squared.read(first, &mut row);
-        if row.iter().all(|cells| *cells == 0) {
-            continue;
-        }
-        line.square(&mut row);
+        add_step(&mut row, &beside);
         squared.write(first, &row);
+        std::mem::swap(&mut row, &mut beside);
+    }
+    // Above too; then along rows.
+    let mut line = Line::new(width);
+    beside.fill(u32::MAX);
+    for first in firsts.rev() {
+        squared.read(first, &mut row);
+        add_step(&mut row, &beside);
+        beside.copy_from_slice(&row);
+        if row.iter().any(|cells| *cells != 0) {
+            line.square(&mut row);
+            squared.write(first, &row);
+        }
     }
     squared
 }

@@ -1,6 +1,7 @@
 //! Lines of sight on a grid.
 
 use crate::{SparseLayer, sparse_distances};
+use std::sync::LazyLock;
 
 /// Casts lines over transparent cells.
 ///
@@ -29,6 +30,17 @@ const MAX_BETWEEN: i64 = 1 << 40;
 /// Step over the border that a line has reached.
 const BORDER_CROSSING: i64 = 2;
 
+/// Most cells of a leap.
+const MAX_LEAP: u8 = 250;
+
+/// Whole cells that a line may pass from anywhere in a cell, by its squared distance to the nearest opaque one; beyond the table
+/// it is [`MAX_LEAP`].
+static LEAPS: LazyLock<Vec<u8>> = LazyLock::new(|| {
+    let farthest = u32::from(MAX_LEAP) + 3;
+    let leap = |d2: u32| (f64::from(d2).sqrt() - DIAGONAL).floor().clamp(0.0, f64::from(MAX_LEAP)) as u8;
+    (0..=farthest * farthest).map(leap).collect()
+});
+
 impl LineOfSight {
     /// From opaque cells, row-major, `width` wide. Outside of the grid is opaque.
     pub fn new(opaque: &[bool], width: usize) -> Self {
@@ -37,17 +49,19 @@ impl LineOfSight {
 
     /// From the squared distance of every cell to the nearest opaque one, as of [`sparse_distances`].
     pub fn from_distances(squared: &SparseLayer<u32>, width: usize) -> Self {
-        // The table has all relevant distances; beyond it a leap is 250 cells.
-        let table: Vec<u8> =
-            (0..=253u32 * 253).map(|d2| (f64::from(d2).sqrt() - DIAGONAL).floor().clamp(0.0, 250.0) as u8).collect();
         let n_cells = squared.cells().n_cells();
         let height = n_cells.checked_div(width).unwrap_or(0);
         let mut leap = vec![0; n_cells];
-        for cell in squared.cells().iter().filter(|&cell| squared[cell] != 0) {
-            let (row, column) = (cell / width, cell % width);
-            // The border of the grid stops a line, too.
-            let left = column.min(width - 1 - column).min(row).min(height - 1 - row).min(250) as u8;
-            leap[cell] = 1 + table.get(squared[cell] as usize).copied().unwrap_or(250).min(left);
+        let mut distances = vec![0; width];
+        for (row, leaps) in leap.chunks_exact_mut(width.max(1)).enumerate() {
+            squared.read(row * width, &mut distances);
+            let left_of_row = row.min(height - 1 - row).min(usize::from(MAX_LEAP));
+            for (column, (leap, &squared)) in leaps.iter_mut().zip(&distances).enumerate().filter(|(_, at)| *at.1 != 0)
+            {
+                // The border of the grid stops a line, too.
+                let left = column.min(width - 1 - column).min(left_of_row) as u8;
+                *leap = 1 + LEAPS.get(squared as usize).copied().unwrap_or(MAX_LEAP).min(left);
+            }
         }
         Self { width, leap }
     }

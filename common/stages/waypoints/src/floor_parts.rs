@@ -34,14 +34,12 @@ pub(crate) fn part_properties(
 ) -> Vec<PartProperties> {
     let site = input.site;
     let mut properties = vec![PartProperties::default(); free_space.n_parts() as usize + 1];
-    let is_room = |space: u16| {
-        let flags = usize::from(space).checked_sub(1).map(|k| &site.spaces[k]);
-        flags.is_some_and(|s| !s.has(space_flags::EXTERNAL) && !s.has(space_flags::METADATA_ONLY))
-    };
-    let has_rooms = grid.space.iter().any(|&space| is_room(space));
-    for (cell, &space) in grid.space.iter().enumerate() {
-        let counts = free_space.part(cell) != 0 && (!has_rooms || is_room(space));
-        properties[free_space.part(cell) as usize].room_cells += u32::from(counts);
+    // By the number of a space in a grid; 0 is none.
+    let of_spaces = site.spaces.iter().map(|s| !s.has(space_flags::EXTERNAL) && !s.has(space_flags::METADATA_ONLY));
+    let is_room: Vec<bool> = std::iter::once(false).chain(of_spaces).collect();
+    let has_rooms = grid.space.iter().any(|&space| is_room[usize::from(space)]);
+    for cell in free_space.cells().filter(|&cell| !has_rooms || is_room[usize::from(grid.space[cell])]) {
+        properties[free_space.part(cell) as usize].room_cells += 1;
     }
     for end in portals.iter().flat_map(|p| p.ends).filter(|end| end.storey == storey) {
         properties[end.part as usize].has_way_in = true;
@@ -115,7 +113,7 @@ pub(crate) fn floor_parts(
     for (storey, free_space) in free_spaces.iter().enumerate() {
         let cell_m2 = free_space.spec.resolution_m().powi(2);
         let mut middles = vec![0; free_space.n_parts() as usize + 1];
-        for cell in (0..free_space.spec.n_cells()).rev() {
+        for cell in free_space.cells().rev() {
             let middle = &mut middles[free_space.part(cell) as usize];
             // Of equals the cell with the lowest index.
             if free_space.part(cell) != free_space.part(*middle)

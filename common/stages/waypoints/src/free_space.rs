@@ -39,7 +39,7 @@ impl FreeSpace {
     }
 
     /// The cells of the free space, in their order.
-    pub(crate) fn cells(&self) -> impl Iterator<Item = usize> {
+    pub(crate) fn cells(&self) -> impl DoubleEndedIterator<Item = usize> {
         self.part.cells().iter().filter(|&cell| self.part[cell] != 0)
     }
 
