@@ -135,7 +135,7 @@ impl<'a> Grid<'a> {
 
     /// Class of what a cell shows.
     pub fn class_of(&self, cell: usize) -> Class {
-        Tag::<Class>::numbered(self.class[cell]).get()
+        Class::ALL[usize::from(self.class[cell])]
     }
 
     /// True if a robot's centre must not be in this cell although nothing may stand there.
