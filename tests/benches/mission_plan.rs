@@ -50,6 +50,7 @@ fn measure(arguments: &Arguments, model: &Path) {
         prefer_last: true,
         allow_boxes: true,
         isolation: None,
+        pool: None,
         progress: &|_| {},
     };
     let Ok(site) = ingest::ingest(&files, &ingest) else { return };

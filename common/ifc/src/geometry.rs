@@ -81,7 +81,7 @@ pub(crate) fn mesh(
         detailed: &detailed,
         isolation: options.isolation,
         patch: &patch,
-        threads: options.threads,
+        pool: options.pool,
         progress: &progress,
     };
     let mut meshed = mesh_by_kernel(file, &request)?;

@@ -44,7 +44,7 @@ mod units;
 pub use container::unpack;
 pub use diagnostics::{Diagnostic, DiagnosticCode, Named, Severity};
 pub use error::ReadError;
-pub use kernel::mesh_task;
+pub use kernel::{MeshPool, mesh_task};
 pub use memberships::MEMBERSHIP_SETS;
 pub use model::{
     Door, DoorPanel, Element, Geometry, GeometryStatus, Georeference, MapConversion, MeshPart, Model, Opening,

@@ -1,5 +1,6 @@
 //! Options and progress of reading a file.
 
+use crate::MeshPool;
 use diagnostics::Named;
 
 /// Runs a task for [`mesh_task`](crate::mesh_task) in another process: takes the parts of its bytes, gives the bytes of its
@@ -9,8 +10,8 @@ pub type Isolation<'a> = dyn Fn(&[&[u8]]) -> Result<Vec<u8>, String> + Sync + 'a
 /// Options of reading. They change the result only where [`ReadOptions::isolation`] has to give up.
 #[derive(Clone, Copy, Default)]
 pub struct ReadOptions<'a> {
-    /// Threads for meshing, with the deep stacks that it needs; 0: as many as rayon thinks right.
-    pub threads: usize,
+    /// Threads for meshing; `None`: a pool of its own for each file, with as many threads as the caller's has.
+    pub pool: Option<&'a MeshPool>,
     /// Called as work advances, from any thread.
     pub progress: Option<&'a (dyn Fn(Progress<'_>) + Sync)>,
     /// Meshes in another process those bodies of which nothing bounds what the kernel may need; `None`: in this one.

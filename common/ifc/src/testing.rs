@@ -36,7 +36,7 @@ pub(crate) fn with_file<T>(text: &str, work: impl FnOnce(&File<'_>) -> T) -> T {
 
 /// Reads the text with one thread.
 pub(crate) fn read(text: &str) -> Result<(crate::Model, Vec<Diagnostic>), crate::ReadError> {
-    crate::read(text.as_bytes(), &crate::ReadOptions { threads: 1, ..crate::ReadOptions::default() })
+    crate::read(text.as_bytes(), &crate::ReadOptions::default())
 }
 
 /// Volume that the faces of a part enclose; negative if they look inward.

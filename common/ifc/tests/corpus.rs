@@ -6,7 +6,7 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use ifc::{Diagnostic, GeometryStatus, Model, ReadError, ReadOptions, Severity};
+use ifc::{Diagnostic, GeometryStatus, MeshPool, Model, ReadError, ReadOptions, Severity};
 
 fn corpus() -> Option<PathBuf> {
     let beside = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/corpus");
@@ -22,7 +22,8 @@ fn corpus() -> Option<PathBuf> {
 
 fn read(path: &Path, threads: usize) -> Result<(Model, Vec<Diagnostic>), ReadError> {
     let bytes = std::fs::read(path).unwrap();
-    ifc::read(&bytes, &ReadOptions { threads, ..ReadOptions::default() })
+    let pool = MeshPool::new(threads)?;
+    ifc::read(&bytes, &ReadOptions { pool: Some(&pool), ..ReadOptions::default() })
 }
 
 fn files(folder: &Path) -> Vec<PathBuf> {

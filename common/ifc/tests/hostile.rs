@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use ifc::{Diagnostic, GeometryStatus, Model, ReadError, ReadOptions};
 
 fn read(bytes: &[u8]) -> Result<(Model, Vec<Diagnostic>), ReadError> {
-    ifc::read(bytes, &ReadOptions { threads: 1, ..ReadOptions::default() })
+    ifc::read(bytes, &ReadOptions::default())
 }
 
 /// What the seeds of the fuzzer are known for: part of the error, or codes of the diagnostics.

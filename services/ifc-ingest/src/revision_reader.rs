@@ -88,6 +88,7 @@ impl RevisionReader {
             prefer_last: false,
             allow_boxes: self.allow_boxes,
             isolation: Some(&daemon::in_mesh_process),
+            pool: None,
             progress: &|progress| {
                 let stage =
                     if progress.stage == ingest::Stage::Meshing { Activity::Meshing } else { Activity::Reading };

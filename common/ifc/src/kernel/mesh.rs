@@ -10,10 +10,11 @@ use serde::{Deserialize, Serialize};
 use ifc_lite_core::IfcType;
 use ifc_lite_processing::{
     Batching, Features, FrameEvent, MeshData, MeshFrame, ProcessingRequest, ProcessingSink, ProductGeometryAudit,
-    TessellationQuality, default_color_for_type, geometry_pool_builder, process,
+    TessellationQuality, default_color_for_type, process,
 };
 
-use crate::{MeshPart, ReadError};
+use super::MeshPool;
+use crate::MeshPart;
 
 /// A mesh and the representation item it comes from, where the kernel knows it.
 #[derive(Serialize, Deserialize)]
@@ -37,22 +38,15 @@ pub(super) type MeshProgress<'p> = dyn Fn(usize, &Meshed) + Sync + 'p;
 const CHUNK: usize = 64;
 
 /// Meshes products in this process.
-pub(super) fn mesh_here(
-    bytes: &[u8],
-    products: &[u32],
-    threads: usize,
-    progress: &MeshProgress<'_>,
-) -> Result<Meshed, ReadError> {
+pub(super) fn mesh_here(bytes: &[u8], products: &[u32], pool: &MeshPool, progress: &MeshProgress<'_>) -> Meshed {
     if products.is_empty() {
-        return Ok(Meshed::default());
+        return Meshed::default();
     }
-    // Deep booleans need deep stacks; a stack that overflows ends the process.
-    let pool = geometry_pool_builder().num_threads(threads).build().map_err(ReadError::Threads)?;
     let pass = |products: &[u32]| {
         let pass = AssertUnwindSafe(|| pool.install(|| pass(bytes, products, progress)));
         catch_unwind(pass).map_err(|_| "the kernel panicked".to_owned())
     };
-    Ok(in_halves(products, pass))
+    in_halves(products, pass)
 }
 
 impl Meshed {

@@ -4,7 +4,7 @@ use std::collections::HashSet;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::mesh::{Meshed, in_halves, mesh_here};
-use super::{File, Patch, task};
+use super::{File, MeshPool, Patch, task};
 use crate::{Isolation, ReadError};
 
 /// Request of meshes.
@@ -16,8 +16,8 @@ pub(crate) struct MeshRequest<'r> {
     /// Starts the other process.
     pub(crate) isolation: Option<&'r Isolation<'r>>,
     pub(crate) patch: &'r Patch,
-    /// 0: as many as there are cores.
-    pub(crate) threads: usize,
+    /// Where this process meshes; without one a pool of its own is made.
+    pub(crate) pool: Option<&'r MeshPool>,
     /// The products again, the most detailed first.
     pub(crate) detailed: &'r [u32],
     /// Called with products done and in total, and the first of the detailed ones that is not done.
@@ -29,6 +29,13 @@ pub(crate) fn mesh(file: &File<'_>, request: &MeshRequest<'_>) -> Result<Meshed,
     if request.products.is_empty() {
         return Ok(Meshed::default());
     }
+    Ok(match request.pool {
+        Some(pool) => mesh_on(pool, file, request),
+        None => mesh_on(&MeshPool::new(rayon::current_num_threads())?, file, request),
+    })
+}
+
+fn mesh_on(pool: &MeshPool, file: &File<'_>, request: &MeshRequest<'_>) -> Meshed {
     let bytes = request.patch.apply(file);
     // What is meshed stays so: the next search goes on where this one ends.
     let n_meshed = AtomicUsize::new(0);
@@ -39,14 +46,14 @@ pub(crate) fn mesh(file: &File<'_>, request: &MeshRequest<'_>) -> Result<Meshed,
         (request.progress)(done, request.products.len(), left.map(|(_, id)| *id));
     };
     progress(0, &Meshed::default());
-    let here = |products: &[u32]| mesh_here(&bytes, products, request.threads, &progress);
+    let here = |products: &[u32]| mesh_here(&bytes, products, pool, &progress);
     let Some(isolation) = request.isolation.filter(|_| !request.unbounded.is_empty()) else {
         return here(request.products);
     };
     let there: HashSet<u32> = request.unbounded.iter().copied().collect();
     let bounded: Vec<u32> = request.products.iter().copied().filter(|product| !there.contains(product)).collect();
-    let mut meshed = here(&bounded)?;
+    let mut meshed = here(&bounded);
     progress(bounded.len(), &meshed);
     meshed.append(in_halves(request.unbounded, |products| task::mesh_there(&bytes, products, isolation)));
-    Ok(meshed)
+    meshed
 }

@@ -3,6 +3,7 @@
 //! A task is the number of products, the number of threads, the ids of the products (32 bits each, little-endian), and the
 //! bytes of the file as the kernel is to see it. The result is postcard.
 
+use super::MeshPool;
 use super::mesh::{Meshed, mesh_here};
 use crate::{Isolation, ReadError};
 
@@ -28,7 +29,7 @@ pub fn mesh_task(task: &[u8]) -> Result<Vec<u8>, ReadError> {
     let products: Vec<u32> = words.take(n_products as usize).collect();
     let bytes = task.get(8 + 4 * n_products as usize..).ok_or(ReadError::NoTask)?;
     ifc_lite_core::set_report_sink(|_| {});
-    let meshed = mesh_here(bytes, &products, threads as usize, &|_, _| {})?;
+    let meshed = mesh_here(bytes, &products, &MeshPool::new(threads as usize)?, &|_, _| {});
     postcard::to_stdvec(&meshed).map_err(|_| ReadError::NoTask)
 }
 
@@ -47,7 +48,7 @@ mod tests {
     }
 
     fn geometries(isolation: Option<&Isolation<'_>>) -> Vec<Geometry> {
-        let options = ReadOptions { threads: 1, isolation, ..ReadOptions::default() };
+        let options = ReadOptions { isolation, ..ReadOptions::default() };
         let (model, _) = read(walls().as_bytes(), &options).unwrap();
         model.elements.into_iter().map(|element| element.geometry).collect()
     }

@@ -206,7 +206,7 @@ mod tests {
              #120=IFCSHAPEREPRESENTATION(#101,'Body','SweptSolid',(#110));#121=IFCPRODUCTDEFINITIONSHAPE($,$,(#120));
              {records}ENDSEC;END-ISO-10303-21;"
         );
-        let options = ifc::ReadOptions { threads: 1, ..ifc::ReadOptions::default() };
+        let options = ifc::ReadOptions::default();
         let (model, _) = ifc::read(text.as_bytes(), &options).unwrap();
         model.elements
     }

@@ -45,7 +45,7 @@ mod storeys;
 mod walkable;
 
 pub use error::IngestError;
-pub use ifc::{Isolation, mesh_task};
+pub use ifc::{Isolation, MeshPool, mesh_task};
 pub use input::{FilePlacement, IngestOptions, MAX_SPACES, SourceFile};
 pub use progress::{Progress, Stage};
 pub use site_frame::SiteFrame;
@@ -65,11 +65,8 @@ pub fn ingest(files: &[SourceFile], options: &IngestOptions<'_>) -> Result<Archi
         let name = file.name();
         let report = |step: ifc::Progress<'_>| (options.progress)(progress::of_file(&name, span, step));
         report(ifc::Progress { stage: ifc::Stage::Reading, done: 0, total: 1, waits_for: None });
-        let read_options = ifc::ReadOptions {
-            threads: rayon::current_num_threads(),
-            progress: Some(&report),
-            isolation: options.isolation,
-        };
+        let read_options =
+            ifc::ReadOptions { pool: options.pool, progress: Some(&report), isolation: options.isolation };
         let (model, diagnostics) =
             ifc::read(&file.bytes, &read_options).map_err(|source| IngestError::Read { file: name.clone(), source })?;
         if !options.allow_boxes {

@@ -54,6 +54,7 @@ fn site(files: &[&File], places: &[Option<FilePlacement>]) -> Result<ArchiveBuff
         prefer_last: false,
         allow_boxes: false,
         isolation: None,
+        pool: None,
         progress: &|_| {},
     };
     ingest(&sources, &options)
@@ -195,6 +196,7 @@ fn a_file_of_whose_bodies_most_cannot_be_meshed_is_refused_unless_boxes_are_allo
         prefer_last: false,
         allow_boxes,
         isolation: None,
+        pool: None,
         progress: &|_| {},
     };
     assert!(ingest(&[walls(4, 2)], &options(false)).is_ok(), "half is not most");
@@ -219,6 +221,7 @@ fn a_frame_is_kept_for_revisions_of_its_building_alone() {
             prefer_last: false,
             allow_boxes: false,
             isolation: None,
+            pool: None,
             progress: &|_| {},
         };
         ingest(&[walls(4, 0)], &options).unwrap()

@@ -2,7 +2,7 @@
 
 use crate::failure::Failure;
 use crate::progress_line::ProgressLine;
-use ingest::{FilePlacement, IngestOptions, SiteFrame, SourceFile};
+use ingest::{FilePlacement, IngestOptions, MeshPool, SiteFrame, SourceFile};
 use messages::{ArchiveBuffer, nearest_names_hint};
 use std::path::PathBuf;
 
@@ -45,16 +45,17 @@ impl ModelArgs {
     ///
     /// # Errors
     /// The system has no threads to give.
-    pub(crate) fn pool(&self) -> Result<rayon::ThreadPool, Failure> {
-        rayon::ThreadPoolBuilder::new().num_threads(usize::from(self.threads)).build().map_err(Failure::work)
+    pub(crate) fn pool(&self) -> Result<MeshPool, Failure> {
+        MeshPool::new(usize::from(self.threads)).map_err(Failure::work)
     }
 
-    /// Reads the models as one site. `frame` is that of an earlier run, `frame_epoch` that of a frame fixed anew.
+    /// Reads the models as one site on the threads of the pool. `frame` is that of an earlier run, `frame_epoch` that of a frame fixed anew.
     ///
     /// # Errors
     /// Bad places, files that cannot be read or do not belong together.
     pub(crate) fn site(
         &self,
+        pool: &MeshPool,
         frame: Option<SiteFrame>,
         frame_epoch: u32,
         progress: &ProgressLine,
@@ -68,6 +69,7 @@ impl ModelArgs {
             prefer_last: self.prefer_last,
             allow_boxes: self.allow_boxes,
             isolation: Some(&daemon::in_mesh_process),
+            pool: Some(pool),
             progress: &|step| progress.reader(step),
         };
         ingest::ingest(&self.read()?, &options).map_err(Failure::work)

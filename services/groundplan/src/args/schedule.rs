@@ -215,8 +215,9 @@ pub(crate) fn with_timeline<T: Send>(
     work: impl FnOnce(&Site<'_>, &Timeline, &ProgressLine) -> Result<T, Failure> + Send,
 ) -> Result<T, Failure> {
     let progress = ProgressLine::new(false);
-    model.pool()?.install(|| {
-        let site = model.site(None, 1, &progress)?;
+    let pool = model.pool()?;
+    pool.install(|| {
+        let site = model.site(&pool, None, 1, &progress)?;
         let site = Site::open(site.bytes()).map_err(Failure::work)?;
         let tasks = schedule.linked_tasks(&site)?;
         let site = tasks.site(&site)?;

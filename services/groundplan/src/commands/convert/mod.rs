@@ -55,10 +55,11 @@ impl Run for Args {
         self.check_outputs(&requested_maps, world.is_some())?;
         let frame = self.frame()?;
         let progress = ProgressLine::new(self.json);
-        self.model.pool()?.install(|| {
+        let pool = self.model.pool()?;
+        pool.install(|| {
             let epoch = frame.map_or(1, |f| f.frame_epoch.saturating_add(u32::from(self.new_frame)));
             let kept = frame.filter(|_| !self.new_frame);
-            let site = self.model.site(kept, epoch, &progress)?;
+            let site = self.model.site(&pool, kept, epoch, &progress)?;
             // Reading takes several times what the site does.
             give_back_freed_memory();
             let site = Site::open(site.bytes()).map_err(Failure::work)?;
