@@ -49,7 +49,25 @@ fn classes(grid: &Grid<'_>) -> Vec<u8> {
 fn semantic(input: &ExportInput<'_>, grid: &Grid<'_>) -> Image {
     let (site, spec) = (input.site, grid.spec());
     let (other_levels, closed) = (other_levels(input, grid), cells_of_closed_doors(input, grid));
-    let pixels = (0..spec.n_cells()).map(|index| colour(input, grid, &other_levels, &closed, index)).collect();
+    // By the number of a space in a grid; 0 is none.
+    let is_blocked = (0..site.spaces.len()).map(|space| input.schedule_state.is_blocked(space));
+    let is_blocked: Vec<bool> = std::iter::once(false).chain(is_blocked).collect();
+    let layers = grid.class.iter().zip(grid.space).zip(grid.floor).zip(grid.planning);
+    let masks = other_levels.cells.iter().zip(&closed.cells);
+    let pixels = layers.zip(masks).map(|((((&class, &space), &floor), &planning), (&is_other_level, &is_closed))| {
+        match Class::ALL[usize::from(class)] {
+            Class::Door if is_closed => CLOSED_DOOR,
+            Class::Door => DOOR,
+            Class::Stair | Class::Ramp => STAIR,
+            Class::Slab | Class::None if is_other_level && floor == 0 => OTHER_LEVEL,
+            Class::None if is_blocked[usize::from(space)] => BLOCKED_SPACE,
+            Class::None if space > 0 && floor != 0 => OPEN_SPACE,
+            Class::None if planning == 0 => FREE,
+            Class::None => UNKNOWN,
+            _ => SOLID,
+        }
+    });
+    let pixels = pixels.collect();
     let mut image = Image::new(spec.width as usize, pixels);
     let from_top = |row: u32| (spec.height - 1 - row) as i32;
     for (index, space) in site.spaces.iter().enumerate() {
@@ -94,22 +112,6 @@ fn cells_of_closed_doors(input: &ExportInput<'_>, grid: &Grid<'_>) -> Mask {
         }
     }
     closed
-}
-
-fn colour(input: &ExportInput<'_>, grid: &Grid<'_>, other_levels: &Mask, closed: &Mask, index: usize) -> Rgb {
-    match grid.class_of(index) {
-        Class::Door if closed.cells[index] => CLOSED_DOOR,
-        Class::Door => DOOR,
-        Class::Stair | Class::Ramp => STAIR,
-        Class::Slab | Class::None if other_levels.cells[index] && grid.floor[index] == 0 => OTHER_LEVEL,
-        Class::None => match grid.space[index] {
-            space if space > 0 && input.schedule_state.is_blocked(usize::from(space) - 1) => BLOCKED_SPACE,
-            space if space > 0 && grid.floor[index] != 0 => OPEN_SPACE,
-            _ if grid.planning[index] == 0 => FREE,
-            _ => UNKNOWN,
-        },
-        _ => SOLID,
-    }
 }
 
 /// The cells that finished floor within a metre of the storey's, but not within a step of it, reaches.

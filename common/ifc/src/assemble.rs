@@ -1,7 +1,8 @@
 //! Builds the `Model` of a file from its parts.
 
 use nalgebra::Affine3;
-use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
+use rustc_hash::{FxHashMap, FxHashSet};
+use std::collections::{BTreeMap, BTreeSet};
 
 use crate::affine::placement;
 use crate::geometry::ProductBody;
@@ -68,7 +69,7 @@ pub(crate) fn model(
     let mut elements: Vec<Element> = std::iter::zip(&products.elements, &bodied)
         .map(|(product, bodied)| reader.element(product, &bodied.body.items, geometry(product.record.id)))
         .collect();
-    let wholes: HashSet<u32> =
+    let wholes: FxHashSet<u32> =
         products.spaces.iter().filter_map(|space| relations.whole.get(&space.record.id).copied()).collect();
     let mut spaces: Vec<Space> =
         products.spaces.iter().map(|p| reader.space(p, &wholes, geometry(p.record.id))).collect();
@@ -116,9 +117,9 @@ fn frames(
     products: &Products<'_, '_>,
     placements: Option<&mut Placements<'_, '_>>,
     report: &mut Report,
-) -> HashMap<u32, Affine3<f64>> {
-    let Some(placements) = placements else { return HashMap::new() };
-    let mut frames = HashMap::new();
+) -> FxHashMap<u32, Affine3<f64>> {
+    let Some(placements) = placements else { return FxHashMap::default() };
+    let mut frames = FxHashMap::default();
     for product in products.all() {
         match placements.of_product(&product.record) {
             Ok(frame) => drop(frame.map(|frame| frames.insert(product.record.id, frame))),
@@ -148,7 +149,7 @@ struct Reader<'r, 'f, 'a> {
     relations: &'r Relations,
     products: &'r Products<'f, 'a>,
     storeys: &'r Storeys<'r>,
-    frames: &'r HashMap<u32, Affine3<f64>>,
+    frames: &'r FxHashMap<u32, Affine3<f64>>,
     psets: PropertySets<'f, 'a>,
     materials: Materials<'f, 'a>,
 }
@@ -179,7 +180,7 @@ impl Reader<'_, '_, '_> {
         }
     }
 
-    fn space(&mut self, product: &Product<'_, '_>, wholes: &HashSet<u32>, geometry: Geometry) -> Space {
+    fn space(&mut self, product: &Product<'_, '_>, wholes: &FxHashSet<u32>, geometry: Geometry) -> Space {
         let record = &product.record;
         let kind = ["PredefinedType", "InteriorOrExteriorSpace"]
             .into_iter()

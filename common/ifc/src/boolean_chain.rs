@@ -1,6 +1,6 @@
 //! Follows booleans along their first operands, however many there are: a wall may be cut by a thousand planes.
 
-use std::collections::HashSet;
+use rustc_hash::FxHashSet;
 
 use crate::kernel::{File, Record};
 
@@ -15,7 +15,7 @@ impl<'a> BooleanChain<'a> {
     /// The chain that begins with an item, as long as it `goes_on`; an item that is no boolean is the base.
     pub(crate) fn of(file: &File<'a>, item: u32, goes_on: impl Fn(&Record<'a>) -> bool) -> Self {
         let mut chain = Self { booleans: Vec::new(), base: Some(item) };
-        let mut met = HashSet::new();
+        let mut met = FxHashSet::default();
         while let Some(id) = chain.base {
             let Some(record) = file.record(id).filter(|record| is_boolean(record) && goes_on(record)) else { break };
             chain.base = record.at(1).reference().filter(|_| met.insert(id));

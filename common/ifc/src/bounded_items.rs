@@ -1,6 +1,6 @@
 //! Tells which bodies are meshed in a process of their own, because nothing bounds what the kernel may need for them.
 
-use std::collections::HashMap;
+use rustc_hash::FxHashMap;
 
 use crate::boolean_chain::BooleanChain;
 use crate::bounding_boxes::mapped_items;
@@ -34,12 +34,12 @@ const BOUNDED: [&str; 16] = [
 pub(crate) struct Bounds<'f, 'a> {
     file: &'f File<'a>,
     /// Mapped items are used many times.
-    known: HashMap<u32, bool>,
+    known: FxHashMap<u32, bool>,
 }
 
 impl<'f, 'a> Bounds<'f, 'a> {
     pub(crate) fn new(file: &'f File<'a>) -> Self {
-        Self { file, known: HashMap::new() }
+        Self { file, known: FxHashMap::default() }
     }
 
     /// True if the kernel's work for all these items is bounded by the numbers of their records.

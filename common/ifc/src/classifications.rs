@@ -1,6 +1,6 @@
 //! Classifications of objects: their codes in classification systems.
 
-use std::collections::{HashMap, HashSet};
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::kernel::{File, Record};
 use crate::products::named;
@@ -20,15 +20,15 @@ const DEPTH_MAX: usize = 16;
 /// The classifications of a file, each read once.
 pub(crate) struct Classifications {
     /// Occurrence or type -> IfcClassificationReference, in file order, each once.
-    references: HashMap<u32, Vec<u32>>,
+    references: FxHashMap<u32, Vec<u32>>,
     /// Reference -> its code as a property.
-    codes: HashMap<u32, Property>,
+    codes: FxHashMap<u32, Property>,
 }
 
 impl Classifications {
     pub(crate) fn read(file: &File<'_>, report: &mut Report) -> Self {
-        let mut all = Self { references: HashMap::new(), codes: HashMap::new() };
-        let mut seen = HashSet::new();
+        let mut all = Self { references: FxHashMap::default(), codes: FxHashMap::default() };
+        let mut seen = FxHashSet::default();
         for relation in file.records("IfcRelAssociatesClassification", report) {
             let Some(id) = relation.at(5).reference() else { continue };
             let record = file.record(id);
@@ -54,7 +54,7 @@ impl Classifications {
     /// `n_max`.
     pub(crate) fn of(&self, object: u32, relations: &Relations, n_max: usize) -> Vec<&[Property]> {
         let mut found: Vec<&Property> = self.codes(Some(object)).take(n_max).collect();
-        let own: HashSet<&str> = found.iter().map(|code| code.name.as_str()).collect();
+        let own: FxHashSet<&str> = found.iter().map(|code| code.name.as_str()).collect();
         let of_type = self.codes(relations.type_of.get(&object).copied()).take(n_max);
         found.extend(of_type.filter(|code| !own.contains(code.name.as_str())));
         found.into_iter().map(std::slice::from_ref).collect()

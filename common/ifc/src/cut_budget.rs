@@ -4,7 +4,7 @@
 //! so that what is left out depends on the file alone. On the machine of the benchmarks a pair is half a microsecond: the
 //! limit is about two seconds for an element.
 
-use std::collections::HashMap;
+use rustc_hash::FxHashMap;
 
 use crate::boolean_chain::{BooleanChain, has_operator};
 use crate::bounding_boxes::{Extent, mapped_items};
@@ -37,7 +37,7 @@ pub(crate) type Cut<'p> = (u32, &'p [u32]);
 pub(crate) struct CutBudget<'f, 'a> {
     file: &'f File<'a>,
     /// Faces, and the work of the booleans inside, of items that were counted.
-    known: HashMap<u32, ItemWork>,
+    known: FxHashMap<u32, ItemWork>,
 }
 
 /// What an item costs.
@@ -50,7 +50,7 @@ struct ItemWork {
 
 impl<'f, 'a> CutBudget<'f, 'a> {
     pub(crate) fn new(file: &'f File<'a>) -> Self {
-        Self { file, known: HashMap::new() }
+        Self { file, known: FxHashMap::default() }
     }
 
     /// The openings of an element that are too much work, the most detailed ones. `extent_of` gives the box of an opening in the

@@ -1,6 +1,7 @@
 //! Bodies of products: kernel meshes, bounding boxes where meshing fails, and a diagnostic for every failure.
 
-use std::collections::{BTreeMap, HashMap, HashSet};
+use rustc_hash::{FxHashMap, FxHashSet};
+use std::collections::BTreeMap;
 
 use crate::boolean_chain::is_boolean;
 use crate::bounded_items::Bounds;
@@ -38,7 +39,7 @@ pub(crate) fn mesh(
     file: &File<'_>,
     unit: Option<&LengthUnit>,
     products: &[ProductBody<'_, '_>],
-    frames: &HashMap<u32, Affine3<f64>>,
+    frames: &FxHashMap<u32, Affine3<f64>>,
     options: &ReadOptions<'_>,
     report: &mut Report,
 ) -> Result<BTreeMap<u32, Geometry>, ReadError> {
@@ -48,7 +49,7 @@ pub(crate) fn mesh(
     units::pin(file, unit, &mut patch);
     substitutes::apply(file, &mut patch);
     let mut extents = Extents::new(file, unit.metres);
-    let items_of_openings: HashMap<u32, &[u32]> =
+    let items_of_openings: FxHashMap<u32, &[u32]> =
         products.iter().filter(|p| p.cuts).map(|p| (p.record.id, p.body.items.as_slice())).collect();
     let mut bounds = Bounds::new(file);
     let (mut wanted, mut unbounded) = (Vec::new(), Vec::new());
@@ -68,9 +69,9 @@ pub(crate) fn mesh(
     }
     let mut detailed =
         leave_out_costly_cuts(file, products, frames, &items_of_openings, (&mut extents, &mut patch), report);
-    let is_wanted: HashSet<u32> = wanted.iter().copied().collect();
+    let is_wanted: FxHashSet<u32> = wanted.iter().copied().collect();
     detailed.retain(|id| is_wanted.contains(id));
-    let id_of: HashMap<u32, &Named> = products.iter().map(|product| (product.record.id, product.id)).collect();
+    let id_of: FxHashMap<u32, &Named> = products.iter().map(|product| (product.record.id, product.id)).collect();
     let progress = |done: usize, total: usize, detailed_left: Option<u32>| {
         let waits_for = detailed_left.and_then(|id| id_of.get(&id).copied());
         options.report(Progress { stage: Stage::Meshing, done, total, waits_for });
@@ -115,8 +116,8 @@ pub(crate) fn mesh(
 fn leave_out_costly_cuts(
     file: &File<'_>,
     products: &[ProductBody<'_, '_>],
-    frames: &HashMap<u32, Affine3<f64>>,
-    items_of_openings: &HashMap<u32, &[u32]>,
+    frames: &FxHashMap<u32, Affine3<f64>>,
+    items_of_openings: &FxHashMap<u32, &[u32]>,
     (extents, patch): (&mut Extents<'_, '_>, &mut Patch),
     report: &mut Report,
 ) -> Vec<u32> {
@@ -125,7 +126,7 @@ fn leave_out_costly_cuts(
     let mut detailed: Vec<(u64, u32)> = work.collect();
     detailed.sort_unstable_by_key(|&(work, id)| (std::cmp::Reverse(work), id));
     let detailed: Vec<u32> = detailed.into_iter().map(|(_, id)| id).collect();
-    let mut left_out = HashSet::new();
+    let mut left_out = FxHashSet::default();
     let mut told = |product: &ProductBody<'_, '_>, what: String| {
         let message = format!("{what}; there is so much detail that it would take very long");
         report.add(Severity::Warning, DiagnosticCode::OpeningsNotCut, Some(product.id.clone()), message);
@@ -191,7 +192,7 @@ fn faces(meshes: &[ItemMesh]) -> Vec<&[[u32; 3]]> {
 }
 
 /// True unless the product has a placement that cannot be resolved.
-fn is_placed(product: &ProductBody<'_, '_>, frames: &HashMap<u32, Affine3<f64>>) -> bool {
+fn is_placed(product: &ProductBody<'_, '_>, frames: &FxHashMap<u32, Affine3<f64>>) -> bool {
     product.record.at(5).reference().is_none() || frames.contains_key(&product.record.id)
 }
 

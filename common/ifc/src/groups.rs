@@ -1,6 +1,6 @@
 //! Zones, groups and systems that objects are in.
 
-use std::collections::{HashMap, HashSet};
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::kernel::{File, Record};
 use crate::products::named;
@@ -14,14 +14,14 @@ pub(crate) const SETS: [&str; 4] = ["IfcZone", "IfcSystem", "IfcGroup", "IfcSpat
 /// The groups of a file with their members.
 pub(crate) struct Groups {
     /// Member -> groups that it is assigned to or referenced by, in file order, each once.
-    assigned: HashMap<u32, Vec<u32>>,
+    assigned: FxHashMap<u32, Vec<u32>>,
     /// Group -> its names as properties.
-    names: HashMap<u32, Vec<Property>>,
+    names: FxHashMap<u32, Vec<Property>>,
 }
 
 impl Groups {
     pub(crate) fn read(file: &File<'_>, report: &mut Report) -> Self {
-        let mut names = HashMap::new();
+        let mut names = FxHashMap::default();
         for entity in ["IfcGroup", "IfcSpatialZone"] {
             for (span, class) in file.all(entity) {
                 let set = class.lineage.iter().find(|entity| SETS.contains(entity));
@@ -44,8 +44,8 @@ impl Groups {
             let Some(zone) = relation.at(5).reference().filter(|zone| names.contains_key(zone)) else { continue };
             pairs.extend(relation.at(4).references().into_iter().map(|member| (member, zone)));
         }
-        let mut assigned: HashMap<u32, Vec<u32>> = HashMap::new();
-        let mut seen = HashSet::new();
+        let mut assigned: FxHashMap<u32, Vec<u32>> = FxHashMap::default();
+        let mut seen = FxHashSet::default();
         for (member, group) in pairs.into_iter().filter(|pair| seen.insert(*pair)) {
             assigned.entry(member).or_default().push(group);
         }
@@ -55,7 +55,7 @@ impl Groups {
     /// Names of each group that an object is in, then of those that these are in, and so on; at most `n_max` groups.
     pub(crate) fn of(&self, object: u32, relations: &Relations, n_max: usize) -> Vec<&[Property]> {
         let mut groups: Vec<u32> = Vec::new();
-        let mut seen = HashSet::from([object]);
+        let mut seen = FxHashSet::from_iter([object]);
         let mut next = Some(object);
         let mut n_followed = 0;
         while let Some(member) = next {

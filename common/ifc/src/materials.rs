@@ -1,6 +1,6 @@
 //! Material names of elements.
 
-use std::collections::HashMap;
+use rustc_hash::FxHashMap;
 
 use crate::kernel::File;
 use crate::relations::Relations;
@@ -11,12 +11,12 @@ const DEPTH_MAX: usize = 6;
 /// Material names, each definition read once.
 pub(crate) struct Materials<'f, 'a> {
     file: &'f File<'a>,
-    known: HashMap<u32, Vec<String>>,
+    known: FxHashMap<u32, Vec<String>>,
 }
 
 impl<'f, 'a> Materials<'f, 'a> {
     pub(crate) fn new(file: &'f File<'a>) -> Self {
-        Self { file, known: HashMap::new() }
+        Self { file, known: FxHashMap::default() }
     }
 
     /// Names in the order of layers, profiles or constituents, without repetition; of the occurrence, else of its type.

@@ -1,6 +1,6 @@
 //! Product placements: chains of IfcLocalPlacement in f64; other kinds through the kernel.
 
-use std::collections::HashMap;
+use rustc_hash::FxHashMap;
 
 use crate::affine::{affine, is_finite, normalised};
 use crate::kernel::{File, Record, Resolver};
@@ -13,13 +13,13 @@ const CHAIN_MAX: usize = 100;
 pub(crate) struct Placements<'f, 'a> {
     file: &'f File<'a>,
     unit_m: f64,
-    known: HashMap<u32, Result<Affine3<f64>, &'static str>>,
+    known: FxHashMap<u32, Result<Affine3<f64>, &'static str>>,
     kernel: Option<Resolver<'a>>,
 }
 
 impl<'f, 'a> Placements<'f, 'a> {
     pub(crate) fn new(file: &'f File<'a>, unit_m: f64) -> Self {
-        Self { file, unit_m, known: HashMap::new(), kernel: None }
+        Self { file, unit_m, known: FxHashMap::default(), kernel: None }
     }
 
     /// The frame of a product in the world: `Ok(None)` if it has no placement, else why it cannot be resolved.

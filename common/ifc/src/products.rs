@@ -1,6 +1,6 @@
 //! Selects the elements, spaces and openings of a file.
 
-use std::collections::HashMap;
+use rustc_hash::FxHashMap;
 
 use crate::kernel::{Class, File, Record};
 use crate::relations::Relations;
@@ -18,9 +18,9 @@ pub(crate) struct Products<'f, 'a> {
     pub(crate) elements: Vec<Product<'f, 'a>>,
     pub(crate) spaces: Vec<Product<'f, 'a>>,
     pub(crate) openings: Vec<Product<'f, 'a>>,
-    pub(crate) element_idx: HashMap<u32, usize>,
-    pub(crate) space_idx: HashMap<u32, usize>,
-    pub(crate) opening_idx: HashMap<u32, usize>,
+    pub(crate) element_idx: FxHashMap<u32, usize>,
+    pub(crate) space_idx: FxHashMap<u32, usize>,
+    pub(crate) opening_idx: FxHashMap<u32, usize>,
 }
 
 /// Elements that are nothing by themselves: neither obstacles nor built at a date.
@@ -70,7 +70,7 @@ fn report_proxies(file: &File<'_>, report: &mut Report) {
 }
 
 fn report_repeated_ids(elements: &[Product<'_, '_>], report: &mut Report) {
-    let mut seen: HashMap<&str, u32> = HashMap::new();
+    let mut seen: FxHashMap<&str, u32> = FxHashMap::default();
     for element in elements {
         if let Some(first) = seen.insert(&element.id.global_id, element.id.step_id) {
             let message = format!("GlobalId {} is used by #{first} as well", element.id.global_id);

@@ -1,6 +1,6 @@
 //! Property sets of occurrences and types.
 
-use std::collections::{HashMap, HashSet};
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::kernel::{File, Record, Value};
 use crate::relations::Relations;
@@ -9,12 +9,12 @@ use crate::{Property, PropertyValue};
 /// Property sets; those of several objects are read once.
 pub(crate) struct PropertySets<'f, 'a> {
     file: &'f File<'a>,
-    known: HashMap<u32, Vec<Property>>,
+    known: FxHashMap<u32, Vec<Property>>,
 }
 
 impl<'f, 'a> PropertySets<'f, 'a> {
     pub(crate) fn new(file: &'f File<'a>) -> Self {
-        Self { file, known: HashMap::new() }
+        Self { file, known: FxHashMap::default() }
     }
 
     /// Properties of the occurrence, then those of its type that the occurrence does not override.
@@ -28,7 +28,7 @@ impl<'f, 'a> PropertySets<'f, 'a> {
             }
         }
         let sets = relations.type_of.get(&object).map(|&id| type_sets(self.file, id)).unwrap_or_default();
-        let own: HashSet<(&str, &str)> = properties.iter().map(|p| (p.set.as_str(), p.name.as_str())).collect();
+        let own: FxHashSet<(&str, &str)> = properties.iter().map(|p| (p.set.as_str(), p.name.as_str())).collect();
         let mut inherited = Vec::new();
         for set in sets {
             let new = self.shared(set).iter().filter(|p| !own.contains(&(p.set.as_str(), p.name.as_str())));

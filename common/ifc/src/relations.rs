@@ -1,6 +1,7 @@
 //! Objectified relationships (IfcRel..) as maps between step ids.
 
-use std::collections::{BTreeMap, HashMap, HashSet};
+use rustc_hash::{FxHashMap, FxHashSet};
+use std::collections::BTreeMap;
 
 use crate::kernel::File;
 use diagnostics::Report;
@@ -9,25 +10,25 @@ use diagnostics::Report;
 #[derive(Default)]
 pub(crate) struct Relations {
     /// Element -> spatial structure (IfcRelContainedInSpatialStructure).
-    pub(crate) container: HashMap<u32, u32>,
+    pub(crate) container: FxHashMap<u32, u32>,
     /// Part -> whole (IfcRelAggregates, then IfcRelNests).
-    pub(crate) whole: HashMap<u32, u32>,
+    pub(crate) whole: FxHashMap<u32, u32>,
     /// Opening -> element it voids.
-    pub(crate) host: HashMap<u32, u32>,
+    pub(crate) host: FxHashMap<u32, u32>,
     /// Opening -> element that fills it, the first one.
-    pub(crate) filling: HashMap<u32, u32>,
+    pub(crate) filling: FxHashMap<u32, u32>,
     /// Element -> opening that it fills.
-    pub(crate) fills: HashMap<u32, u32>,
+    pub(crate) fills: FxHashMap<u32, u32>,
     /// Occurrence -> type.
-    pub(crate) type_of: HashMap<u32, u32>,
+    pub(crate) type_of: FxHashMap<u32, u32>,
     /// Occurrence -> property set definitions, in file order.
-    pub(crate) definitions: HashMap<u32, Vec<Definition>>,
+    pub(crate) definitions: FxHashMap<u32, Vec<Definition>>,
     /// Occurrence or type -> material definition.
-    pub(crate) material: HashMap<u32, u32>,
+    pub(crate) material: FxHashMap<u32, u32>,
     /// (space, element), as written.
     pub(crate) boundaries: Vec<(u32, u32)>,
     /// Spaces that any boundary names.
-    pub(crate) bounded: HashSet<u32>,
+    pub(crate) bounded: FxHashSet<u32>,
 }
 
 /// A property set definition of an object.
@@ -94,7 +95,7 @@ fn many_to_one(
     report: &mut Report,
     relation: &str,
     (many, one): (usize, usize),
-    map: &mut HashMap<u32, u32>,
+    map: &mut FxHashMap<u32, u32>,
 ) {
     for record in file.records(relation, report) {
         let Some(one) = record.at(one).reference() else { continue };

@@ -4,7 +4,7 @@
 //! something else. The kernel has a rule of its own, by RepresentationType; where it would choose otherwise it is shown
 //! other records.
 
-use std::collections::HashMap;
+use rustc_hash::FxHashMap;
 
 use crate::kernel::{File, Patch, Record};
 
@@ -73,13 +73,13 @@ struct Representation {
 /// Bodies of the file's shapes, each chosen once.
 pub(crate) struct Bodies<'f, 'a> {
     file: &'f File<'a>,
-    known: HashMap<u32, Body>,
-    drawn: HashMap<u32, bool>,
+    known: FxHashMap<u32, Body>,
+    drawn: FxHashMap<u32, bool>,
 }
 
 impl<'f, 'a> Bodies<'f, 'a> {
     pub(crate) fn new(file: &'f File<'a>) -> Self {
-        Self { file, known: HashMap::new(), drawn: HashMap::new() }
+        Self { file, known: FxHashMap::default(), drawn: FxHashMap::default() }
     }
 
     /// The body of a product; one without items if it has none.

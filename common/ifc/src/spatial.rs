@@ -1,6 +1,6 @@
 //! Building storeys and spatial containment.
 
-use std::collections::HashMap;
+use rustc_hash::FxHashMap;
 
 use crate::Storey;
 use crate::affine::origin;
@@ -11,7 +11,7 @@ use diagnostics::{DiagnosticCode, Named, Report, Severity};
 
 /// Finds the storey of any product.
 pub(crate) struct Storeys<'r> {
-    index: HashMap<u32, usize>,
+    index: FxHashMap<u32, usize>,
     relations: &'r Relations,
 }
 

@@ -1,13 +1,13 @@
 //! Texts of an archive to be.
 
 use crate::archive::{Text, TextList};
-use std::collections::HashMap;
+use rustc_hash::FxHashMap;
 
 /// Texts of an archive, each stored once.
 #[derive(Debug, Default)]
 pub struct TextPool {
     bytes: String,
-    known: HashMap<String, Text>,
+    known: FxHashMap<String, Text>,
     listed: Vec<Text>,
 }
 

@@ -1,6 +1,6 @@
 //! Index of a STEP file: position of each record, and records by entity class.
 
-use std::collections::HashMap;
+use rustc_hash::FxHashMap;
 
 use ifc_lite_core::EntityScanner;
 
@@ -75,7 +75,7 @@ impl<'a> File<'a> {
         }
         let mut rows: Vec<Row> = Vec::with_capacity(bytes.len() / 60);
         let mut classes: Vec<Class> = Vec::new();
-        let mut kind_of_keyword: HashMap<&str, RecordKind> = HashMap::new();
+        let mut kind_of_keyword: FxHashMap<&str, RecordKind> = FxHashMap::default();
         let mut unknown: Vec<Unknown<'_>> = Vec::new();
         let mut scanner = EntityScanner::new(bytes);
         let (mut last_end, mut last_id) = (0, 0);

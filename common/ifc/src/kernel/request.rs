@@ -1,6 +1,6 @@
 //! Meshes the products of a file, in this process and in another one.
 
-use std::collections::HashSet;
+use rustc_hash::FxHashSet;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::mesh::{Meshed, in_halves, mesh_here};
@@ -50,7 +50,7 @@ fn mesh_on(pool: &MeshPool, file: &File<'_>, request: &MeshRequest<'_>) -> Meshe
     let Some(isolation) = request.isolation.filter(|_| !request.unbounded.is_empty()) else {
         return here(request.products);
     };
-    let there: HashSet<u32> = request.unbounded.iter().copied().collect();
+    let there: FxHashSet<u32> = request.unbounded.iter().copied().collect();
     let bounded: Vec<u32> = request.products.iter().copied().filter(|product| !there.contains(product)).collect();
     let mut meshed = here(&bounded);
     progress(bounded.len(), &meshed);

@@ -1,6 +1,6 @@
 //! Schema lookup: entity spelling, supertypes, attribute positions.
 
-use std::collections::HashMap;
+use rustc_hash::FxHashMap;
 use std::sync::LazyLock;
 
 use ifc_lite_core::{IFC_TYPES, SchemaVersion};
@@ -95,7 +95,7 @@ const RETIRED: [&str; 32] = [
 
 /// The entity's name as the schema spells it; the kernel's registries hold STEP keywords, in capitals.
 fn spelled(keyword: &'static str) -> &'static str {
-    static NAMES: LazyLock<HashMap<String, &str>> = LazyLock::new(|| {
+    static NAMES: LazyLock<FxHashMap<String, &str>> = LazyLock::new(|| {
         let names = IFC_TYPES.iter().map(|t| t.name()).chain(RETIRED);
         names.map(|name| (name.to_ascii_uppercase(), name)).collect()
     });

@@ -1,6 +1,6 @@
 //! Work calendars: IfcWorkCalendar, IfcWorkTime, IfcRecurrencePattern.
 
-use std::collections::HashMap;
+use rustc_hash::FxHashMap;
 
 use super::context::{Context, tell};
 use super::model::{Recurrence, RecurrenceType, WorkCalendar, WorkTime};
@@ -15,7 +15,7 @@ const WORK_TIMES_MAX: usize = 1_000;
 const DAY_S: u32 = 86_400;
 
 /// IfcWorkCalendar, and where each is. Work times that cannot be read are reported and left out.
-pub(super) fn calendars(context: &Context<'_, '_>, report: &mut Report) -> (Vec<WorkCalendar>, HashMap<u32, usize>) {
+pub(super) fn calendars(context: &Context<'_, '_>, report: &mut Report) -> (Vec<WorkCalendar>, FxHashMap<u32, usize>) {
     let file = context.file;
     let records = file.records("IfcWorkCalendar", report);
     let index = records.iter().enumerate().map(|(k, record)| (record.id, k)).collect();

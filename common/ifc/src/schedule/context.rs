@@ -2,14 +2,14 @@
 
 use crate::kernel::File;
 use diagnostics::{DiagnosticCode, Named, Report, Severity};
-use std::collections::HashMap;
+use rustc_hash::FxHashMap;
 
 /// Shared inputs of the schedule reader.
 pub(super) struct Context<'c, 'a> {
     pub(super) file: &'c File<'a>,
     /// Seconds per time unit of the project, for files that count in it.
     pub(super) time_unit_s: Result<f64, String>,
-    pub(super) task_idx: HashMap<u32, usize>,
+    pub(super) task_idx: FxHashMap<u32, usize>,
     /// Identities of the tasks, in file order.
     pub(super) task_ids: Vec<Named>,
 }

@@ -1,6 +1,6 @@
 //! Links between tasks and products: IfcRelAssignsToProduct, IfcRelAssignsToProcess.
 
-use std::collections::{HashMap, HashSet};
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::context::{Context, tell};
 use super::model::{LinkTarget, TaskLink};
@@ -88,20 +88,20 @@ fn report_target(context: &Context<'_, '_>, task: usize, product: u32, report: &
 /// Finds what a link means.
 struct Targets<'c> {
     products: &'c Products<'c, 'c>,
-    storeys: HashMap<u32, usize>,
+    storeys: FxHashMap<u32, usize>,
     /// Parts by whole and elements by container, in file order: for buildings and sites.
-    below: HashMap<u32, Vec<u32>>,
-    inside: HashMap<u32, Vec<u32>>,
+    below: FxHashMap<u32, Vec<u32>>,
+    inside: FxHashMap<u32, Vec<u32>>,
     /// Results found so far.
-    known: HashMap<u32, Vec<(LinkTarget, bool)>>,
+    known: FxHashMap<u32, Vec<(LinkTarget, bool)>>,
 }
 
 impl<'c> Targets<'c> {
     fn new(relations: &'c Relations, products: &'c Products<'c, 'c>, storeys: &[Storey]) -> Self {
-        let by_one = |pairs: &HashMap<u32, u32>| {
+        let by_one = |pairs: &FxHashMap<u32, u32>| {
             let mut sorted: Vec<(u32, u32)> = pairs.iter().map(|(&member, &one)| (one, member)).collect();
             sorted.sort_unstable();
-            let mut lists: HashMap<u32, Vec<u32>> = HashMap::new();
+            let mut lists: FxHashMap<u32, Vec<u32>> = FxHashMap::default();
             for (one, member) in sorted {
                 lists.entry(one).or_default().push(member);
             }
@@ -112,7 +112,7 @@ impl<'c> Targets<'c> {
             storeys: storeys.iter().enumerate().map(|(k, s)| (s.id.step_id, k)).collect(),
             below: by_one(&relations.whole),
             inside: by_one(&relations.container),
-            known: HashMap::new(),
+            known: FxHashMap::default(),
         }
     }
 
@@ -142,7 +142,7 @@ impl<'c> Targets<'c> {
 
     /// Storeys below a building, site or storey, and what the former hold themselves: what a storey holds follows the storey.
     fn all_below(&self, product: u32) -> Vec<LinkTarget> {
-        let (mut found, mut seen, mut waiting) = (Vec::new(), HashSet::new(), vec![product]);
+        let (mut found, mut seen, mut waiting) = (Vec::new(), FxHashSet::default(), vec![product]);
         while let Some(at) = waiting.pop() {
             if !seen.insert(at) {
                 continue;

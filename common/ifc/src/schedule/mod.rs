@@ -14,7 +14,7 @@ pub use model::{
 };
 
 use context::Context;
-use std::collections::HashMap;
+use rustc_hash::FxHashMap;
 
 use crate::kernel::File;
 use crate::products::{Products, named};
@@ -49,10 +49,10 @@ pub(crate) fn read(
 }
 
 /// IfcWorkPlan and IfcWorkSchedule, and where each is.
-fn controls(context: &Context<'_, '_>, report: &mut Report) -> (Vec<WorkControl>, HashMap<u32, usize>) {
+fn controls(context: &Context<'_, '_>, report: &mut Report) -> (Vec<WorkControl>, FxHashMap<u32, usize>) {
     let file = context.file;
     let mut controls = Vec::new();
-    let mut control_idx = HashMap::new();
+    let mut control_idx = FxHashMap::default();
     let plans = file.records("IfcWorkPlan", report).into_iter().map(|record| (true, record));
     let schedules = file.records("IfcWorkSchedule", report).into_iter().map(|record| (false, record));
     let all: Vec<_> = plans.chain(schedules).collect();

@@ -1,6 +1,6 @@
 //! Tasks: attributes, nesting, assignment to schedules and calendars.
 
-use std::collections::HashMap;
+use rustc_hash::FxHashMap;
 
 use super::context::{Context, tell};
 use super::model::{Task, TaskTime, WorkControl};
@@ -121,7 +121,7 @@ pub(super) fn assign(
     context: &Context<'_, '_>,
     tasks: &mut [Task],
     controls: &[WorkControl],
-    [control_idx, calendar_idx]: [&HashMap<u32, usize>; 2],
+    [control_idx, calendar_idx]: [&FxHashMap<u32, usize>; 2],
     report: &mut Report,
 ) {
     let file = context.file;
@@ -130,7 +130,7 @@ pub(super) fn assign(
         let members = relation.at(4).references().into_iter().filter_map(|id| context.task_idx.get(&id).copied());
         let members: Vec<usize> = members.collect();
         let control = relation.at(6).reference();
-        let of_control = |index: &HashMap<u32, usize>| control.and_then(|id| index.get(&id).copied());
+        let of_control = |index: &FxHashMap<u32, usize>| control.and_then(|id| index.get(&id).copied());
         let (schedule, calendar) = (of_control(control_idx), of_control(calendar_idx));
         if let Some(control) = control.filter(|id| !members.is_empty() && file.record(*id).is_none()) {
             let message = format!("it is assigned to #{control}, which does not exist");
