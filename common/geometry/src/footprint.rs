@@ -7,8 +7,8 @@ use crate::section::{Section, section, trails};
 use crate::slab::{Slab, clip_to_slab};
 use std::sync::OnceLock;
 
-/// Most plans of a cut that is kept until it is united: few enough that they take little more memory than their union.
-const MAX_PLANS_KEPT: usize = 24;
+/// Most plans that are united at once rather than cut again: that takes little longer than cutting them did.
+const MAX_PLANS_AT_ONCE: usize = 24;
 
 /// Most polygons that share few edges and are united at once.
 const MAX_UNITED: usize = 256;
@@ -133,35 +133,32 @@ impl SlabCut {
     }
 }
 
-/// The footprint of a body within a slab, united when it is first asked for.
+/// The footprint of a body within a slab. That of a fine mesh is united when it is first asked for.
 #[derive(Debug, Clone)]
 pub struct LazyFootprint {
     slab: Slab,
-    /// What is united; without it the body is cut again.
-    cut: Option<SlabCut>,
     united: OnceLock<Footprint>,
 }
 
 impl LazyFootprint {
     /// Of a body that was cut at the slab. Fine meshes are cut again later: few of them are asked for.
     pub fn of(cut: SlabCut, slab: Slab) -> Self {
-        if cut.is_united() {
-            return Self { slab, ..cut.footprint().into() };
+        let united = OnceLock::new();
+        if cut.is_united() || cut.ends.len() <= MAX_PLANS_AT_ONCE {
+            let _ = united.set(cut.footprint());
         }
-        let is_kept = cut.ends.len() <= MAX_PLANS_KEPT;
-        Self { slab, cut: is_kept.then_some(cut), united: OnceLock::new() }
+        Self { slab, united }
     }
 
     /// The footprint of the body with these parts.
     pub fn get<'a, I: IntoIterator<Item = MeshView<'a>>>(&self, parts: impl FnOnce() -> I) -> &Footprint {
-        let cut = || self.cut.clone().unwrap_or_else(|| SlabCut::of(parts(), self.slab));
-        self.united.get_or_init(|| cut().footprint())
+        self.united.get_or_init(|| footprint(parts(), self.slab))
     }
 }
 
 impl From<Footprint> for LazyFootprint {
     fn from(footprint: Footprint) -> Self {
-        Self { slab: Slab { lo: 0, hi: 0 }, cut: None, united: footprint.into() }
+        Self { slab: Slab { lo: 0, hi: 0 }, united: footprint.into() }
     }
 }
 

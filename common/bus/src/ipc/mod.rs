@@ -1,5 +1,5 @@
 //! The bus in shared memory, and the heap's memory: the only module with unsafe code.
-#![expect(unsafe_code, reason = "shared memory, and a call of the allocator; every block says why it is sound")]
+#![expect(unsafe_code, reason = "shared memory, and calls of the allocator; every block says why it is sound")]
 
 mod command;
 mod event_port;
@@ -14,7 +14,7 @@ mod status;
 mod wire;
 
 pub(crate) use command::{Client, Exchange, Served, Server};
-pub use heap::give_back_freed_memory;
+pub use heap::{give_back_freed_memory, keep_freed_memory};
 pub(crate) use latched::{Memory, TopicReader, TopicSample, TopicWriter};
 pub(crate) use status::{StatusSource, StatusTarget};
 

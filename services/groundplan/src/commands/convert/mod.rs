@@ -14,7 +14,7 @@ use crate::failure::Failure;
 use crate::progress_line::ProgressLine;
 use crate::run::{Outcome, Run};
 pub use args::Args;
-use bus::give_back_freed_memory;
+use bus::{give_back_freed_memory, keep_freed_memory};
 use daemon::WorldConfig;
 use export::{ProbabilityInput, SiteFrameFile};
 use ingest::SiteFrame;
@@ -27,6 +27,9 @@ use std::time::Instant;
 use summary::{Outputs, Summary};
 use tracing::debug;
 use waypoints::MissionPlanOptions;
+
+/// Largest site of which the memory that reading took is kept for what comes next.
+const MAX_SITE_BYTES: usize = 8 << 20;
 
 /// Which maps are asked for.
 enum RequestedMaps {
@@ -46,6 +49,7 @@ impl Run for Args {
     /// folder or file that cannot be written.
     fn run(&self) -> Result<Outcome, Failure> {
         let started = Instant::now();
+        keep_freed_memory();
         let robot = self.robot.robot()?;
         let mut options = self.waypoint_options()?;
         let world = self.world.options(&WorldConfig::default())?;
@@ -60,8 +64,10 @@ impl Run for Args {
             let epoch = frame.map_or(1, |f| f.frame_epoch.saturating_add(u32::from(self.new_frame)));
             let kept = frame.filter(|_| !self.new_frame);
             let site = self.model.site(&pool, kept, epoch, &progress)?;
-            // Reading takes several times what the site does.
-            give_back_freed_memory();
+            // Reading takes several times what the site does; of a small one the next stages take it.
+            if site.bytes().len() > MAX_SITE_BYTES {
+                give_back_freed_memory();
+            }
             let site = Site::open(site.bytes()).map_err(Failure::work)?;
             let tasks = schedule.linked_tasks(&site)?;
             let site = tasks.site(&site)?;
