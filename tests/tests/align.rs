@@ -103,9 +103,9 @@ fn evidence_of_looks_goes_on_from_file_to_file_and_tells_what_was_withdrawn() {
     assert_eq!(std::fs::read(&evidence).unwrap(), before, "nothing is new");
     // The walls of the map are gone.
     let pgm = slam.with_extension("pgm");
-    let (width, height, pixels) = grid::decode_pgm(&std::fs::read(&pgm).unwrap()).unwrap();
-    let free = |k: usize| if pixels[k] == grid::OCCUPIED { grid::FREE } else { pixels[k] };
-    std::fs::write(&pgm, grid::encode_pgm(width, free, height)).unwrap();
+    let (width, _, mut pixels) = grid::decode_pgm(&std::fs::read(&pgm).unwrap()).unwrap();
+    pixels.iter_mut().filter(|pixel| **pixel == grid::OCCUPIED).for_each(|pixel| *pixel = grid::FREE);
+    std::fs::write(&pgm, grid::encode_pgm(width, &pixels)).unwrap();
     let (code, gone) = align(&maps.path(), &slam, &more);
     assert_eq!((code, gone["verdict"].as_str()), (Some(1), Some("refused")), "{gone}");
     assert!(gone["change"].as_str().is_some_and(|change| change.contains("withdrawn: storey 0")), "{gone}");
@@ -187,16 +187,20 @@ fn twin_storeys(maps: &Maps, home: &Path, has_wall: bool) -> [PathBuf; 2] {
     manifest["storeys"].as_array_mut().unwrap().truncate(2);
     std::fs::write(twins.join("manifest.json"), manifest.to_string()).unwrap();
     let path = folder(1).join("localization.pgm");
-    let (width, height, pixels) = grid::decode_pgm(&std::fs::read(&path).unwrap()).unwrap();
+    let (width, _, pixels) = grid::decode_pgm(&std::fs::read(&path).unwrap()).unwrap();
     let origin = [0, 1].map(|k| maps.manifest["storeys"][0]["origin_m"][k].as_f64().unwrap());
     let at = |k: usize| [0, 1].map(|axis| origin[axis] + ([k % width, k / width][axis] as f64 + 0.5) * 0.05);
     let wall = |k: usize| {
         let [x, y] = at(k);
         if has_wall && (19.5..21.0).contains(&x) && (12.0..12.2).contains(&y) { grid::OCCUPIED } else { pixels[k] }
     };
-    std::fs::write(&path, grid::encode_pgm(width, wall, height)).unwrap();
+    let write = |path: &Path, pixel: &dyn Fn(usize) -> u8| {
+        let pixels: Vec<u8> = (0..pixels.len()).map(pixel).collect();
+        std::fs::write(path, grid::encode_pgm(width, &pixels)).unwrap();
+    };
+    write(&path, &wall);
     let seen = |k: usize| if at(k)[0] < 14.0 { pixels[k] } else { grid::UNKNOWN };
-    std::fs::write(home.join("robot.pgm"), grid::encode_pgm(width, seen, height)).unwrap();
+    write(&home.join("robot.pgm"), &seen);
     let slam = home.join("robot.yaml");
     std::fs::write(&slam, "image: robot.pgm\nresolution: 0.05\norigin: [0.0, 0.0, 0.0]\nnegate: 0\n").unwrap();
     [twins, slam]

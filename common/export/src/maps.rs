@@ -7,12 +7,12 @@ use messages::Grid;
 /// The three map pairs of a storey, each file made when it is asked for.
 pub(crate) fn files<'a>(folder: &'a str, grid: &'a Grid<'_>) -> impl Iterator<Item = ExportFile> + 'a {
     let spec = grid.spec();
-    let (width, height) = (spec.width as usize, spec.height as usize);
     let layers = [("planning", grid.planning), ("localization", grid.localization), ("keepout", grid.keepout)];
     layers.into_iter().flat_map(move |(name, layer)| {
         let image = format!("{name}.pgm");
         let yaml = MapYaml { image: &image, spec: &spec, mode: MapMode::Trinary }.to_string();
-        let pgm = encode_pgm(width, |index| pixel_of(layer[index]), height);
+        let pixels: Vec<u8> = layer.iter().map(|&occupancy| pixel_of(occupancy)).collect();
+        let pgm = encode_pgm(spec.width as usize, &pixels);
         [ExportFile::new(format!("{folder}/{image}"), pgm), ExportFile::new(format!("{folder}/{name}.yaml"), yaml)]
     })
 }

@@ -41,7 +41,7 @@ pub(crate) fn files<'a>(
 
 fn classes(grid: &Grid<'_>) -> Vec<u8> {
     let (width, height) = (grid.head.width, grid.head.height);
-    let pixels: Vec<u8> = rows_from_top(grid.class, width as usize).flatten().copied().collect();
+    let pixels: Vec<u8> = rows_from_top(grid.class, width as usize).collect::<Vec<_>>().concat();
     png_bytes(width, height, png::ColorType::Grayscale, &pixels)
 }
 
@@ -54,18 +54,12 @@ fn semantic(input: &ExportInput<'_>, grid: &Grid<'_>) -> Image {
     let is_blocked: Vec<bool> = std::iter::once(false).chain(is_blocked).collect();
     let layers = grid.class.iter().zip(grid.space).zip(grid.floor).zip(grid.planning);
     let masks = other_levels.cells.iter().zip(&closed.cells);
+    let colours = colours();
     let pixels = layers.zip(masks).map(|((((&class, &space), &floor), &planning), (&is_other_level, &is_closed))| {
-        match Class::ALL[usize::from(class)] {
-            Class::Door if is_closed => CLOSED_DOOR,
-            Class::Door => DOOR,
-            Class::Stair | Class::Ramp => STAIR,
-            Class::Slab | Class::None if is_other_level && floor == 0 => OTHER_LEVEL,
-            Class::None if is_blocked[usize::from(space)] => BLOCKED_SPACE,
-            Class::None if space > 0 && floor != 0 => OPEN_SPACE,
-            Class::None if planning == 0 => FREE,
-            Class::None => UNKNOWN,
-            _ => SOLID,
-        }
+        let facts = [is_closed, is_other_level, is_blocked[usize::from(space)], space > 0, floor != 0, planning == 0];
+        colours[(0..)
+            .zip(facts)
+            .fold(usize::from(class), |key, (bit, fact)| key | usize::from(fact) << (CLASS_BITS + bit))]
     });
     let pixels = pixels.collect();
     let mut image = Image::new(spec.width as usize, pixels);
@@ -86,6 +80,30 @@ fn semantic(input: &ExportInput<'_>, grid: &Grid<'_>) -> Image {
         mark(&mut image, at, site.text(space.name), site.text(space.long_name), clear);
     }
     image
+}
+
+/// Bits of a class in the key of a colour; a bit for each fact follows.
+const CLASS_BITS: usize = 4;
+const N_FACTS: usize = 6;
+
+/// The colour of a cell by its key: cells are looked up, not decided one by one.
+fn colours() -> Vec<Rgb> {
+    let colour = |key: usize| {
+        let fact = |bit: usize| key >> (CLASS_BITS + bit) & 1 == 1;
+        let [is_closed, is_other_level, is_blocked, in_space, has_floor, is_free] = [0, 1, 2, 3, 4, 5].map(fact);
+        match Class::ALL.get(key % (1 << CLASS_BITS)) {
+            Some(Class::Door) if is_closed => CLOSED_DOOR,
+            Some(Class::Door) => DOOR,
+            Some(Class::Stair | Class::Ramp) => STAIR,
+            Some(Class::Slab | Class::None) if is_other_level && !has_floor => OTHER_LEVEL,
+            Some(Class::None) if is_blocked => BLOCKED_SPACE,
+            Some(Class::None) if in_space && has_floor => OPEN_SPACE,
+            Some(Class::None) if is_free => FREE,
+            Some(Class::None) => UNKNOWN,
+            _ => SOLID,
+        }
+    };
+    (0..1 << (CLASS_BITS + N_FACTS)).map(colour).collect()
 }
 
 /// A space's waypoint, or the centroid of its floor if it has none.

@@ -36,7 +36,7 @@ pub(crate) fn files(
     probability: &ProbabilityInput<'_>,
 ) -> [ExportFile; 3] {
     let spec = grid.spec();
-    let (width, height) = (spec.width as usize, spec.height as usize);
+    let width = spec.width as usize;
     let percent = percent_of_cells(input, grid, probability);
     let colour = |index: usize| match percent[index] {
         0 if grid.floor[index] != 0 => FLOOR,
@@ -46,7 +46,8 @@ pub(crate) fn files(
     };
     let mut image = Image::new(width, (0..spec.n_cells()).map(colour).collect()).with_room_below(LEGEND, FLOOR);
     draw_legend(input, spec.height as i32, &mut image);
-    let pgm = encode_pgm(width, |index| pixel_of_percent(percent[index]), height);
+    let pixels: Vec<u8> = percent.iter().map(|&percent| pixel_of_percent(percent)).collect();
+    let pgm = encode_pgm(width, &pixels);
     let yaml = MapYaml { image: "probability.pgm", spec: &spec, mode: MapMode::Scale }.to_string();
     [
         ExportFile::new(format!("{folder}/probability.png"), picture(image)),

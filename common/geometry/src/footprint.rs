@@ -196,24 +196,38 @@ fn united_by_place(polygons: &mut [&[Point]]) -> MultiPolygon {
 /// Two neighbours run along their common edge in opposite directions, so its windings cancel. Of a mesh that is fine and
 /// smooth little more than the silhouette is left.
 fn outlines<'a>(polygons: impl Iterator<Item = &'a [Point]>) -> Vec<Ring> {
-    // Each edge from its smaller end, with the direction in which it is run along.
-    let mut all: Vec<(Point, Point, bool)> = polygons
+    // Each edge from its smaller end, as one number, with the direction in which it is run along.
+    let mut all: Vec<(u128, bool)> = polygons
         .flat_map(edges)
-        .map(|(a, b)| if a < b { (a, b, true) } else { (b, a, false) })
-        .filter(|(a, b, _)| a != b)
+        .filter(|(a, b)| a != b)
+        .map(|(a, b)| if a < b { (number_of([a, b]), true) } else { (number_of([b, a]), false) })
         .collect();
-    all.sort_unstable();
+    all.sort_unstable_by_key(|edge| edge.0);
     let mut left = Vec::new();
-    for same in all.chunk_by(|x, y| (x.0, x.1) == (y.0, y.1)) {
-        let n_forward = same.iter().filter(|edge| edge.2).count();
+    for same in all.chunk_by(|x, y| x.0 == y.0) {
+        let n_forward = same.iter().filter(|edge| edge.1).count();
         let n_backward = same.len() - n_forward;
-        let (a, b, _) = same[0];
+        let [a, b] = edge_of(same[0].0);
         left.extend(std::iter::repeat_n([a, b], n_forward.saturating_sub(n_backward)));
         left.extend(std::iter::repeat_n([b, a], n_backward.saturating_sub(n_forward)));
     }
     // As many edges leave each point as arrive at it, so all trails are closed.
     trails(left).0
 }
+
+/// An edge as a number: edges are in the order of their numbers.
+fn number_of(edge: [Point; 2]) -> u128 {
+    edge.as_flattened().iter().fold(0, |number, &c| number << 32 | u128::from(c.cast_unsigned() ^ SIGN))
+}
+
+/// The edge of a number.
+fn edge_of(number: u128) -> [Point; 2] {
+    let coordinate = |shift: u32| ((number >> shift) as u32 ^ SIGN).cast_signed();
+    [[coordinate(96), coordinate(64)], [coordinate(32), coordinate(0)]]
+}
+
+/// The bit of a coordinate that makes the order of unsigned numbers that of signed ones.
+const SIGN: u32 = 1 << 31;
 
 #[cfg(test)]
 mod tests {
@@ -268,6 +282,16 @@ mod tests {
         let faces = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
         let triangles = (0..corners.len() as u32).flat_map(|k| faces.map(|t| t.map(|i: u32| 4 * k + i)));
         (corners.as_flattened().to_vec(), triangles.collect())
+    }
+
+    #[test]
+    fn edges_are_ordered_as_their_numbers_are() {
+        let corners = [i32::MIN, -7, -1, 0, 1, 9, i32::MAX];
+        let points = || corners.into_iter().flat_map(|x| corners.map(|y| [x, y]));
+        let edges: Vec<[Point; 2]> = points().flat_map(|a| points().map(move |b| [a, b])).collect();
+        let numbers: Vec<u128> = edges.iter().map(|edge| number_of(*edge)).collect();
+        assert!(numbers.is_sorted());
+        assert!(numbers.into_iter().map(edge_of).eq(edges));
     }
 
     #[test]

@@ -137,7 +137,7 @@ mod tests {
         let touches = vec![[0, 0], [10, 0], [10, 10], [5, 0], [0, 10]];
         let spike = vec![[0, 0], [10, 0], [20, 0], [10, 0], [10, 10]];
         for ring in [bow, touches, spike] {
-            assert_eq!(region_of_simple_rings(&[ring.clone()]), None, "{ring:?}");
+            assert_eq!(region_of_simple_rings(std::slice::from_ref(&ring)), None, "{ring:?}");
         }
         let square = |x: i32| vec![[x, 0], [x + 10, 0], [x + 10, 10], [x, 10]];
         assert_eq!(region_of_simple_rings(&[square(0), square(10)]), None);

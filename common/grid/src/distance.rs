@@ -125,7 +125,9 @@ impl Line {
             let height = |p: usize| f64::from(self.values[p]) + (p * p) as f64;
             let mut begin = f64::NEG_INFINITY;
             while let Some(&p) = self.vertex.last() {
-                begin = (f64::from(f) + (q * q) as f64 - height(p)) / (2 * (q - p)) as f64;
+                let above = f64::from(f) + (q * q) as f64 - height(p);
+                // Mostly the parabola before is that of the cell before: a division less.
+                begin = if q - p == 1 { above * 0.5 } else { above / (2 * (q - p)) as f64 };
                 if begin > self.from[self.from.len() - 1] {
                     break;
                 }

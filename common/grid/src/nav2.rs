@@ -31,12 +31,11 @@ pub fn occupancy_of(pixel: u8) -> i8 {
 }
 
 /// A binary PGM of pixels that are row-major from the bottom.
-pub fn encode_pgm(width: usize, pixels_from_bottom: impl Fn(usize) -> u8, height: usize) -> Vec<u8> {
+pub fn encode_pgm(width: usize, pixels: &[u8]) -> Vec<u8> {
+    let height = pixels.len().checked_div(width).unwrap_or(0);
     let mut out = format!("P5\n{width} {height}\n255\n").into_bytes();
-    out.reserve(width * height);
-    for row in (0..height).rev() {
-        out.extend((row * width..(row + 1) * width).map(&pixels_from_bottom));
-    }
+    out.reserve(pixels.len());
+    pixels.chunks_exact(width.max(1)).rev().for_each(|row| out.extend_from_slice(row));
     out
 }
 
@@ -108,7 +107,7 @@ mod tests {
     #[test]
     fn the_first_row_of_the_image_is_the_top() {
         let pixels = [OCCUPIED, FREE, UNKNOWN, FREE, FREE, FREE];
-        let pgm = encode_pgm(3, |i| pixels[i], 2);
+        let pgm = encode_pgm(3, &pixels);
         assert_eq!(&pgm[pgm.len() - 6..], [FREE, FREE, FREE, OCCUPIED, FREE, UNKNOWN]);
         assert_eq!(decode_pgm(&pgm), Some((3, 2, pixels.to_vec())));
     }

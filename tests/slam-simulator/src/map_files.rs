@@ -9,8 +9,8 @@ use std::path::Path;
 /// # Errors
 /// A file that cannot be written.
 pub fn write_map(folder: &Path, name: &str, map: &OccupancyMap) -> std::io::Result<()> {
-    let height = map.cells.len() / map.width;
-    let pgm = encode_pgm(map.width, |k| pixel_of(map.cells[k].occupancy()), height);
+    let pixels: Vec<u8> = map.cells.iter().map(|cell| pixel_of(cell.occupancy())).collect();
+    let pgm = encode_pgm(map.width, &pixels);
     std::fs::write(folder.join(format!("{name}.pgm")), pgm)?;
     std::fs::write(folder.join(format!("{name}.yaml")), description(&format!("{name}.pgm"), map))
 }

@@ -242,8 +242,9 @@ pub(crate) fn turned_map(maps: &Maps, storey: usize, folder: &Path) -> PathBuf {
     let source = maps.path().join(directory).join("planning.pgm");
     let (width, height, pixels) = grid::decode_pgm(&std::fs::read(source).unwrap()).unwrap();
     // What was at (column, row) comes to (height - 1 - row, column).
-    let turned = grid::encode_pgm(height, |at| pixels[(height - 1 - at % height) * width + at / height], width);
-    std::fs::write(folder.join("robot.pgm"), turned).unwrap();
+    let turned: Vec<u8> =
+        (0..pixels.len()).map(|at| pixels[(height - 1 - at % height) * width + at / height]).collect();
+    std::fs::write(folder.join("robot.pgm"), grid::encode_pgm(height, &turned)).unwrap();
     let yaml = folder.join("robot.yaml");
     std::fs::write(&yaml, "image: robot.pgm\nresolution: 0.05\norigin: [7.5, -3.0, 0.0]\nnegate: 0\n").unwrap();
     yaml

@@ -43,8 +43,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let first = rasterizer.drawn().next().ok_or("the model has no storey that can be mapped")?;
     let grid = Grid::open(first.archive)?;
 
-    let spec = grid.spec();
-    let pixel = |cell: usize| grid::pixel_of(grid.planning[cell]);
-    std::fs::write(image, grid::encode_pgm(spec.width as usize, pixel, spec.height as usize))?;
+    let pixels: Vec<u8> = grid.planning.iter().map(|&occupancy| grid::pixel_of(occupancy)).collect();
+    std::fs::write(image, grid::encode_pgm(grid.head.width as usize, &pixels))?;
     Ok(())
 }

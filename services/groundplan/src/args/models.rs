@@ -4,6 +4,7 @@ use crate::failure::Failure;
 use crate::progress_line::ProgressLine;
 use ingest::{FilePlacement, IngestOptions, MeshPool, SiteFrame, SourceFile};
 use messages::{ArchiveBuffer, nearest_names_hint};
+use std::num::NonZero;
 use std::path::PathBuf;
 
 /// Which models make the site.
@@ -41,12 +42,18 @@ impl ModelArgs {
         &self.models
     }
 
+    /// Number of threads that were asked for.
+    pub(crate) fn n_threads(&self) -> usize {
+        let all = || std::thread::available_parallelism().map_or(1, NonZero::get);
+        if self.threads == 0 { all() } else { usize::from(self.threads) }
+    }
+
     /// A thread pool with as many threads as were asked for.
     ///
     /// # Errors
     /// The system has no threads to give.
     pub(crate) fn pool(&self) -> Result<MeshPool, Failure> {
-        MeshPool::new(usize::from(self.threads)).map_err(Failure::work)
+        MeshPool::new(self.n_threads()).map_err(Failure::work)
     }
 
     /// Reads the models as one site on the threads of the pool. `frame` is that of an earlier run, `frame_epoch` that of a frame fixed anew.

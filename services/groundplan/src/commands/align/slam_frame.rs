@@ -93,7 +93,7 @@ impl Moved {
         let (wide, high) = (spec.width as usize, spec.height as usize);
         let turned = resampled(wide, high, first_wins, look);
         let yaml = MapYaml { image: &format!("{name}.pgm"), spec: &spec, mode: MapMode::Trinary }.to_string();
-        Ok([encode_pgm(wide, |k| turned[k], high), yaml.into_bytes()])
+        Ok([encode_pgm(wide, &turned), yaml.into_bytes()])
     }
 
     fn waypoint(&self, waypoint: &mut Value) {

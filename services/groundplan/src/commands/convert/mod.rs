@@ -49,7 +49,7 @@ impl Run for Args {
     /// folder or file that cannot be written.
     fn run(&self) -> Result<Outcome, Failure> {
         let started = Instant::now();
-        keep_freed_memory();
+        keep_freed_memory(self.model.n_threads());
         let robot = self.robot.robot()?;
         let mut options = self.waypoint_options()?;
         let world = self.world.options(&WorldConfig::default())?;
