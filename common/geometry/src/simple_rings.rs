@@ -3,11 +3,11 @@
 
 use crate::polygon::{Bounds, MultiPolygon, Point, Polygon, Ring, ring_area_doubled};
 
-/// Most corners and rings that are looked at: each is compared with each.
+/// Most corners that are looked at: edges are compared with each other.
 const MAX_CORNERS: usize = 32;
 
-/// Farther out products of differences would not fit.
-const MAX_COORDINATE: u32 = 1 << 30;
+/// Farther out sums of products of differences would not fit 64 bits.
+const MAX_COORDINATE: u32 = 1 << 29;
 
 /// The region that the rings enclose, if none of them meets itself and the bounds of any two lie apart; `None` if it takes an
 /// overlay to tell. By every fill rule it is what the overlay gives, in the same order: polygons by their leftmost corners, the

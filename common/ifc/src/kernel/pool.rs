@@ -7,7 +7,7 @@ use crate::ReadError;
 
 /// Threads on which bodies can be meshed. Deep booleans need deep stacks, and a stack that overflows ends the process.
 ///
-/// Whoever works on with the model does so on the same threads: what one has freed another takes.
+/// What comes after reading is best done on the same threads: it takes the memory that meshing has freed.
 #[derive(Debug)]
 pub struct MeshPool(ThreadPool);
 
