@@ -1,32 +1,42 @@
-//! Freed heap memory: kept for what comes next, or given back to the system.
+//! The heap: shared by threads, and what becomes of freed memory.
 
-/// Keeps freed heap memory for what comes next, for programs that work once, on so many threads, and end.
+use std::ffi::c_int;
+
+/// Lets all threads share one heap, for programs of which one thread works while the others wait.
 ///
-/// glibc gives each buffer of more than 128 KiB memory of its own, which the system clears page by page and takes back when the
-/// buffer is freed, and gives back the end of its heap as soon as that is as large. This makes it 4 MiB and 64 MiB. Each thread
-/// but the first has a heap of its own, which grows page by page: where one thread works while the others wait, all share the
-/// first, which grows by 1 MiB. Other allocators have no such bounds.
-pub fn keep_freed_memory(n_threads: usize) {
+/// With glibc each thread but the first has a heap of its own, which grows page by page.
+pub fn share_heap() {
+    set_bounds(&[(M_ARENA_MAX, 1)]);
+}
+
+/// Keeps freed heap memory for what comes next, for programs that work once and end.
+///
+/// glibc gives a buffer of more than 128 KiB memory of its own, which the system clears page by page and takes back when the
+/// buffer is freed, and gives back the end of its heap as soon as that is as large. This makes it 4 MiB and 64 MiB, and the first
+/// heap grows by 1 MiB. Other allocators have no such bounds. What meshes bodies is better off without: it leaves gaps of all sizes.
+pub fn keep_freed_memory() {
+    set_bounds(&[(M_MMAP_THRESHOLD, 4 << 20), (M_TRIM_THRESHOLD, 64 << 20), (M_TOP_PAD, 1 << 20)]);
+}
+
+/// Numbers of parameters in glibc's malloc.h.
+const M_TRIM_THRESHOLD: c_int = -1;
+const M_TOP_PAD: c_int = -2;
+const M_MMAP_THRESHOLD: c_int = -3;
+const M_ARENA_MAX: c_int = -8;
+
+fn set_bounds(bounds: &[(c_int, c_int)]) {
     #[cfg(target_env = "gnu")]
     {
-        use std::ffi::c_int;
-
-        /// Numbers of the parameters in malloc.h.
-        const M_TRIM_THRESHOLD: c_int = -1;
-        const M_TOP_PAD: c_int = -2;
-        const M_MMAP_THRESHOLD: c_int = -3;
-        const M_ARENA_MAX: c_int = -8;
-
         unsafe extern "C" {
             fn mallopt(parameter: c_int, value: c_int) -> c_int;
         }
-        let bounds =
-            [(M_MMAP_THRESHOLD, 4 << 20), (M_TRIM_THRESHOLD, 64 << 20), (M_TOP_PAD, 1 << 20), (M_ARENA_MAX, 1)];
-        for &(parameter, value) in if n_threads == 1 { &bounds[..] } else { &bounds[..2] } {
+        for &(parameter, value) in bounds {
             // SAFETY: it takes the allocator's own locks, and a bound does not touch memory that is in use.
             unsafe { mallopt(parameter, value) };
         }
     }
+    #[cfg(not(target_env = "gnu"))]
+    let _ = bounds;
 }
 
 /// Gives the pages of freed heap memory back to the system.
@@ -37,7 +47,7 @@ pub fn give_back_freed_memory() {
     #[cfg(target_env = "gnu")]
     {
         unsafe extern "C" {
-            fn malloc_trim(pad: usize) -> std::ffi::c_int;
+            fn malloc_trim(pad: usize) -> c_int;
         }
         // SAFETY: it takes the allocator's own locks, and memory that is in use stays where it is.
         unsafe { malloc_trim(0) };
@@ -58,7 +68,7 @@ mod tests {
     /// One test, because both are of the whole process.
     #[test]
     fn a_freed_buffer_is_kept_and_what_was_freed_below_a_piece_in_use_goes_back_and_the_piece_stays() {
-        keep_freed_memory(2);
+        keep_freed_memory();
         let before = resident();
         drop(vec![1u8; 3 << 20]);
         assert!(resident().saturating_sub(before) > 1 << 20, "a buffer of 3 MiB is kept");

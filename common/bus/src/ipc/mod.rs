@@ -14,7 +14,7 @@ mod status;
 mod wire;
 
 pub(crate) use command::{Client, Exchange, Served, Server};
-pub use heap::{give_back_freed_memory, keep_freed_memory};
+pub use heap::{give_back_freed_memory, keep_freed_memory, share_heap};
 pub(crate) use latched::{Memory, TopicReader, TopicSample, TopicWriter};
 pub(crate) use status::{StatusSource, StatusTarget};
 

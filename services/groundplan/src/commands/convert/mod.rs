@@ -14,7 +14,7 @@ use crate::failure::Failure;
 use crate::progress_line::ProgressLine;
 use crate::run::{Outcome, Run};
 pub use args::Args;
-use bus::{give_back_freed_memory, keep_freed_memory};
+use bus::{give_back_freed_memory, keep_freed_memory, share_heap};
 use daemon::WorldConfig;
 use export::{ProbabilityInput, SiteFrameFile};
 use ingest::SiteFrame;
@@ -49,7 +49,9 @@ impl Run for Args {
     /// folder or file that cannot be written.
     fn run(&self) -> Result<Outcome, Failure> {
         let started = Instant::now();
-        keep_freed_memory(self.model.n_threads());
+        if self.model.n_threads() == 1 {
+            share_heap();
+        }
         let robot = self.robot.robot()?;
         let mut options = self.waypoint_options()?;
         let world = self.world.options(&WorldConfig::default())?;
@@ -64,6 +66,7 @@ impl Run for Args {
             let epoch = frame.map_or(1, |f| f.frame_epoch.saturating_add(u32::from(self.new_frame)));
             let kept = frame.filter(|_| !self.new_frame);
             let site = self.model.site(&pool, kept, epoch, &progress)?;
+            keep_freed_memory();
             // Reading takes several times what the site does; of a small one the next stages take it.
             if site.bytes().len() > MAX_SITE_BYTES {
                 give_back_freed_memory();
