@@ -57,9 +57,7 @@ fn semantic(input: &ExportInput<'_>, grid: &Grid<'_>) -> Image {
     let colours = colours();
     let pixels = layers.zip(masks).map(|((((&class, &space), &floor), &planning), (&is_other_level, &is_closed))| {
         let facts = [is_closed, is_other_level, is_blocked[usize::from(space)], space > 0, floor != 0, planning == 0];
-        colours[(0..)
-            .zip(facts)
-            .fold(usize::from(class), |key, (bit, fact)| key | usize::from(fact) << (CLASS_BITS + bit))]
+        colours[key_of(class, facts)]
     });
     let pixels = pixels.collect();
     let mut image = Image::new(spec.width as usize, pixels);
@@ -86,11 +84,16 @@ fn semantic(input: &ExportInput<'_>, grid: &Grid<'_>) -> Image {
 const CLASS_BITS: usize = 4;
 const N_FACTS: usize = 6;
 
+fn key_of(class: u8, facts: [bool; N_FACTS]) -> usize {
+    let bits = facts.into_iter().zip(CLASS_BITS..);
+    bits.fold(usize::from(class), |key, (fact, bit)| key | usize::from(fact) << bit)
+}
+
 /// The colour of a cell by its key: cells are looked up, not decided one by one.
 fn colours() -> Vec<Rgb> {
     let colour = |key: usize| {
-        let fact = |bit: usize| key >> (CLASS_BITS + bit) & 1 == 1;
-        let [is_closed, is_other_level, is_blocked, in_space, has_floor, is_free] = [0, 1, 2, 3, 4, 5].map(fact);
+        let facts: [bool; N_FACTS] = std::array::from_fn(|k| key >> (CLASS_BITS + k) & 1 == 1);
+        let [is_closed, is_other_level, is_blocked, in_space, has_floor, is_free] = facts;
         match Class::ALL.get(key % (1 << CLASS_BITS)) {
             Some(Class::Door) if is_closed => CLOSED_DOOR,
             Some(Class::Door) => DOOR,

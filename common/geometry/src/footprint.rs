@@ -144,7 +144,7 @@ impl LazyFootprint {
     /// Of a body that was cut at the slab. Fine meshes are cut again later: few of them are asked for.
     pub fn of(cut: SlabCut, slab: Slab) -> Self {
         let united = OnceLock::new();
-        if cut.is_united() || cut.ends.len() <= MAX_PLANS_AT_ONCE {
+        if cut.ends.len() <= MAX_PLANS_AT_ONCE {
             let _ = united.set(cut.footprint());
         }
         Self { slab, united }

@@ -78,11 +78,8 @@ fn ahead(a: Point, b: Point, c: Point) -> bool {
 /// True if the edges share no point.
 fn are_apart(a: [Point; 2], b: [Point; 2]) -> bool {
     let is_beside = |[p, q]: [Point; 2], [r, s]: [Point; 2]| turn(p, q, r) * turn(p, q, s) > 0;
-    let of = |edge: [Point; 2]| Bounds {
-        min: [0, 1].map(|k| edge[0][k].min(edge[1][k])),
-        max: [0, 1].map(|k| edge[0][k].max(edge[1][k])),
-    };
-    !of(a).meets(&of(b)) || is_beside(a, b) || is_beside(b, a)
+    let may_meet = Bounds::of(a).zip(Bounds::of(b)).is_some_and(|(a, b)| a.meets(&b));
+    !may_meet || is_beside(a, b) || is_beside(b, a)
 }
 
 #[cfg(test)]

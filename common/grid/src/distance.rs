@@ -27,7 +27,7 @@ pub fn squared_distances(marked: &[bool], width: usize) -> Vec<u32> {
     out
 }
 
-/// [`squared_distances`] as a sparse layer: 0 where all cells of a chunk are marked. They take neither time nor room.
+/// [`squared_distances`] as a sparse layer: 0 where all cells of a chunk are marked. They take no room.
 pub fn sparse_distances(marked: &[bool], width: usize) -> SparseLayer<u32> {
     let cells = SparseCells::of(marked.len(), |cell| !marked[cell]);
     let mut squared = cells.layer_of(0, |cell| if marked[cell] { 0 } else { u32::MAX });
