@@ -76,6 +76,9 @@ struct PairArguments {
     /// How full of furniture the buildings are.
     #[arg(long, value_enum, default_value_t = Clutter::All)]
     clutter: Clutter,
+    /// Storeys of a building with a larger share of their walls in common are not paired: they are the same to a robot.
+    #[arg(long, default_value_t = 0.7)]
+    storey_overlap: f64,
     /// Maps of each drive after equal parts of its way, each a pair of its own; 1 for the map of the whole way only.
     #[arg(long, default_value_t = 1)]
     looks: usize,
@@ -135,8 +138,9 @@ fn pairs(arguments: &PairArguments) -> Result<(), Box<dyn Error>> {
             }
         }
     }
-    let PairArguments { count, wrong, seed, clutter, looks, .. } = *arguments;
-    for name in write_pairs(&arguments.out, &references, &PairOptions { count, wrong, seed, clutter, looks })? {
+    let PairArguments { count, wrong, seed, clutter, storey_overlap, looks, .. } = *arguments;
+    let options = PairOptions { count, wrong, seed, clutter, max_storey_overlap: storey_overlap, looks };
+    for name in write_pairs(&arguments.out, &references, &options)? {
         eprintln!("left out: {name}: no floor to drive on, or no walls in sight");
     }
     Ok(())

@@ -11,8 +11,6 @@ use rayon::prelude::*;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
-/// Storeys of a building that have more of their walls in common are the same to a robot.
-const MAX_STOREY_OVERLAP: f64 = 0.7;
 /// Drives that are tried for a pair before it is left out.
 const MAX_TRIES: u64 = 16;
 
@@ -27,6 +25,8 @@ pub struct PairOptions {
     pub seed: u64,
     /// How full the buildings are.
     pub clutter: Clutter,
+    /// Storeys of a building with a larger share of their walls in common are not paired.
+    pub max_storey_overlap: f64,
     /// Maps of each drive after equal parts of its way, each a pair of its own; 1 for the map of the whole way only.
     pub looks: usize,
 }
@@ -165,7 +165,8 @@ fn jobs<'a>(references: &'a [Reference], options: &PairOptions) -> Result<Vec<Jo
             Wrong::Building => other.building != drive.building,
             Wrong::Storey => other.building == drive.building && other.name != drive.name,
         };
-        let differs = |other: &&Reference| kind == Wrong::Building || overlap(drive, other) < MAX_STOREY_OVERLAP;
+        let differs =
+            |other: &&Reference| kind == Wrong::Building || overlap(drive, other) < options.max_storey_overlap;
         references.iter().filter(is_wrong).filter(differs).map(|other| (other, kind)).collect()
     };
     // Each reference takes turns between other buildings and other storeys where it has both.
