@@ -3,6 +3,7 @@
 use crate::features::Features;
 use crate::pose::{Pose, moved};
 use crate::refine::{Normal, matches};
+use crate::thresholds::MAX_SCALE;
 use crate::wall_points::WallPoint;
 
 /// Lengths of a SLAM map as a share of the model's.
@@ -19,8 +20,8 @@ const WITHIN_M: f64 = 0.2;
 const TIMES: usize = 8;
 const STILL: f64 = 1e-6;
 
-/// The scale at which the wall points of a SLAM map lie best on the reference, from a pose that fits; `None` if too little
-/// matches.
+/// The scale at which the wall points of a SLAM map lie best on the reference, from a pose that fits; `None` if too little matches, or if
+/// nothing holds it, as where two walls meet and no other is seen.
 pub(crate) fn scale(reference: &Features, slam: &Features, wall_points: &[WallPoint], start: &Pose) -> Option<Scale> {
     let (mut pose, mut factor, middle) = (*start, 1.0, slam.centre);
     let mut deviation = f64::INFINITY;
@@ -36,6 +37,9 @@ pub(crate) fn scale(reference: &Features, slam: &Features, wall_points: &[WallPo
         let [dx, dy, turn_rad, more] = normal.solved()?.into();
         pose = moved(&pose, [dx, dy, turn_rad], about);
         factor += more;
+        if !(1.0 / MAX_SCALE..=MAX_SCALE).contains(&factor) {
+            return None;
+        }
         deviation = normal.covariance()?[(3, 3)].max(0.0).sqrt();
         if more.abs() < STILL {
             break;

@@ -144,6 +144,21 @@ fn of_several_storeys_the_right_one_is_named_and_two_that_are_alike_are_ambiguou
 }
 
 #[test]
+fn a_corner_of_two_walls_holds_no_scale() {
+    let hall = vec![[0.0, 0.0, 30.0, 0.2], [0.0, 0.0, 0.2, 16.0], [29.8, 0.0, 30.0, 16.0], [0.0, 15.8, 30.0, 16.0]];
+    let truth = Rigid2::new([1.0, 2.0], 0.3);
+    let corner = scanned(&hall[..2].to_vec(), &[[3.0, 3.0], [5.0, 2.0]], truth, 0.05, 0.0);
+    let found = align(&model(&hall), &corner, None);
+    assert!(
+        found.scale.is_none_or(|scale| scale.deviation > 0.1 && (0.8..1.25).contains(&scale.value)),
+        "{:?}",
+        found.scale
+    );
+    let flat = align(&model(&flat()), &scanned(&flat(), &PLACES, truth, 0.05, 0.0), None);
+    assert!(flat.scale.is_some_and(|scale| (scale.value - 1.0).abs() < 0.005), "{:?}", flat.scale);
+}
+
+#[test]
 fn the_same_maps_give_the_same_bits() {
     let truth = Rigid2::new([1.0, 2.0], -2.0);
     let slam = scanned(&flat(), &PLACES, truth, 0.05, 0.0);
