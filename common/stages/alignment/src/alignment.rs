@@ -11,6 +11,7 @@ use crate::pose::Pose;
 use crate::prepared_map::{PreparedMap, between_cells};
 use crate::random_generator::RandomGenerator;
 use crate::scale::{Scale, scale};
+use crate::score::CornersInSight;
 use crate::search::{PoseGuess, search};
 use crate::thresholds::MIN_WALL_POINTS;
 use crate::verdict::PoseVerdict;
@@ -28,6 +29,8 @@ pub struct AlignedPose {
     pub evidence: PoseEvidence,
     /// Of the best pose that was found with this one; zeros where none are compared.
     pub contrast: Contrast,
+    /// Zeros where none are compared.
+    pub corners: CornersInSight,
     /// What new places of a growing map say about it; `None` if no earlier look found it.
     pub new: Option<HeldOut>,
     /// Log odds over looks that the SLAM map is of this building and storey.
@@ -47,6 +50,7 @@ impl AlignedPose {
             map_from_slam: &(reference.frame_from_cells() * &refined.pose) * &slam.frame_from_cells().inverse(),
             evidence: *evidence,
             contrast: Contrast::default(),
+            corners: CornersInSight::default(),
             new: candidate.new,
             history: candidate.history(),
             about_m: slam.frame_from_cells().apply(centre),
@@ -166,11 +170,12 @@ pub(crate) fn judged(
     slam: &PreparedMap<Slam>,
     found: &[(usize, Candidate)],
 ) -> Alignment {
-    let ranked = ranked(found.iter().map(|(_, candidate)| candidate).collect());
+    let ranked = ranked(found, slam.features.centre);
     let PoseVerdict { verdict, reason, wrong_probability, n_rivals } = PoseVerdict::of(&slam.features, &ranked);
     let pose = |r: &Ranked<'_>| {
         let at = found[r.index].0;
-        AlignedPose { contrast: r.contrast, ..AlignedPose::of(at, references[at].as_ref(), slam, r.candidate) }
+        let corners = r.candidate.placed.corners;
+        AlignedPose { contrast: r.contrast, corners, ..AlignedPose::of(at, references[at].as_ref(), slam, r.candidate) }
     };
     let poses = ranked.iter().map(pose).collect();
     let scale = ranked.first().map(|r| &found[r.index]).and_then(|(at, best)| {

@@ -2,8 +2,9 @@
 //! nothing about which is right.
 
 use crate::candidate::Candidate;
+use crate::pose::is_within;
 use crate::score::Placed;
-use crate::thresholds::{CONTRAST, MAX_CONTRAST};
+use crate::thresholds::{BESIDE_M, BESIDE_RAD, CONTRAST, MAX_CONTRAST};
 use occupancy::{CELL_M, Cell};
 
 /// What tells a pose from another one: natural logarithms of ratios, and a difference.
@@ -23,6 +24,8 @@ pub struct Contrast {
     pub seen: f64,
     /// Difference of the shares of the SLAM map's walls that the model has.
     pub precision: f64,
+    /// Of the number of corners of the model that were in sight and that the SLAM map has.
+    pub corners: f64,
 }
 
 impl Contrast {
@@ -46,6 +49,7 @@ impl Contrast {
             exact: ratio(exact(own, others), exact(others, own)),
             seen: ratio(pose.evidence.seen_m, other.evidence.seen_m),
             precision: pose.evidence.precision - other.evidence.precision,
+            corners: ratio(own.corners.n_found as f64, others.corners.n_found as f64),
         }
     }
 
@@ -57,27 +61,35 @@ impl Contrast {
             + CONTRAST.seen_through * self.seen_through
             + CONTRAST.exact * self.exact
             + CONTRAST.seen * self.seen
-            + CONTRAST.precision * self.precision;
+            + CONTRAST.precision * self.precision
+            + CONTRAST.corners * self.corners;
         sum.clamp(-MAX_CONTRAST, MAX_CONTRAST)
     }
 }
 
-/// The logarithm of the ratio of two amounts, in metres or square metres, of which less than one says little.
+/// The logarithm of the ratio of two amounts, in metres, square metres or corners, of which less than one says little.
 fn ratio(a: f64, b: f64) -> f64 {
     libm::log1p(a) - libm::log1p(b)
 }
 
 /// The candidate that none contrasts with, or comes last in a circle of those; then the others, those first that contrast least
-/// with it.
-pub(crate) fn ranked(candidates: Vec<&Candidate>) -> Vec<Ranked<'_>> {
+/// with it, and at the end those beside it. Candidates are given with their references, and `about` is the middle of the SLAM map.
+pub(crate) fn ranked(found: &[(usize, Candidate)], about: [f64; 2]) -> Vec<Ranked<'_>> {
+    let candidates: Vec<&Candidate> = found.iter().map(|(_, candidate)| candidate).collect();
     let Some((best, contrasts)) = best(&candidates) else { return Vec::new() };
-    let pairs = candidates.into_iter().zip(contrasts).enumerate();
-    let mut ranked: Vec<Ranked<'_>> =
-        pairs.map(|(index, (candidate, contrast))| Ranked { index, candidate, contrast }).collect();
+    let is_beside = |(reference, candidate): &(usize, Candidate)| {
+        let pose = &found[best].1.refined.pose;
+        *reference == found[best].0 && is_within(&candidate.refined.pose, pose, about, BESIDE_M, BESIDE_RAD)
+    };
+    let mut ranked: Vec<Ranked<'_>> = (found.iter().zip(contrasts).enumerate())
+        .map(|(index, (of, contrast))| {
+            let is_beside = index != best && is_beside(of);
+            Ranked { index, candidate: &of.1, contrast, is_beside }
+        })
+        .collect();
     ranked.sort_by(|a, b| {
-        let key = |r: &Ranked<'_>| (r.index != best, r.contrast.log_odds());
-        let (a, b) = (key(a), key(b));
-        a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
+        let place = |r: &Ranked<'_>| (r.index != best, r.is_beside);
+        place(a).cmp(&place(b)).then(a.contrast.log_odds().total_cmp(&b.contrast.log_odds()))
     });
     ranked
 }
@@ -90,6 +102,8 @@ pub(crate) struct Ranked<'a> {
     pub(crate) candidate: &'a Candidate,
     /// Of the best candidate with this one.
     pub(crate) contrast: Contrast,
+    /// True if it is the best one's place: which of both is better is told by the contrast, and how well by the covariance.
+    pub(crate) is_beside: bool,
 }
 
 /// From the one with the best evidence to that which it contrasts with most, and on; with its contrasts with all.
@@ -114,6 +128,7 @@ mod tests {
     use super::*;
     use crate::pose::Pose;
     use crate::refine::Refined;
+    use crate::score::CornersInSight;
     use frames::PoseCovariance;
     use messages::PoseEvidence;
 
@@ -123,6 +138,7 @@ mod tests {
             occupied: occupied.to_vec(),
             free: vec![Cell::Free; 8],
             is_exact: occupied.iter().map(|cell| *cell == Cell::Occupied).collect(),
+            corners: CornersInSight::default(),
             occupied_m: 1.0,
             free_m2: 1.0,
         };
@@ -155,8 +171,25 @@ mod tests {
     #[test]
     fn the_best_comes_first_then_those_that_are_harder_to_tell_from_it() {
         let all = [in_walls(0..3), in_walls(0..6), in_walls(0..8)];
-        let ranked: Vec<usize> = ranked(all.iter().collect()).iter().map(|r| r.index).collect();
-        assert_eq!(ranked, [2, 1, 0]);
-        assert!(super::ranked(Vec::new()).is_empty());
+        // Each on another storey: the same place, but not the same pose.
+        let apart: Vec<(usize, Candidate)> = all.into_iter().enumerate().collect();
+        assert_eq!(indices(&apart), [2, 1, 0]);
+        assert!(ranked(&[], [0.0; 2]).is_empty());
+    }
+
+    #[test]
+    fn a_pose_beside_the_best_comes_last_and_one_of_another_place_does_not() {
+        let at = |candidate: Candidate, x_m: f64| {
+            let pose = Pose::new([x_m, 0.0], 0.0);
+            (0, Candidate { refined: Refined { pose, ..candidate.refined }, ..candidate })
+        };
+        let all = [at(in_walls(0..7), BESIDE_M - 0.1), at(in_walls(0..3), BESIDE_M + 0.1), at(in_walls(0..8), 0.0)];
+        assert_eq!(indices(&all), [2, 1, 0]);
+        let beside: Vec<bool> = ranked(&all, [0.0; 2]).iter().map(|r| r.is_beside).collect();
+        assert_eq!(beside, [false, false, true]);
+    }
+
+    fn indices(found: &[(usize, Candidate)]) -> Vec<usize> {
+        ranked(found, [0.0; 2]).iter().map(|r| r.index).collect()
     }
 }

@@ -3,7 +3,7 @@
 use crate::corners::{Corner, corners};
 use crate::random_generator::RandomGenerator;
 use crate::rotations::{N_BINS, directions};
-use crate::thresholds::MAX_MATCH_M;
+use crate::thresholds::{MAX_MATCH_M, NEAR_CORNER_M};
 use crate::wall_points::{Surfaces, WallPoint, WallPoints};
 use occupancy::{CELL_M, Cell, Raster};
 use std::sync::OnceLock;
@@ -17,6 +17,8 @@ pub(crate) struct Features {
     // Tracking draws from what was found; the rest is computed on first use.
     wall_points: OnceLock<Vec<WallPoint>>,
     corners: OnceLock<Vec<Corner>>,
+    /// True for each cell that a corner is near.
+    is_near_corner: OnceLock<Vec<bool>>,
     directions: OnceLock<Box<[f64; N_BINS]>>,
     /// The nearest wall point of each cell, with a margin around the map.
     nearest: OnceLock<Vec<u32>>,
@@ -27,8 +29,8 @@ impl Features {
         let found = WallPoints::of(&raster, surfaces);
         let centre = centre(&raster);
         let (wall_points, nearest) = (OnceLock::new(), OnceLock::new());
-        let (corners, directions) = (OnceLock::new(), OnceLock::new());
-        Self { raster, centre, found, wall_points, corners, directions, nearest }
+        let (corners, is_near_corner, directions) = (OnceLock::new(), OnceLock::new(), OnceLock::new());
+        Self { raster, centre, found, wall_points, corners, is_near_corner, directions, nearest }
     }
 
     /// All wall points, computed on first use.
@@ -54,6 +56,14 @@ impl Features {
     /// Corners of the map, computed on first use.
     pub(crate) fn corners(&self) -> &[Corner] {
         self.corners.get_or_init(|| corners(&self.raster))
+    }
+
+    /// True if a corner is within [`NEAR_CORNER_M`] of the middle of a point's cell.
+    pub(crate) fn is_near_corner(&self, [x, y]: [f64; 2]) -> bool {
+        let is_near = self.is_near_corner.get_or_init(|| near_corners(&self.raster, self.corners()));
+        let [column, row] = [x, y].map(|c| (c / CELL_M).floor());
+        let is_inside = 0.0 <= column && column < self.raster.width as f64 && 0.0 <= row;
+        is_inside && is_near.get(row as usize * self.raster.width + column as usize).copied().unwrap_or(false)
     }
 
     /// Histogram of the directions of wall points, computed on first use.
@@ -93,6 +103,22 @@ impl Features {
     }
 }
 
+/// True for each cell that a corner is near.
+fn near_corners(raster: &Raster, corners: &[Corner]) -> Vec<bool> {
+    let mut is_near = vec![false; raster.cells.len()];
+    let reach = (NEAR_CORNER_M / CELL_M).ceil() as i64;
+    for corner in corners {
+        let [column, row] = corner.at.map(|c| (c / CELL_M).floor() as i64);
+        for row in (row - reach).max(0)..(row + reach + 1).min(raster.height as i64) {
+            for column in (column - reach).max(0)..(column + reach + 1).min(raster.width as i64) {
+                let index = row as usize * raster.width + column as usize;
+                is_near[index] |= squared_distance(raster.middle(index), corner.at) <= NEAR_CORNER_M * NEAR_CORNER_M;
+            }
+        }
+    }
+    is_near
+}
+
 fn squared_distance(a: [f64; 2], b: [f64; 2]) -> f64 {
     let d = [a[0] - b[0], a[1] - b[1]];
     d[0] * d[0] + d[1] * d[1]
@@ -119,6 +145,24 @@ fn centre(raster: &Raster) -> [f64; 2] {
 mod tests {
     use super::*;
     use proptest::prelude::*;
+
+    #[test]
+    fn a_place_is_near_a_corner_within_the_distance_and_in_the_map() {
+        // A room with a pillar in its middle.
+        let is_wall = |k: usize| {
+            let [x, y] = [k % 60, k / 60];
+            !(5..55).contains(&x) || !(5..35).contains(&y) || ((28..32).contains(&x) && (18..22).contains(&y))
+        };
+        let cells: Vec<Cell> = (0..60 * 40).map(|k| if is_wall(k) { Cell::Occupied } else { Cell::Free }).collect();
+        let features = Features::of(Raster::of(&cells, 60, CELL_M), Surfaces { depth_m: 0.0, are_whole: false });
+        assert!(!features.corners().is_empty());
+        for index in 0..cells.len() {
+            let middle = features.raster.middle(index);
+            let is_near = |corner: &Corner| squared_distance(corner.at, middle) <= NEAR_CORNER_M * NEAR_CORNER_M;
+            assert_eq!(features.is_near_corner(middle), features.corners().iter().any(is_near), "{middle:?}");
+        }
+        assert!(![[-0.1, 0.1], [0.1, -0.1], [3.1, 0.1], [0.1, 2.1]].into_iter().any(|at| features.is_near_corner(at)));
+    }
 
     proptest! {
         #[test]

@@ -102,5 +102,6 @@ pub use reference::{ReferenceError, References};
 pub use rooms::{Room, UnknownRoom};
 pub use scale::Scale;
 pub use scale_search::align_maps_at_any_scale;
+pub use score::CornersInSight;
 pub use site_places::{Portal, SitePlaces, UnknownPlace, joined};
 pub use track::track_map;

@@ -20,6 +20,8 @@ const EXACT_CELL_M: f64 = 0.07;
 const DISTINCT_M: f64 = 0.5;
 /// A wall of the reference was in sight if the robot knows this place before it to be free.
 pub(crate) const IN_FRONT_M: f64 = 0.2;
+/// A corner was in sight if the robot knows this place before it, into the free space, to be free.
+const BEFORE_CORNER_M: f64 = 0.25;
 /// The robot saw through a wall if it knows all these places to be free, before the face of the wall and behind it.
 pub(crate) const THROUGH_M: [f64; 4] = [0.1, 0.0, -0.1, -0.2];
 const MIN_SEEN: usize = 20;
@@ -119,9 +121,34 @@ pub(crate) struct Placed {
     pub(crate) free: Vec<Cell>,
     /// True for wall points that lie on a face exactly.
     pub(crate) is_exact: Vec<bool>,
+    pub(crate) corners: CornersInSight,
     /// Length of wall and area of floor that each cell stands for.
     pub(crate) occupied_m: f64,
     pub(crate) free_m2: f64,
+}
+
+/// Corners of the reference that were in sight of the robot.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct CornersInSight {
+    /// How many were.
+    pub n_seen: usize,
+    /// How many of them the SLAM map has.
+    pub n_found: usize,
+}
+
+impl CornersInSight {
+    fn of(slam: &Features, reference: &Features, pose: &Pose) -> Self {
+        let mut corners = Self::default();
+        for corner in reference.corners() {
+            let (sin, cos) = libm::sincos(corner.angle_rad);
+            let before = [corner.at[0] + BEFORE_CORNER_M * cos, corner.at[1] + BEFORE_CORNER_M * sin];
+            if slam.raster.at(pose.apply_inverse(before)) == Cell::Free {
+                corners.n_seen += 1;
+                corners.n_found += usize::from(slam.is_near_corner(pose.apply_inverse(corner.at)));
+            }
+        }
+        corners
+    }
 }
 
 /// The evidence for a pose.
@@ -240,6 +267,7 @@ pub(crate) fn placed(maps: &ComparedMaps<'_>, pose: &Pose) -> Placed {
         occupied: cells(occupied),
         free: cells(free),
         is_exact: maps.slam.wall_points().iter().map(is_exact).collect(),
+        corners: CornersInSight::of(maps.slam, maps.reference, pose),
         occupied_m: *occupied_m,
         free_m2: *free_m2,
     }

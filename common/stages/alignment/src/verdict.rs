@@ -3,9 +3,10 @@
 use crate::contrast::Ranked;
 use crate::features::Features;
 use crate::of_this_building::of_this_building;
+use crate::score::CornersInSight;
 use crate::thresholds::{
-    MAX_CONTRAST, MAX_ELSEWHERE_PROBABILITY, MAX_TRACKED_PROBABILITY, MAX_WRONG_PROBABILITY, MIN_STANDING,
-    MIN_WALL_POINTS, RIVAL_LEAD, SURE_GAIN, SURE_LOGIT, SURE_SEEN_M,
+    MAX_CONTRAST, MAX_ELSEWHERE_PROBABILITY, MAX_TRACKED_PROBABILITY, MAX_WRONG_PROBABILITY, MIN_CORNERS_PER_M,
+    MIN_DISTINCT_M, MIN_WALL_POINTS, RIVAL_LEAD, SURE_GAIN, SURE_LOGIT,
 };
 use frames::counted;
 use messages::{AlignmentVerdict, PoseEvidence};
@@ -35,26 +36,27 @@ impl PoseVerdict {
             return refused("nothing of the SLAM map fits anywhere".to_owned());
         };
         let evidence = &best.candidate.evidence;
-        let contrasts: Vec<f64> = others.iter().map(|other| other.contrast.log_odds()).collect();
+        let rivals = others.iter().filter(|other| !other.is_beside);
+        let contrasts: Vec<f64> = rivals.map(|other| other.contrast.log_odds()).collect();
         let unrivalled = unrivalled(&contrasts);
         let of_this_building = best.candidate.history().log_odds();
-        let wrong_probability = wrong_probability(evidence, of_this_building, unrivalled);
+        let wrong_probability = wrong_probability(of_this_building, unrivalled);
         let least = contrasts.first().copied().unwrap_or(MAX_CONTRAST).max(0.0);
         // Each alone keeps it from being accepted, were the building certain.
         let is_rival = |&&contrast: &&f64| {
-            contrast < least + RIVAL_LEAD
-                && self::wrong_probability(evidence, f64::INFINITY, contrast) >= MAX_WRONG_PROBABILITY
+            contrast < least + RIVAL_LEAD && self::wrong_probability(f64::INFINITY, contrast) >= MAX_WRONG_PROBABILITY
         };
         let n_rivals = contrasts.iter().take_while(is_rival).count();
         let elsewhere_probability = 1.0 - probability(of_this_building);
-        let (verdict, reason) = if wrong_probability < MAX_WRONG_PROBABILITY && is_standing(evidence) {
+        let fits = wrong_probability < MAX_WRONG_PROBABILITY;
+        let doubt = why_in_doubt(evidence, best.candidate.placed.corners);
+        let (verdict, reason) = if fits && doubt.is_none() {
             (AlignmentVerdict::Accepted, String::new())
         } else if n_rivals > 0 && elsewhere_probability < MAX_ELSEWHERE_PROBABILITY {
             (AlignmentVerdict::Ambiguous, format!("{} poses fit almost alike", n_rivals + 1))
-        } else if wrong_probability < MAX_WRONG_PROBABILITY {
-            (AlignmentVerdict::Refused, why_not_standing(evidence))
         } else {
-            (AlignmentVerdict::Refused, why_refused(evidence, wrong_probability))
+            let reason = doubt.filter(|_| fits).unwrap_or_else(|| why_refused(evidence, wrong_probability));
+            (AlignmentVerdict::Refused, reason)
         };
         Self { verdict, reason, wrong_probability, n_rivals }
     }
@@ -71,31 +73,38 @@ fn unrivalled(contrasts: &[f64]) -> f64 {
     -libm::log(odds.max(libm::exp(-MAX_CONTRAST)))
 }
 
-/// Probability that a pose with this evidence is wrong: from the log odds that the map is of this building, and that no other pose
+/// Probability that a pose is wrong: from the log odds that the map is of this building, and that no other pose
 /// of it is right.
-fn wrong_probability(evidence: &PoseEvidence, of_this_building: f64, unrivalled: f64) -> f64 {
+fn wrong_probability(of_this_building: f64, unrivalled: f64) -> f64 {
     let right = probability(unrivalled) * probability(of_this_building);
     let logit = libm::log(right / (1.0 - right).max(f64::MIN_POSITIVE));
-    let gain = SURE_GAIN * (evidence.seen_m / SURE_SEEN_M).min(1.0);
-    1.0 - probability(logit + gain * (logit - SURE_LOGIT).max(0.0))
-}
-
-/// True if enough of the walls in sight stand in the SLAM map: on another storey the outer ones do alone.
-fn is_standing(evidence: &PoseEvidence) -> bool {
-    evidence.recall - evidence.seen_through >= MIN_STANDING
+    1.0 - probability(logit + SURE_GAIN * (logit - SURE_LOGIT).max(0.0))
 }
 
 fn probability(logit: f64) -> f64 {
     1.0 / (1.0 + libm::exp(-logit))
 }
 
-fn why_not_standing(evidence: &PoseEvidence) -> String {
-    let PoseEvidence { recall, seen_m, seen_through, .. } = evidence;
-    let [recall, through, least] = [*recall, *seen_through, MIN_STANDING].map(|share| 100.0 * share);
-    format!(
-        "in the best pose the SLAM map has {recall:.0} % of the {seen_m:.0} m of walls in sight, and the robot saw through {through:.0} %: \
-         the difference must be {least:.0} %, or it may be another storey"
-    )
+/// Why a pose is not accepted however well it fits; `None` if nothing keeps it from that. Two walls of a room lie in many rooms. On another
+/// storey the outer walls stand, but those within do not, and their corners are elsewhere; furniture hides them in both.
+fn why_in_doubt(evidence: &PoseEvidence, corners: CornersInSight) -> Option<String> {
+    let PoseEvidence { distinct_m, seen_m, seen_through, .. } = evidence;
+    let CornersInSight { n_seen, n_found } = corners;
+    let through_m = seen_m * seen_through;
+    let least_corners = MIN_CORNERS_PER_M * (1.0 + through_m) - 1.0;
+    if *distinct_m < MIN_DISTINCT_M {
+        return Some(format!(
+            "the best pose fits, but by {distinct_m:.1} m of distinct walls: {MIN_DISTINCT_M} m are needed, or it may be another room"
+        ));
+    }
+    ((n_found as f64) < least_corners).then(|| {
+        format!(
+            "the best pose fits, but the robot saw through {through_m:.0} m of the {seen_m:.0} m of walls in sight, and the SLAM map has \
+             {n_found} of the {} in sight: it must have {}, or it may be another storey",
+            counted(n_seen, "corner"),
+            least_corners.ceil()
+        )
+    })
 }
 
 fn why_refused(evidence: &PoseEvidence, wrong_probability: f64) -> String {
@@ -143,7 +152,7 @@ mod tests {
     fn a_pose_is_right_only_if_it_has_no_rival_and_the_map_is_of_this_building() {
         let good = evidence();
         let wrong_probability = |evidence: &PoseEvidence, lead: f64, contrasts: &[f64]| {
-            super::wrong_probability(evidence, of_this_building(evidence, Some(lead)), unrivalled(contrasts))
+            super::wrong_probability(of_this_building(evidence, Some(lead)), unrivalled(contrasts))
         };
         assert!(wrong_probability(&good, MAX_LEAD, &[12.0, 13.0]) < MAX_WRONG_PROBABILITY);
         assert!(wrong_probability(&good, MAX_LEAD, &[0.0, 13.0]) >= 0.5, "another pose fits as well");
@@ -154,11 +163,13 @@ mod tests {
         let other_storey = PoseEvidence { seen_through: 0.5, recall: 0.5, seen_m: 400.0, distinct_m: 60.0, ..good };
         let probability = wrong_probability(&other_storey, 6.0, &[MAX_CONTRAST]);
         assert!(probability >= MAX_WRONG_PROBABILITY, "no outer walls make up for what was seen through");
-        let alike_storey = PoseEvidence { seen_through: 0.3, recall: 0.7, ..other_storey };
-        assert!(
-            !is_standing(&alike_storey) && is_standing(&good),
-            "the probability alone does not refuse a storey that is more alike"
-        );
+        let is_in_doubt = |evidence: &PoseEvidence, n_found: usize| {
+            why_in_doubt(evidence, CornersInSight { n_seen: 20, n_found }).is_some()
+        };
+        assert!(is_in_doubt(&other_storey, 20), "no corners make up for most walls");
+        let some_glass = PoseEvidence { seen_through: 0.1, ..good };
+        assert!(!is_in_doubt(&good, 1) && is_in_doubt(&some_glass, 1) && !is_in_doubt(&some_glass, 2));
+        assert!(is_in_doubt(&PoseEvidence { distinct_m: 1.4, ..good }, 20), "two walls are in many rooms");
         assert!(!is_borne_out(&PoseEvidence { seen_through: 0.6, recall: 0.4, ..good }));
         assert!(is_borne_out(&good));
     }

@@ -3,7 +3,7 @@
 #[path = "../../../occupancy/tests/support/mod.rs"]
 mod support;
 
-use alignment::{AlignedPose, Contrast, Distinction, HeldOut, PoseHistory, PreparedMap, distinction};
+use alignment::{AlignedPose, Contrast, CornersInSight, Distinction, HeldOut, PoseHistory, PreparedMap, distinction};
 use frames::{Map, PoseCovariance, Rigid2, Slam};
 use messages::PoseEvidence;
 use occupancy::{Cell, OccupancyMap};
@@ -18,8 +18,8 @@ fn flat_with(wall: [f64; 4]) -> Walls {
 fn pose(reference: usize, map_from_slam: Rigid2<Map, Slam>) -> AlignedPose {
     let (evidence, covariance) = (PoseEvidence::default(), PoseCovariance::from_rows([[0.0; 3]; 3]));
     let history = PoseHistory { of_this_building: 0.0, held_out: HeldOut::default() };
-    let (contrast, about_m) = (Contrast::default(), [0.0; 2]);
-    AlignedPose { reference, map_from_slam, evidence, contrast, new: None, history, about_m, covariance }
+    let (contrast, corners, about_m) = (Contrast::default(), CornersInSight::default(), [0.0; 2]);
+    AlignedPose { reference, map_from_slam, evidence, contrast, corners, new: None, history, about_m, covariance }
 }
 
 /// What tells storeys apart for a robot that has seen a part of one of them, which lies alike in all.

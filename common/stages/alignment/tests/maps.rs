@@ -129,6 +129,23 @@ fn another_building_is_not_accepted() {
 }
 
 #[test]
+fn the_corners_of_walls_that_stand_are_found_and_those_of_walls_that_do_not_are_missed() {
+    let truth = Rigid2::new([4.0, 5.0], 1.3);
+    let corners = |built: &support::Walls| {
+        align(&model(&flat()), &scanned(built, &PLACES, truth, 0.05, 0.0), None).poses[0].corners
+    };
+    let as_planned = corners(&flat());
+    assert!(as_planned.n_seen >= 8 && as_planned.n_found + 1 >= as_planned.n_seen, "{as_planned:?}");
+    let inner_stubs = [[7.3, 0.2, 7.45, 2.0], [7.3, 3.0, 7.45, 5.2], [0.2, 6.4, 2.0, 6.55], [10.0, 5.2, 11.8, 5.35]];
+    let built = flat().into_iter().filter(|wall| !inner_stubs.contains(wall)).collect();
+    let without = corners(&built);
+    assert!(
+        without.n_seen >= as_planned.n_seen && without.n_found < as_planned.n_found,
+        "{without:?} of {as_planned:?}"
+    );
+}
+
+#[test]
 fn of_several_storeys_the_right_one_is_named_and_two_that_are_alike_are_ambiguous() {
     let truth = Rigid2::new([4.0, 5.0], 1.3);
     let slam = PreparedMap::of_slam(&scanned(&flat(), &PLACES, truth, 0.05, 0.0));

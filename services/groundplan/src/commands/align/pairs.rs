@@ -63,11 +63,11 @@ fn answer(pair: &str, alignment: &Alignment, cpu_s: f64) -> Value {
         json!({"x": x, "y": y, "yaw": yaw, "score": p.evidence.score, "evidence": evidence(&p.evidence)})
     };
     let candidate = |p: &AlignedPose| {
-        let Contrast { in_walls, free_outside, distinct, seen_through, exact, seen, precision } = p.contrast;
+        let Contrast { in_walls, free_outside, distinct, seen_through, exact, seen, precision, corners } = p.contrast;
         let mut candidate = pose(p);
         candidate["contrast"] = json!({
             "in_walls": in_walls, "free_outside": free_outside, "distinct": distinct, "seen_through": seen_through,
-            "exact": exact, "seen": seen, "precision": precision,
+            "exact": exact, "seen": seen, "precision": precision, "corners": corners,
         });
         candidate
     };
@@ -82,6 +82,7 @@ fn answer(pair: &str, alignment: &Alignment, cpu_s: f64) -> Value {
         (answer["x"], answer["y"], answer["yaw"]) = (x.into(), y.into(), yaw.into());
         answer["score"] = best.evidence.score.into();
         answer["evidence"] = evidence(&best.evidence);
+        answer["corners"] = json!({"seen": best.corners.n_seen, "found": best.corners.n_found});
         answer["new"] =
             json!(best.new.map(|n| json!({"seen_m": n.seen_m, "recalled_m": n.recalled_m, "through_m": n.through_m})));
         answer["covariance"] = json!(best.covariance_of_motion().rows());
