@@ -90,10 +90,16 @@ impl Raster {
     }
 
     /// The cell at a point; unknown outside.
-    pub fn at(&self, [x, y]: [f64; 2]) -> Cell {
+    pub fn at(&self, point: [f64; 2]) -> Cell {
+        self.index_at(point).map_or(Cell::Unknown, |index| self.cells[index])
+    }
+
+    /// The index of the cell at a point; `None` outside.
+    #[inline]
+    pub fn index_at(&self, [x, y]: [f64; 2]) -> Option<usize> {
         let (column, row) = (x / CELL_M, y / CELL_M);
         let inside = column >= 0.0 && row >= 0.0 && column < self.width as f64 && row < self.height as f64;
-        if inside { self.cells[row as usize * self.width + column as usize] } else { Cell::Unknown }
+        inside.then(|| row as usize * self.width + column as usize)
     }
 
     /// The middle of a cell.

@@ -59,11 +59,9 @@ impl Features {
     }
 
     /// True if a corner is within [`NEAR_CORNER_M`] of the middle of a point's cell.
-    pub(crate) fn is_near_corner(&self, [x, y]: [f64; 2]) -> bool {
+    pub(crate) fn is_near_corner(&self, point: [f64; 2]) -> bool {
         let is_near = self.is_near_corner.get_or_init(|| near_corners(&self.raster, self.corners()));
-        let [column, row] = [x, y].map(|c| (c / CELL_M).floor());
-        let is_inside = 0.0 <= column && column < self.raster.width as f64 && 0.0 <= row;
-        is_inside && is_near.get(row as usize * self.raster.width + column as usize).copied().unwrap_or(false)
+        self.raster.index_at(point).is_some_and(|index| is_near[index])
     }
 
     /// Histogram of the directions of wall points, computed on first use.
