@@ -1,7 +1,7 @@
 //! Alignment: a map of the model and a SLAM map in, the rigid motion between them out, with covariance and verdict.
 //!
 //! Candidates come from wall points with signed normals, corners that vote, and correlation; every pose is refined, and compared
-//! by walls, free space, and what the robot saw through walls: furniture hides walls, but lets nobody see through them. One is
+//! by walls and their corners, free space, and what the robot saw through: furniture hides walls, but lets nobody through them. One is
 //! accepted if it is wrong with a probability below 0.1 %: by what only it explains and no other pose, and by how well it fits at all.
 //! A symmetric building is ambiguous, with every pose and the place where the robot finds out ([`Alignment::decide`]), until a hint decides.
 //!
