@@ -38,6 +38,9 @@ fn a_map_in_another_frame_is_found_on_its_storey_and_on_no_other() {
     let (code, anywhere) = align(&maps.path(), &slam, &[]);
     assert_eq!((code, &anywhere["storey"], &anywhere["map_from_slam"]), (Some(0), &0.into(), &found["map_from_slam"]));
     assert_eq!(align(&maps.path(), &slam, &["--storey", "7"]).0, Some(2));
+    let (code, wrong) = align(&maps.path(), &slam, &["--storey", "1"]);
+    assert_eq!((code, wrong["verdict"].as_str()), (Some(1), Some("refused")), "{wrong}");
+    assert!(wrong["reason"].as_str().unwrap().contains("where it cannot lie by the hints (storey 1)"), "{wrong}");
     assert_eq!(found["covariance"].as_array().unwrap().len(), 9);
     assert_eq!(found["inputs"]["slam_sha256"].as_str().unwrap().len(), 64);
     let (transform, overlay) = (home.path().join("site_map.yaml"), home.path().join("overlay.png"));

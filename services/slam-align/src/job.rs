@@ -3,7 +3,8 @@
 use crate::newest_inputs::JobInputs;
 use crate::robot_map::RobotMap;
 use alignment::{
-    Alignment, Hint, Looks, PreparedMap, References, SitePlaces, UnknownPlace, align_maps_within, references_hash,
+    Alignment, Hint, Looks, PlaceHint, PreparedMap, References, SitePlaces, UnknownPlace, align_maps_within,
+    references_hash,
 };
 use bus::SiteSamples;
 use daemon::{Failure, KnownPlaces};
@@ -16,7 +17,7 @@ use std::sync::Arc;
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct SearchArea {
     pub(crate) hint: Option<Hint>,
-    /// Only on this map storey.
+    /// The robot is on this map storey.
     pub(crate) storey: Option<u32>,
     /// Where the robot is known to be.
     pub(crate) places: KnownPlaces,
@@ -126,27 +127,26 @@ fn align(
     evidence: Option<&Evidence>,
 ) -> Result<Found, Failure> {
     let (places, known) = (SitePlaces::of(site), &search_area.places);
-    let hints = match places.hints(known.points_in_rooms(), known.elevation_m, known.portal.as_deref()) {
+    let mut hints = match places.hints(known.points_in_rooms(), known.elevation_m, known.portal.as_deref()) {
         Ok(hints) => hints,
         Err(why) => return Ok(Found::UnknownPlace(why)),
     };
     let storeys: Vec<u32> = (0..references.len() as u32).collect();
-    let only = match search_area.storey {
-        None => 0..references.len(),
-        Some(storey) if (storey as usize) < references.len() => storey as usize..storey as usize + 1,
-        Some(storey) => return Err(format!("the site has no storey {storey}").into()),
-    };
-    let (searched, of_storeys) = (&references[only.clone()], &storeys[only.clone()]);
-    let hash = references_hash(searched, of_storeys);
+    if let Some(storey) = search_area.storey {
+        if !storeys.contains(&storey) {
+            return Err(format!("the site has no storey {storey}").into());
+        }
+        hints.push(PlaceHint::on_storey(storey));
+    }
+    let hash = references_hash(references, &storeys);
     let looks = evidence.and_then(|evidence| Looks::of(evidence.view(), hash, &map.prepared));
     let hint = search_area.hint.as_ref();
-    let mut alignment = align_maps_within(searched, of_storeys, &map.prepared, hint, &hints, looks.as_ref());
+    let mut alignment = align_maps_within(references, &storeys, &map.prepared, hint, &hints, looks.as_ref());
     // Where a client narrowed the search, what was not looked for is no evidence.
     let after = (!search_area.is_narrowed)
-        .then(|| alignment.evidence(&map.prepared, map.content_hash, hash, of_storeys, looks.as_ref()))
+        .then(|| alignment.evidence(&map.prepared, map.content_hash, hash, &storeys, looks.as_ref()))
         .flatten();
     let after = after.map(Evidence::new).transpose()?;
-    alignment.poses.iter_mut().for_each(|pose| pose.reference += only.start);
     alignment.decide(references, &map.prepared, &storeys, &places.rooms);
     Ok(Found::Poses(alignment, after))
 }

@@ -24,7 +24,7 @@ pub enum AlignRequest {
     Align {
         /// Near this pose only.
         hint: Option<PoseHint>,
-        /// On this map storey only.
+        /// The robot is on this map storey.
         storey: Option<u32>,
         /// Where the robot is known to be.
         #[serde(default)]

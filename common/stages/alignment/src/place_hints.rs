@@ -22,6 +22,13 @@ pub struct PlaceHint {
     pub areas: Vec<Area>,
 }
 
+impl PlaceHint {
+    /// The robot is on this map storey.
+    pub fn on_storey(storey: u32) -> Self {
+        Self { label: format!("storey {storey}"), areas: vec![Area::Storey(storey)] }
+    }
+}
+
 /// Where a SLAM map may lie.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Area {

@@ -7,7 +7,7 @@ use daemon::{KnownPlaces, PointInRoom, PoseHint};
 /// Where a robot's map may lie in the model's.
 #[derive(Debug, Clone, clap::Args)]
 pub struct PoseHintArgs {
-    /// Index of the storey [default: all are tried]
+    /// Index of the storey that the robot is on [default: all are tried]
     #[arg(long, value_name = "INDEX")]
     pub(crate) storey: Option<u32>,
 

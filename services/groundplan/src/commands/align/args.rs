@@ -94,8 +94,8 @@ p_map = R(yaw) p_slam + (x, y), with its covariance, or every pose that fits as 
 Accepted is a pose that is wrong with a probability below 0.1 % (`wrong_probability`); it may be used if it is also known
 well enough (`usable`): see --max-uncertainty.
 
---start-room, --at, --elevation and --portal exclude poses that contradict them; the answer says how many. Where the map
-fits clearly better in a pose that is excluded, none is accepted: the hint may be wrong.
+--storey, --start-room, --at, --elevation and --portal exclude poses that contradict them; the answer says how many. Where the
+map fits clearly better in a pose that is excluded, none is accepted: the hint may be wrong.
 
 A map that grows is looked at again: with --evidence a pose that an earlier look found is tested by what the robot has
 seen since, and is accepted as soon as all of it suffices. If a later look does not accept it any more, the answer says

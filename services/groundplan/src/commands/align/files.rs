@@ -8,7 +8,8 @@ use crate::args::report_set_aside;
 use crate::failure::Failure;
 use crate::run::Outcome;
 use alignment::{
-    AlignmentSources, Looks, PreparedMap, align_maps_at_any_scale, align_maps_within, overlay, references_hash,
+    AlignmentSources, Looks, PlaceHint, PreparedMap, align_maps_at_any_scale, align_maps_within, overlay,
+    references_hash,
 };
 use daemon::write_durably;
 use frames::Map;
@@ -25,7 +26,7 @@ use std::path::{Path, PathBuf};
 /// # Errors
 /// A map that cannot be used, a file that cannot be written.
 pub(super) fn align(arguments: &Args, reference: &Path, slam: &Path) -> Result<Outcome, Failure> {
-    let (storeys, plan_time_s) = storeys(reference, arguments.place.storey)?;
+    let (storeys, plan_time_s) = storeys(reference, arguments.place.storey, arguments.free_scale)?;
     let maps: Vec<PreparedMap<Map>> = storeys
         .iter()
         .map(|s| OccupancyMap::read(&s.path).map(|map| PreparedMap::of_model(&map)).map_err(Failure::usage))
@@ -38,7 +39,8 @@ pub(super) fn align(arguments: &Args, reference: &Path, slam: &Path) -> Result<O
     let known = arguments.place.known_places()?;
     let places = site_places(reference, storeys.iter().filter_map(|s| Some((s.index, s.floor_z_m?))))?;
     let hints = places.hints(known.points_in_rooms(), known.elevation_m, known.portal.as_deref());
-    let hints = hints.map_err(Failure::usage)?;
+    let mut hints = hints.map_err(Failure::usage)?;
+    hints.extend(arguments.place.storey.filter(|storey| numbers.contains(storey)).map(PlaceHint::on_storey));
     let before = arguments.evidence.as_deref().map(evidence_at).transpose()?.flatten();
     let before = before.as_ref().map(|archive| AlignmentEvidence::open(archive.bytes()));
     let before = before.transpose().map_err(|error| unusable_evidence(arguments, &error))?;
@@ -105,8 +107,9 @@ struct StoreyMap {
     floor_z_m: Option<f64>,
 }
 
-/// The map itself, or the localization maps of a folder that `convert` wrote, with their plan time.
-fn storeys(reference: &Path, only: Option<u32>) -> Result<(Vec<StoreyMap>, i64), Failure> {
+/// The map itself, or the localization maps of a folder that `convert` wrote, with their plan time. There must be that of the storey
+/// `wanted`, and at any scale it is the only one: the others are looked at to tell whether they fit better.
+fn storeys(reference: &Path, wanted: Option<u32>, free_scale: bool) -> Result<(Vec<StoreyMap>, i64), Failure> {
     if !reference.is_dir() {
         return Ok((
             vec![StoreyMap { path: reference.to_owned(), index: NONE, floor_z_m: None }],
@@ -120,14 +123,14 @@ fn storeys(reference: &Path, only: Option<u32>) -> Result<(Vec<StoreyMap>, i64),
     let storeys: Vec<StoreyMap> = manifest
         .storeys
         .iter()
-        .filter(|s| only.is_none_or(|only| s.index == only))
+        .filter(|s| !free_scale || wanted.is_none_or(|wanted| s.index == wanted))
         .map(|s| StoreyMap {
             path: reference.join(&s.directory).join("localization.yaml"),
             index: s.index,
             floor_z_m: Some(s.floor_z_m),
         })
         .collect();
-    if storeys.is_empty() {
+    if wanted.is_some_and(|wanted| storeys.iter().all(|s| s.index != wanted)) || storeys.is_empty() {
         return Err(unusable("it has no such storey".to_owned()));
     }
     let plan_time = manifest.plan_time.as_deref().map(str::parse::<frames::PlanTime>).transpose();
