@@ -8,7 +8,7 @@ use crate::args::{ModelArgs, ScheduleInput, robot_of_profile, with_timeline};
 use crate::date_argument;
 use crate::failure::Failure;
 use ::deviations::{DeviationInput, LocalTransform, deviations};
-use alignment::{AlignmentSources, MaxUncertainty, PreparedMap, References, SitePlaces, align_maps_within};
+use alignment::{AlignmentSources, MaxUncertainty, PlaceHint, PreparedMap, References, SitePlaces, align_maps_within};
 use frames::{Map, PoseCovariance, Rigid2, Slam};
 use messages::{Alignment, AlignmentVerdict, Deviations, RobotProfile, ScheduleState, Site};
 use occupancy::OccupancyMap;
@@ -97,14 +97,18 @@ fn aligned(
     map: &OccupancyMap,
 ) -> Result<MapPose, Failure> {
     let mut references = References::new(site, robot).map_err(Failure::work)?;
-    let mut maps: Vec<_> = references.at(site, schedule_state).map_err(Failure::work)?.enumerate().collect();
-    maps.retain(|(storey, _)| arguments.place.storey.is_none_or(|only| only as usize == *storey));
-    let storeys: Vec<u32> = maps.iter().map(|(storey, _)| *storey as u32).collect();
-    let maps: Vec<_> = maps.into_iter().map(|(_, map)| map).collect();
+    let maps: Vec<_> = references.at(site, schedule_state).map_err(Failure::work)?.collect();
+    let storeys: Vec<u32> = (0..maps.len() as u32).collect();
     let slam_map = PreparedMap::of_slam(map);
     let (places, known) = (SitePlaces::of(site), arguments.place.known_places()?);
     let hints = places.hints(known.points_in_rooms(), known.elevation_m, known.portal.as_deref());
-    let (hint, hints) = (arguments.place.hint(), hints.map_err(Failure::usage)?);
+    let (hint, mut hints) = (arguments.place.hint(), hints.map_err(Failure::usage)?);
+    if let Some(storey) = arguments.place.storey {
+        if !storeys.contains(&storey) {
+            return Err(Failure::usage(format!("the model has no storey {storey}")));
+        }
+        hints.push(PlaceHint::on_storey(storey));
+    }
     let mut found = align_maps_within(&maps, &storeys, &slam_map, hint.as_ref(), &hints, None);
     found.decide(&maps, &slam_map, &storeys, &places.rooms);
     let plan_time_s = schedule_state.head.plan_time_s;
