@@ -128,7 +128,7 @@ pub(crate) const MAX_DISTINCT_M: f64 = 10.0;
 /// Above this logit poses are wrong more rarely than that says: what is beyond counts more. Wrong poses with so high logits are too few
 /// to fit how much more. A pose is accepted from a logit of 3.38 on, where 3.3 % would be wrong by the regressions alone. Of the maps that
 /// were fitted to, with a fifth of the storeys left out in turn, none of the same building and one of elsewhere is accepted in a wrong pose:
-/// it shows the outer walls of a hall, which the hall above has in common.
+/// it shows the outer walls of a hall, which another storey of it has in common.
 pub(crate) const SURE_LOGIT: f64 = 2.21;
 pub(crate) const SURE_GAIN: f64 = 3.0;
 

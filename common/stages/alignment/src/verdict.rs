@@ -48,15 +48,16 @@ impl PoseVerdict {
         };
         let n_rivals = contrasts.iter().take_while(is_rival).count();
         let elsewhere_probability = 1.0 - probability(of_this_building);
-        let fits = wrong_probability < MAX_WRONG_PROBABILITY;
-        let doubt = why_in_doubt(evidence, best.candidate.placed.corners);
-        let (verdict, reason) = if fits && doubt.is_none() {
-            (AlignmentVerdict::Accepted, String::new())
-        } else if n_rivals > 0 && elsewhere_probability < MAX_ELSEWHERE_PROBABILITY {
-            (AlignmentVerdict::Ambiguous, format!("{} poses fit almost alike", n_rivals + 1))
-        } else {
-            let reason = doubt.filter(|_| fits).unwrap_or_else(|| why_refused(evidence, wrong_probability));
-            (AlignmentVerdict::Refused, reason)
+        let why_not = match wrong_probability < MAX_WRONG_PROBABILITY {
+            true => why_in_doubt(evidence, best.candidate.placed.corners),
+            false => Some(why_refused(evidence, wrong_probability)),
+        };
+        let (verdict, reason) = match why_not {
+            None => (AlignmentVerdict::Accepted, String::new()),
+            Some(_) if n_rivals > 0 && elsewhere_probability < MAX_ELSEWHERE_PROBABILITY => {
+                (AlignmentVerdict::Ambiguous, format!("{} poses fit almost alike", n_rivals + 1))
+            }
+            Some(reason) => (AlignmentVerdict::Refused, reason),
         };
         Self { verdict, reason, wrong_probability, n_rivals }
     }
