@@ -3,6 +3,7 @@
 
 mod support;
 
+use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use support::{announce, client, files_in, root};
@@ -134,4 +135,31 @@ fn systemd_finds_no_fault_in_the_units_and_little_exposure() {
         let judged = systemd_analyze(&folder, &arguments, std::slice::from_ref(&unit)).unwrap();
         assert!(judged.status.success(), "{}", String::from_utf8_lossy(&judged.stdout));
     }
+}
+
+#[test]
+fn with_sudo_the_cargo_of_the_calling_user_builds_as_that_user() {
+    let home = tempfile::tempdir().unwrap();
+    let (system, log) = (home.path().join("system"), home.path().join("log"));
+    let program = |path: &str, text: &str| {
+        let path = home.path().join(path);
+        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+        std::fs::write(&path, format!("#!/bin/sh\n{text}\n")).unwrap();
+        std::fs::set_permissions(&path, std::fs::Permissions::from_mode(0o755)).unwrap();
+    };
+    program("system/id", "echo 0");
+    program("system/getent", &format!("echo \"$2:x:1000:1000::{}:/bin/sh\"", home.path().join("rust").display()));
+    program("system/runuser", &format!("echo \"as $2\" >>{}; shift 3; exec \"$@\"", log.display()));
+    program("rust/.cargo/bin/cargo", &format!("echo \"cargo $*\" >>{}", log.display()));
+
+    let output = Command::new(root().join("scripts/install"))
+        .args(["--root", "unused"])
+        .env("SUDO_USER", "builder")
+        .env("CARGO_TARGET_DIR", home.path().join("empty"))
+        .env("PATH", format!("{}:/usr/bin:/bin", system.display()))
+        .output()
+        .unwrap();
+    assert!(String::from_utf8_lossy(&output.stderr).contains("is not built"), "nothing was built: {output:?}");
+    let lines = std::fs::read_to_string(&log).unwrap();
+    assert!(lines.contains("as builder\ncargo build --release --locked -p groundplan"), "{lines}");
 }
