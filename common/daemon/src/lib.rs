@@ -49,6 +49,7 @@ mod log;
 mod mesh_process;
 mod process_report;
 mod progress;
+mod replaced_file;
 mod reported_progress;
 mod request;
 mod request_queue;
@@ -91,6 +92,7 @@ pub use log::{Log, LogError};
 pub use mesh_process::{in_mesh_process, run_mesh_process};
 pub use process_report::ProcessReport;
 pub use progress::{Progress, Reporter};
+pub use replaced_file::{replace_file, write_durably};
 pub use reported_progress::ReportedProgress;
 pub use request::{Published, Request, RequestError, parse_request};
 pub use requests::{
@@ -109,7 +111,7 @@ pub use setting::{
     Configured, KeptSetting, OlderSetting, Setting, SettingInForce, SettingKey, SettingSource, check_setting,
 };
 pub use site_process::SiteProcess;
-pub use state::{Epochs, StateError, StateFile, write_durably};
+pub use state::{Epochs, StateError, StateFile};
 pub use state_version::{StateVersionError, claim_state};
 pub use status_board::{Report, StatusBoard};
 pub use stop::{ReloadSignal, StopSignal};

@@ -3,7 +3,7 @@
 //! Each table is a numbered file in a folder of the state folder; the one with the highest number is in force. To report is
 //! to write another one, to take back is to remove the last: a death at any moment leaves one or the other.
 
-use crate::state::write_durably;
+use crate::replaced_file::write_durably;
 use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};

@@ -1,9 +1,10 @@
 //! Persistent state of a daemon: JSON files and sample epochs, written durably.
 
+use crate::replaced_file::write_durably;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
-use std::fs::{self, File};
-use std::io::{self, Write};
+use std::fs;
+use std::io;
 use std::path::{Path, PathBuf};
 
 /// State that cannot be read or written.
@@ -88,25 +89,6 @@ impl StateFile {
     }
 }
 
-/// Replaces a file: written beside, flushed, renamed, and the folder flushed.
-///
-/// # Errors
-/// The file system refuses; the file stays as it was, and nothing stays beside it.
-pub fn write_durably(path: &Path, bytes: &[u8]) -> io::Result<()> {
-    let beside = path.with_extension("new");
-    let written = File::create(&beside).and_then(|mut file| {
-        file.write_all(bytes)?;
-        file.sync_all()?;
-        fs::rename(&beside, path)
-    });
-    if written.is_err() {
-        // Half a file helps nobody, and keeps a full disk full.
-        let _ = fs::remove_file(&beside);
-    }
-    written?;
-    File::open(path.parent().unwrap_or(Path::new("/")))?.sync_all()
-}
-
 /// Epochs of a daemon. They never fall, also across crashes: they are reserved on disk before they are used.
 #[derive(Debug)]
 pub struct Epochs {
@@ -151,15 +133,6 @@ impl Epochs {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn nothing_stays_beside_a_file_that_cannot_be_replaced() {
-        let home = tempfile::tempdir().unwrap();
-        let path = home.path().join("site");
-        fs::create_dir_all(path.join("in it")).unwrap();
-        write_durably(&path, b"content").unwrap_err();
-        assert_eq!(fs::read_dir(home.path()).unwrap().count(), 1);
-    }
 
     #[test]
     fn epochs_never_fall() {

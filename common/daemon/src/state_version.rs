@@ -1,8 +1,9 @@
 //! The version of groundplan that last wrote a state folder: an older one does not touch it.
 
+use crate::replaced_file::{remove_left_files, write_durably};
 use crate::state::StateError;
 use std::fs;
-use std::io::{self, Write};
+use std::io;
 use std::path::{Path, PathBuf};
 
 /// The version of this program.
@@ -45,6 +46,7 @@ fn claim(folder: &Path, own: &str) -> Result<(), StateVersionError> {
         Err(error) if error.kind() == io::ErrorKind::NotFound => String::new(),
         Err(error) => return Err(failed(error).into()),
     };
+    remove_left_files(folder);
     if found == own {
         return Ok(());
     }
@@ -52,18 +54,8 @@ fn claim(folder: &Path, own: &str) -> Result<(), StateVersionError> {
         return Err(StateVersionError::Newer { folder: folder.to_owned(), found });
     }
     fs::create_dir_all(folder).map_err(failed)?;
-    // Daemons start at the same time: each writes a file of its own, and the last one stays.
-    let beside = folder.join(format!("version.{}.new", std::process::id()));
-    let written = fs::File::create(&beside).and_then(|mut file| {
-        writeln!(file, "{own}")?;
-        file.sync_all()?;
-        fs::rename(&beside, &path)
-    });
-    if written.is_err() {
-        // What is half written helps no reader.
-        let _ = fs::remove_file(&beside);
-    }
-    Ok(written.map_err(failed)?)
+    // Daemons start at the same time: the last one stays.
+    Ok(write_durably(&path, format!("{own}\n").as_bytes()).map_err(failed)?)
 }
 
 /// The numbers of a version, which are compared one after the other; what is no number counts as 0. A pre-release has the state

@@ -73,7 +73,7 @@ pub(super) fn align(arguments: &Args, reference: &Path, slam: &Path) -> Result<O
     }
     if let (Some(path), Some(pose)) = (&arguments.overlay, found.poses.first()) {
         let image = overlay(&maps[pose.reference], &slam_map, pose).map_err(Failure::work)?;
-        std::fs::write(path, image).map_err(|error| Failure::work(format!("{}: {error}", path.display())))?;
+        write_durably(path, &image).map_err(|error| Failure::work(format!("{}: {error}", path.display())))?;
     }
     let text = if arguments.json {
         let inputs = json!({"reference_sha256": sha256(reference)?, "slam_sha256": sha256(slam)?});

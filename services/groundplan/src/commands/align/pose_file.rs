@@ -27,15 +27,13 @@ impl PoseFile {
         text: impl FnOnce(&PoseRecord) -> String,
     ) -> Result<(), Failure> {
         let failed = |error| Failure::work(format!("{}: {error}", path.display()));
-        // The folder of the path is flushed, too.
-        let absolute = std::path::absolute(path).map_err(failed)?;
         let is_accepted = alignment.verdict() == AlignmentVerdict::Accepted;
         let why = why_not_effective(alignment).or_else(|| (!is_accepted).then(|| why_not_accepted(alignment)));
         match (why, alignment.pose()) {
-            (None, Some(pose)) => write_durably(&absolute, text(pose).as_bytes()).map_err(failed),
+            (None, Some(pose)) => write_durably(path, text(pose).as_bytes()).map_err(failed),
             (why, _) => {
                 let why = why.unwrap_or_else(|| "there is no pose".to_owned());
-                let set_aside = self.set_aside(&absolute).map_err(failed)?;
+                let set_aside = self.set_aside(path).map_err(failed)?;
                 let earlier =
                     set_aside.map(|to| format!("; the {} of an earlier pose is now {}", self.what, to.display()));
                 eprintln!("groundplan: {} is not written: {why}{}", path.display(), earlier.unwrap_or_default());

@@ -73,11 +73,9 @@ impl FreshFile {
             valid_until: head.and_then(|head| date_argument::optional_text(head.valid_until_s)),
             outdated_storeys,
         };
-        let beside = self.path.with_file_name(".fresh.new");
         let text = serde_json::to_string_pretty(&document)? + "\n";
-        let replaced = fs::write(&beside, text).and_then(|()| fs::rename(&beside, &self.path));
+        let replaced = daemon::replace_file(&self.path, text.as_bytes());
         if replaced.is_err() {
-            let _ = fs::remove_file(&beside);
             let _ = fs::remove_file(&self.path);
         }
         replaced
