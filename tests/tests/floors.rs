@@ -3,6 +3,7 @@
 
 mod support;
 
+use proptest::prelude::*;
 use support::house::{House, PLAIN};
 use support::{FREE, Maps, OCCUPIED, UNKNOWN, convert};
 
@@ -13,7 +14,7 @@ fn converted(house: &House) -> Maps {
 
 /// The lines about an assumed floor.
 fn warnings(maps: &Maps) -> Vec<&str> {
-    maps.stdout.lines().map(str::trim).filter(|line| line.contains("so it is assumed")).collect()
+    maps.stdout.lines().map(str::trim).filter(|line| line.contains("floor is assumed")).collect()
 }
 
 #[test]
@@ -22,20 +23,21 @@ fn an_assumed_floor_is_reported_once_with_its_source_and_area() {
     house.add_walls([0.0, 0.0, 6.0, 4.0], [0.0, 3.0]);
     house.add_room("Hall", [[0.0, 0.0, 0.0], [6.0, 4.0, 3.0]]);
     let maps = converted(&house);
-    let expected = "warning: the model has too little floor (slabs, coverings, ramps), so it is assumed: \
-                    \"Ground\" 24.0 m2 from its spaces";
+    let expected = "warning: floor is assumed where the model has none (slabs, coverings, ramps): \
+                    \"Ground\" 1 room: Hall 24.0 m2";
     assert_eq!(warnings(&maps), [expected], "{}", maps.stdout);
     assert_eq!(maps.manifest["storeys"][0]["floor"], "assumed");
+    assert_eq!(maps.json("report.json")["assumed_rooms"][0]["name"], "Hall");
     assert_eq!(maps.storey(0).planning(3.0, 2.0), FREE);
 
     let mut house = House::new("IFC4");
     house.add_walls([0.0, 0.0, 6.0, 4.0], [0.0, 3.0]);
     let maps = converted(&house);
-    let (what, area) = warnings(&maps)[0].rsplit_once(": ").unwrap();
-    assert_eq!((warnings(&maps).len(), what), (1, expected.rsplit_once(": ").unwrap().0));
+    let (what, area) = warnings(&maps)[0].split_once("): ").unwrap();
+    assert_eq!((warnings(&maps).len(), what), (1, expected.split_once("): ").unwrap().0));
     let area_m2: f64 = area.strip_prefix("\"Ground\" ").unwrap().split_once(' ').unwrap().0.parse().unwrap();
     assert!((24.0..=6.5 * 4.5).contains(&area_m2), "what the walls enclose, and the walls: {area}");
-    assert!(area.ends_with(" m2 from what its walls enclose"), "{area}");
+    assert!(area.ends_with(" m2 that its walls enclose"), "{area}");
 
     house.add("IFCSLAB", "Slab", PLAIN, [[0.0, 0.0, -0.2], [6.0, 4.0, 0.0]]);
     let maps = converted(&house);
@@ -209,4 +211,271 @@ fn an_assumed_floor_ends_where_the_floor_of_another_level_is_built() {
     house.add_room("Hall", [[0.0, 0.0, 0.0], [10.0, 10.0, 2.5]]);
     house.add("IFCSLAB", "Gallery", PLAIN, [[6.0, 6.0, 1.3], [9.0, 9.0, 1.45]]);
     assert_eq!(converted(&house).storey(0).planning(7.5, 7.5), FREE);
+}
+
+/// A slab from corner to corner at a height, with a square hole of a metre in the middle if wanted.
+fn add_slab(house: &mut House, [x0, y0, x1, y1]: [f64; 4], top: f64, has_hole: bool) {
+    let mut part = |plan: [f64; 4]| {
+        house.add("IFCSLAB", "Slab", PLAIN, [[plan[0], plan[1], top - 0.2], [plan[2], plan[3], top]]);
+    };
+    if !has_hole {
+        return part([x0, y0, x1, y1]);
+    }
+    let [x, y] = [(x0 + x1) / 2.0, (y0 + y1) / 2.0];
+    part([x0, y0, x1, y - 0.5]);
+    part([x0, y + 0.5, x1, y1]);
+    part([x0, y - 0.5, x - 0.5, y + 0.5]);
+    part([x + 0.5, y - 0.5, x1, y + 0.5]);
+}
+
+/// Two rooms of 6 by 6 m on slabs, that of the first with a hole at (3, 3); between them is no wall.
+fn house_with_a_hole() -> House {
+    let mut house = House::new("IFC4");
+    house.add_walls([0.0, 0.0, 12.0, 6.0], [0.0, 3.0]);
+    for (name, x, has_hole) in [("A", 0.0, true), ("B", 6.0, false)] {
+        add_slab(&mut house, [x, 0.0, x + 6.0, 6.0], 0.0, has_hole);
+        house.add_room(name, [[x, 0.0, 0.0], [x + 6.0, 6.0, 3.0]]);
+    }
+    house
+}
+
+const HOLE: [f64; 4] = [2.55, 2.55, 3.45, 3.45];
+
+#[test]
+fn a_garden_without_floor_frees_no_hole_and_is_no_floor_itself() {
+    let mut house = house_with_a_hole();
+    house.add_space("Garden", "EXTERNAL", [[0.0, -20.0, 0.0], [12.0, -0.5, 3.0]]);
+    let maps = converted(&house);
+    assert_eq!((warnings(&maps).len(), &maps.manifest["storeys"][0]["floor"]), (0, &"built".into()));
+    let storey = maps.storey(0);
+    storey.assert_drop_off(HOLE);
+    assert_eq!([storey.planning(1.0, 1.0), storey.planning(6.0, -10.0)], [FREE, UNKNOWN]);
+}
+
+#[test]
+fn a_hall_without_a_slab_is_assumed_for_itself_and_frees_no_hole_of_its_neighbour() {
+    let mut house = house_with_a_hole();
+    house.add_walls([12.2, 0.0, 40.0, 6.0], [0.0, 3.0]);
+    house.add_room("Hall", [[12.2, 0.0, 0.0], [40.0, 6.0, 3.0]]);
+    let maps = converted(&house);
+    assert_eq!(warnings(&maps).len(), 1, "{}", maps.stdout);
+    assert!(warnings(&maps)[0].ends_with("\"Ground\" 1 room: Hall 166.8 m2"), "{}", maps.stdout);
+    let rooms = maps.manifest["storeys"][0]["assumed_rooms"].as_array().unwrap().len();
+    assert_eq!((rooms, &maps.manifest["storeys"][0]["floor"]), (1, &"assumed".into()));
+    let storey = maps.storey(0);
+    storey.assert_drop_off(HOLE);
+    assert_eq!([storey.planning(1.0, 1.0), storey.planning(20.0, 3.0)], [FREE, FREE]);
+}
+
+#[test]
+fn a_room_without_a_slab_above_another_room_is_a_void() {
+    let mut house = house_with_a_hole();
+    house.add_storey("First", 3.0);
+    house.add_walls([0.0, 0.0, 12.0, 6.0], [3.0, 6.0]);
+    add_slab(&mut house, [0.0, 0.0, 6.0, 6.0], 3.0, false);
+    house.add_room("Office", [[0.0, 0.0, 3.0], [6.0, 6.0, 6.0]]);
+    house.add_room("Atrium void", [[6.0, 1.0, 3.0], [12.0, 6.0, 6.0]]);
+    let maps = converted(&house);
+    assert_eq!(warnings(&maps), Vec::<&str>::new());
+    let first = maps.storey(1);
+    first.assert_drop_off([6.5, 1.5, 11.5, 5.5]);
+    assert_eq!(first.planning(3.0, 3.0), FREE);
+}
+
+#[test]
+fn a_void_above_walls_alone_is_a_drop_off() {
+    let mut house = House::new("IFC4");
+    house.add_storey("First", 3.0);
+    for z in [0.0, 3.0] {
+        house.add_walls([0.0, 0.0, 12.0, 6.0], [z, z + 3.0]);
+    }
+    add_slab(&mut house, [0.0, 0.0, 8.0, 6.0], 3.0, false);
+    house.add_room("Office", [[0.0, 0.0, 3.0], [8.0, 6.0, 6.0]]);
+    house.add_room("Atrium", [[8.0, 0.0, 3.0], [12.0, 6.0, 6.0]]);
+    let maps = converted(&house);
+    assert_eq!(maps.manifest["storeys"].as_array().unwrap().len(), 2);
+    maps.storey(1).assert_drop_off([8.5, 0.5, 11.5, 5.5]);
+}
+
+#[test]
+fn a_court_that_walls_enclose_is_no_floor_of_the_storey_above() {
+    let mut house = House::new("IFC4");
+    house.add_storey("First", 3.0);
+    for z in [0.0, 3.0] {
+        house.add_walls([0.0, 0.0, 20.0, 20.0], [z, z + 3.0]);
+        house.add_walls([7.0, 7.0, 13.0, 13.0], [z, z + 3.0]);
+    }
+    add_slab(&mut house, [0.0, 0.0, 1.5, 1.5], 0.0, false);
+    house.add_space("Court", "EXTERNAL", [[7.0, 7.0, 0.0], [13.0, 13.0, 3.0]]);
+    let maps = converted(&house);
+    let first = maps.storey(1);
+    first.assert_drop_off([7.5, 7.5, 12.5, 12.5]);
+}
+
+#[test]
+fn foundations_make_no_storey() {
+    let mut house = house_with_a_hole();
+    house.add_storey("Foundation", -1.6);
+    house.add_walls([0.0, 0.0, 12.0, 6.0], [-1.6, -0.2]);
+    assert_eq!(converted(&house).manifest["storeys"].as_array().unwrap().len(), 1);
+}
+
+#[test]
+fn what_walls_enclose_is_floor_of_the_lowest_storey_and_above_ceilings_but_not_over_a_hall_or_a_stair() {
+    let mut house = House::new("IFC4");
+    house.add_storey("First", 3.0);
+    for z in [0.0, 3.0] {
+        house.add_walls([0.0, 0.0, 12.0, 6.0], [z, z + 3.0]);
+    }
+    house.add("IFCSLAB", "Roof", PLAIN, [[0.0, 0.0, 6.0], [12.0, 6.0, 6.2]]);
+    house.add("IFCSTAIR", "Stair", "$,.STRAIGHT_RUN_STAIR.", [[3.0, 2.0, 0.0], [6.0, 4.0, 2.9]]);
+    house.add("IFCCOVERING", "Ceiling", "$,.CEILING.", [[0.0, 0.0, 2.6], [8.0, 6.0, 2.7]]);
+    let maps = converted(&house);
+    let storeys = maps.manifest["storeys"].as_array().unwrap();
+    let floors: Vec<&str> = storeys.iter().map(|s| s["floor"].as_str().unwrap()).collect();
+    assert_eq!(floors[..2], ["assumed", "assumed"]);
+    assert_eq!(warnings(&maps).len(), 1, "{}", maps.stdout);
+    let [ground, first] = [0, 1].map(|index| maps.storey(index));
+    assert_eq!([ground.planning(1.0, 3.0), first.planning(1.0, 3.0)], [FREE, FREE]);
+    first.assert_drop_off([3.2, 2.2, 5.8, 3.8]);
+    first.assert_drop_off([8.5, 0.5, 11.5, 5.5]);
+}
+
+#[test]
+fn a_storey_is_mapped_although_its_elements_are_contained_nowhere() {
+    let mut house = House::new("IFC4");
+    house.add_walls([0.0, 0.0, 6.0, 4.0], [0.0, 3.0]);
+    house.contain_nothing();
+    let maps = converted(&house);
+    assert_eq!(maps.manifest["storeys"][0]["name"], "Ground");
+    assert_eq!(maps.storey(0).planning(3.0, 2.0), FREE);
+}
+
+#[test]
+fn a_lift_shaft_is_on_no_map_and_no_level_although_its_pit_has_a_floor() {
+    for (name, has_lift) in [("Aufzugsschacht 1", false), ("R.7", true)] {
+        let mut house = house_with_a_hole();
+        // The pit lies in the hole, and is larger than a level must be.
+        let shaft = [[8.0, 2.0, -1.2], [10.5, 4.5, 3.0]];
+        add_slab(&mut house, [8.0, 2.0, 10.5, 4.5], -1.2, false);
+        house.add_space(name, "INTERNAL", shaft);
+        if has_lift {
+            house.add("IFCTRANSPORTELEMENT", "Car", "$,.ELEVATOR.", [[8.3, 2.3, 0.0], [10.2, 4.2, 2.2]]);
+        }
+        let maps = converted(&house);
+        assert_eq!(maps.manifest["storeys"].as_array().unwrap().len(), 1, "the pit is no level");
+        maps.storey(0).assert_forbidden([8.1, 2.1, 10.4, 4.4]);
+        let room = &maps.json("report.json")["spaces_not_mapped"][0];
+        assert_eq!(
+            (&room["name"], &room["reason"]),
+            (&name.into(), &"it is a lift shaft, a riser or a pit, where nobody walks".into())
+        );
+    }
+}
+
+#[test]
+fn terrain_alone_makes_no_large_map() {
+    let mut house = House::new("IFC4X3_ADD2");
+    house.add("IFCGEOGRAPHICELEMENT", "Terrain", "$,.TERRAIN.", [[0.0, 0.0, -1.0], [600.0, 600.0, 0.5]]);
+    house.add("IFCBEAM", "Beam", PLAIN, [[10.0, 10.0, 0.5], [16.0, 10.2, 0.8]]);
+    let storey = &converted(&house).manifest["storeys"][0];
+    let cells = |k: usize| storey["size_cells"][k].as_u64().unwrap();
+    assert!(cells(0) * cells(1) < 100_000, "{storey}");
+}
+
+/// What a drawn room has.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Slab {
+    Absent,
+    Whole,
+    Hole,
+    /// The edge of a neighbour's.
+    Sliver,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct DrawnRoom {
+    slab: Slab,
+    /// Name and PredefinedType of its space.
+    space: Option<(&'static str, &'static str)>,
+}
+
+impl DrawnRoom {
+    fn is_shaft(self) -> bool {
+        self.space.is_some_and(|space| space.0 == "Shaft")
+    }
+}
+
+fn drawn_room() -> impl Strategy<Value = DrawnRoom> {
+    let slab =
+        prop_oneof![3 => Just(Slab::Whole), 2 => Just(Slab::Hole), 2 => Just(Slab::Absent), 1 => Just(Slab::Sliver)];
+    let space = prop_oneof![
+        4 => Just(Some(("Room", "INTERNAL"))), 1 => Just(Some(("Garden", "EXTERNAL"))),
+        1 => Just(Some(("Shaft", "INTERNAL"))), 1 => Just(None),
+    ];
+    (slab, space).prop_map(|(slab, space)| DrawnRoom { slab, space })
+}
+
+/// The level of a storey of the manifest, 3 m apart.
+fn level_of(record: &serde_json::Value) -> usize {
+    (record["floor_z_m"].as_f64().unwrap() / 3.0).round() as usize
+}
+
+/// Side of a drawn room, and from one to the next.
+const SIDE: f64 = 4.0;
+const PITCH: f64 = 4.2;
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 40, ..ProptestConfig::default() })]
+
+    #[test]
+    fn nothing_is_free_without_built_floor_in_a_room_with_a_slab_outdoors_in_a_shaft_or_over_a_room(
+        storeys in prop::collection::vec(prop::collection::vec(drawn_room(), 3), 1..3),
+    ) {
+        let mut house = House::new("IFC4");
+        for (level, rooms) in storeys.iter().enumerate() {
+            let z = 3.0 * level as f64;
+            if level > 0 {
+                house.add_storey("Upper", z);
+            }
+            for (k, room) in rooms.iter().enumerate() {
+                let plan = [PITCH * k as f64, 0.0, PITCH * k as f64 + SIDE, SIDE];
+                house.add_walls(plan, [z, z + 2.7]);
+                match room.slab {
+                    Slab::Absent => {}
+                    Slab::Sliver => add_slab(&mut house, [plan[0], 0.0, plan[0] + 0.2, SIDE], z, false),
+                    slab => add_slab(&mut house, plan, z, slab == Slab::Hole),
+                }
+                if let Some((name, kind)) = room.space {
+                    house.add_space(name, kind, [[plan[0], 0.0, z], [plan[2], SIDE, z + 2.7]]);
+                }
+            }
+        }
+        let home = tempfile::tempdir().unwrap();
+        let maps = convert(&house.write(home.path()), &["--resolution", "0.1", "--allow-empty"]);
+        let levels: Vec<usize> = maps.manifest["storeys"].as_array().unwrap().iter().map(level_of).collect();
+        let has_map = |level: usize| levels.contains(&level);
+        for (index, record) in maps.manifest["storeys"].as_array().unwrap().iter().enumerate() {
+            let level = level_of(record);
+            let map = maps.storey(index);
+            for (k, room) in storeys[level].iter().enumerate() {
+                let is_over = level > 0 && record["floor"] == "built" && has_map(level - 1);
+                let is_external = room.space.is_some_and(|space| space.1 == "EXTERNAL");
+                let steps = || (1..40).map(|step| 0.1 * f64::from(step) + 0.05);
+                for [x, y] in steps().flat_map(|x| steps().map(move |y| [x, y])) {
+                    let in_hole = (x - SIDE / 2.0).abs() < 0.5 && (y - SIDE / 2.0).abs() < 0.5;
+                    let is_built = match room.slab {
+                        Slab::Whole => true,
+                        Slab::Hole => !in_hole,
+                        Slab::Sliver => x < 0.2,
+                        Slab::Absent => false,
+                    };
+                    let has_slab = matches!(room.slab, Slab::Whole | Slab::Hole);
+                    let is_danger = room.is_shaft() || !is_built && (has_slab || is_external || is_over);
+                    let is_free = map.planning(PITCH * k as f64 + x, y) == FREE;
+                    prop_assert!(!(is_danger && is_free), "room {k} of level {level} at {x:.2}, {y:.2}");
+                }
+            }
+        }
+    }
 }

@@ -81,7 +81,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_of_somebody_else_beside_it_stays() {
+    fn a_file_of_a_user_beside_it_stays() {
         let home = tempfile::tempdir().unwrap();
         let (path, other) = (home.path().join("pose.yaml"), home.path().join("pose.new"));
         fs::write(&other, "a user's").unwrap();

@@ -9,7 +9,6 @@
 //! The bus's user sees the state of a site at once, without joining the bus; other users ask the relay for it.
 
 use crate::config::SiteConfig;
-use crate::replaced_file::replace_file;
 use crate::site_process::SiteProcess;
 use bus::{Daemon, Domain, DomainError, ReportKind, Stamp};
 use serde::de::DeserializeOwned;
@@ -203,7 +202,14 @@ impl BoardEntry {
             lock.set_modified(UNIX_EPOCH + Duration::from_nanos(report.stamp_ns))?;
         }
         let path = self.board.file(self.process, "json");
-        replace_file(&path, &serde_json::to_vec(report)?)
+        let beside = path.with_extension("json.new");
+        let bytes = serde_json::to_vec(report)?;
+        let written = fs::write(&beside, bytes).and_then(|()| fs::rename(&beside, &path));
+        if written.is_err() {
+            // What is half written helps nobody.
+            let _ = fs::remove_file(&beside);
+        }
+        written
     }
 
     /// Locks, unless it is locked: the folder may have been removed and made again.

@@ -48,6 +48,7 @@
 //! which files were added or altered since is refused with their names; with `--force` these files are moved to
 //! `OUT.kept-1` beside it, and never deleted.
 
+mod assumed_rooms;
 mod coverage_curve;
 mod csv;
 mod deviations;
@@ -78,6 +79,7 @@ mod text;
 mod transliteration;
 mod waypoints;
 
+pub use assumed_rooms::assumed_rooms;
 pub use deviations::{
     DeviationExport, DeviationsDocument, ProgressDate, TaskProgress, deviation_files, progress_mspdi,
 };

@@ -1,5 +1,6 @@
 //! `manifest.json`: contents of an output folder and the inputs that it was made from.
 
+use crate::assumed_rooms::assumed_rooms;
 use crate::folders::storey_folder;
 use crate::input::{ExportFile, ExportInput, ProbabilityInput};
 use crate::site_frame::{MapFromWorld, SiteFrameFile};
@@ -237,8 +238,10 @@ struct Storey {
     global_id: Option<String>,
     /// Height of the finished floor in `map`.
     floor_z_m: f64,
-    /// `built` or `assumed`.
+    /// `built`: half of the rooms' area has slabs; else `assumed`.
     floor: &'static str,
+    /// GlobalIds of the rooms without a slab whose floor is assumed, from large to small.
+    assumed_rooms: Vec<String>,
     /// `ok`; `no_floor_yet`: nothing of it is free at this plan time; or `no_floor`: the model holds no floor, space or wall, and
     /// nothing of it ever is.
     status: &'static str,
@@ -314,12 +317,15 @@ impl Storey {
     fn of(input: &ExportInput<'_>, grid: &messages::Grid<'_>) -> Self {
         let index = grid.head.map_storey;
         let record = &input.site.map_storeys[index as usize];
+        let rooms = assumed_rooms(input.site).into_iter().map(|space| &input.site.spaces[space as usize]);
+        let rooms = rooms.filter(|space| space.map_storey == index);
         Self {
             index,
             name: text_or_null(input.site.text(record.name)),
             global_id: text_or_null(input.site.text(record.global_id)),
             floor_z_m: metres(record.floor_z_tenths),
             floor: record.floor.get().name(),
+            assumed_rooms: rooms.map(|s| input.site.text(s.global_id).to_owned()).collect(),
             status: status_of(grid),
             directory: storey_folder(input.site, index, record),
             size_cells: [grid.head.width, grid.head.height],

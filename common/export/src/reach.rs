@@ -82,6 +82,8 @@ pub struct RoomNotMapped {
 pub enum NotMapped {
     /// No map storey is at the height of its floor.
     NoLevel,
+    /// It is a lift shaft, a riser or a pit.
+    Shaft,
     /// There is a map storey, and no floor under the room.
     NoFloor,
 }
@@ -91,6 +93,7 @@ impl NotMapped {
     pub fn text(self) -> &'static str {
         match self {
             Self::NoLevel => "its floor is on no map storey",
+            Self::Shaft => "it is a lift shaft, a riser or a pit, where nobody walks",
             Self::NoFloor => "there is no floor (slab, covering) under it at the level of its map storey",
         }
     }
@@ -114,6 +117,7 @@ pub fn spaces_not_mapped(input: &ExportInput<'_>) -> Vec<RoomNotMapped> {
         let is_room =
             record.n_rings > 0 && !record.has(space_flags::METADATA_ONLY) && !record.has(space_flags::EXTERNAL);
         let reason = match (record.map_storey == NONE, without_floor[space]) {
+            (true, _) if record.has(space_flags::SHAFT) => NotMapped::Shaft,
             (true, _) => NotMapped::NoLevel,
             (false, true) => NotMapped::NoFloor,
             (false, false) => return None,

@@ -23,6 +23,8 @@ pub struct Report {
     elements: BTreeMap<&'static str, usize>,
     /// Elements in the slab of each map storey, by class.
     storeys: Vec<StoreyCounts>,
+    /// Rooms without a slab whose floor is assumed, from large to small.
+    assumed_rooms: Vec<AssumedRoom>,
     /// Rooms that are on no map, from large to small.
     spaces_not_mapped: Vec<SpaceNotMapped>,
     /// Storeys of the files without a map of their own, and why.
@@ -58,6 +60,16 @@ struct StoreyCounts {
     spaces: usize,
     /// How much of its floor the robot gets to.
     reach: FloorReach,
+}
+
+#[derive(Debug, Serialize, JsonSchema)]
+struct AssumedRoom {
+    global_id: String,
+    /// Name and long name.
+    name: Option<String>,
+    /// Index of its map storey.
+    storey: u32,
+    area_m2: f64,
 }
 
 #[derive(Debug, Serialize, JsonSchema)]
@@ -116,6 +128,7 @@ impl Report {
         Self {
             elements: count(site.elements.iter().map(|e| e.class())),
             storeys: storey_counts(input),
+            assumed_rooms: assumed_rooms(site),
             spaces_not_mapped: spaces_not_mapped(input),
             storeys_not_mapped: storeys_not_mapped(site),
             schedule_ignored: schedule_ignored(site, schedule_state),
@@ -150,6 +163,19 @@ fn storey_counts(input: &ExportInput<'_>) -> Vec<StoreyCounts> {
             reach: FloorReach::of(input.mission_plan, index),
         })
         .collect()
+}
+
+fn assumed_rooms(site: &Site<'_>) -> Vec<AssumedRoom> {
+    let room = |space: u32| {
+        let record = &site.spaces[space as usize];
+        AssumedRoom {
+            global_id: site.text(record.global_id).to_owned(),
+            name: space_name(site, space),
+            storey: record.map_storey,
+            area_m2: rounded(record.area_m2),
+        }
+    };
+    crate::assumed_rooms(site).into_iter().map(room).collect()
 }
 
 fn spaces_not_mapped(input: &ExportInput<'_>) -> Vec<SpaceNotMapped> {

@@ -31,6 +31,14 @@ impl Mask {
         }
     }
 
+    /// Clears the cells of runs.
+    pub fn clear_runs(&mut self, runs: &[Run]) {
+        for run in runs {
+            let row = run.row as usize * self.width;
+            self.cells[row + run.start as usize..row + run.end as usize].fill(false);
+        }
+    }
+
     /// Sets the cells that are set in `other`.
     pub fn set_all(&mut self, other: &Self) {
         for (cell, &on) in self.cells.iter_mut().zip(&other.cells) {

@@ -193,12 +193,22 @@ impl Reader<'_, '_, '_> {
             id: product.id.clone(),
             long_name: self.file.attribute(record, "LongName").text().unwrap_or_default().trim().to_owned(),
             predefined_type: kind,
+            object_type: self.object_type(record),
             has_parts: wholes.contains(&record.id),
             storey: self.storeys.of(record.id),
             has_boundaries: self.relations.bounded.contains(&record.id),
             geometry,
             properties: self.psets.of(record.id, self.relations),
         }
+    }
+
+    /// ObjectType of the occurrence, else the name of its type.
+    fn object_type(&self, record: &Record<'_>) -> String {
+        let type_record = self.relations.type_of.get(&record.id).and_then(|&id| self.file.record(id));
+        let text = |record: &Record<'_>, name: &str| {
+            self.file.attribute(record, name).text().map(|t| t.trim().to_owned()).filter(|t| !t.is_empty())
+        };
+        text(record, "ObjectType").or_else(|| text(&type_record?, "Name")).unwrap_or_default()
     }
 
     fn opening(&self, product: &Product<'_, '_>, geometry: Geometry) -> Opening {

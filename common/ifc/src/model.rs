@@ -256,6 +256,8 @@ pub struct Space {
     pub long_name: String,
     /// PredefinedType (or InteriorOrExteriorSpace in IFC2X3), e.g. `INTERNAL`, `EXTERNAL`, `GFA`; empty if absent.
     pub predefined_type: String,
+    /// ObjectType, else the name of its type; empty if absent.
+    pub object_type: String,
     /// True if it is decomposed into other spaces.
     pub has_parts: bool,
     /// Index of its storey.

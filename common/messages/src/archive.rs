@@ -6,10 +6,10 @@ use std::ops::Range;
 use xxhash_rust::xxh3::{Xxh3Default, xxh3_64};
 
 /// Version of all layouts of this crate; a reader refuses any other. Who raises it looks after [`upgrade_site`].
-pub const LAYOUT_VERSION: u32 = 11;
+pub const LAYOUT_VERSION: u32 = 12;
 
 /// Earlier versions whose site archives have the records of this one.
-const LAYOUTS_OF_SAME_SITE: [u32; 5] = [6, 7, 8, 9, 10];
+const LAYOUTS_OF_SAME_SITE: [u32; 6] = [6, 7, 8, 9, 10, 11];
 
 /// An index that points at nothing.
 pub const NONE: u32 = u32::MAX;
@@ -102,7 +102,7 @@ impl Preamble {
 /// Makes a site archive of an earlier version readable, if its records are those of this one; true if it was one. The content hash
 /// stays, because it is that of what follows the preamble; what is no such archive stays as it is.
 ///
-/// Such a site has its frame, bodies and rooms. It may lack contacts, zones and groups, and its diagnostics may have the codes of
+/// Such a site has its frame, bodies and rooms. It may lack contacts, zones and groups, and which floors are assumed, and its diagnostics may have the codes of
 /// others: it serves until its models are read again.
 pub fn upgrade_site(archive: &mut ArchiveBuffer) -> bool {
     let Some(preamble) = archive.bytes_mut().get_mut(..size_of::<Preamble>()) else { return false };

@@ -290,6 +290,10 @@ pub mod space_flags {
     pub const METADATA_ONLY: u32 = 1;
     /// Outdoors: it gets no waypoint.
     pub const EXTERNAL: u32 = 2;
+    /// A lift shaft, a riser or a pit: it is on no map storey, and nobody walks in it.
+    pub const SHAFT: u32 = 4;
+    /// It has no slab, and its floor is assumed.
+    pub const ASSUMED_FLOOR: u32 = 8;
 }
 
 /// A ring of a polygon.

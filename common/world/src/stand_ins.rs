@@ -7,7 +7,7 @@ use export::ExportInput;
 use frames::{TENTHS_PER_M, metres};
 use geometry::{MultiPolygon, OrientedBox, union_of};
 use grid::Class;
-use messages::{BoxRecord, FloorKind, MapStoreyRecord, NONE};
+use messages::{BoxRecord, FloorKind, NONE, SpaceRecord, space_flags};
 
 /// Thickness of assumed floors and barriers, in metres.
 const FLOOR_M: f64 = 0.1;
@@ -19,20 +19,18 @@ const BARRIER_HEIGHT_M: f64 = 2.0;
 /// Distances from a passage at which its spaces are probed, in tenths of a millimetre.
 const PROBES: [f64; 3] = [1_000.0, 3_000.0, 6_000.0];
 
-/// A plate under each storey whose floor is assumed: the plan of its spaces, or of the storey where it has none.
+/// Plates under what is assumed to be floor: the plans of rooms without a slab, or of a storey that has neither slabs nor rooms.
 pub(crate) fn assumed_floors(input: &ExportInput<'_>) -> Vec<StaticElement> {
     let site = input.site;
     let mut found = Vec::new();
-    let is_assumed =
-        |s: &MapStoreyRecord| matches!(s.floor.get(), FloorKind::AssumedFromSpaces | FloorKind::AssumedFromEnclosure);
-    for (storey, record) in (0..).zip(site.map_storeys).filter(|(_, s)| is_assumed(s)) {
-        let own = site.spaces.iter().filter(|s| s.map_storey == storey).map(|s| site.floor_polygon(s));
-        let polygons: Vec<MultiPolygon> = own.collect();
+    for (storey, record) in (0..).zip(site.map_storeys) {
+        let is_assumed = |s: &&SpaceRecord| s.map_storey == storey && s.has(space_flags::ASSUMED_FLOOR);
+        let rooms: Vec<MultiPolygon> = site.spaces.iter().filter(is_assumed).map(|s| site.floor_polygon(s)).collect();
         let [x0, y0, x1, y1] = record.bounds_tenths;
-        let rings = if record.floor == FloorKind::AssumedFromSpaces {
-            convex_partition(&union_of(&polygons))
-        } else {
-            vec![vec![[x0, y0], [x1, y0], [x1, y1], [x0, y1]]]
+        let rings = match record.floor.get() {
+            FloorKind::AssumedFromEnclosure => vec![vec![[x0, y0], [x1, y0], [x1, y1], [x0, y1]]],
+            _ if rooms.is_empty() => continue,
+            _ => convex_partition(&union_of(&rooms)),
         };
         let link = format!("assumed_floor_{storey}_{}", site.text(record.global_id));
         found.push(StaticElement::slab(link, Class::Slab, storey, rings, metres(record.floor_z_tenths), FLOOR_M));

@@ -8,7 +8,9 @@ pub(crate) struct House {
     schema: &'static str,
     records: String,
     on_storey: Vec<usize>,
-    in_storey: Vec<usize>,
+    /// Storeys and their spaces.
+    spaces: Vec<(usize, usize)>,
+    storeys: Vec<usize>,
     n_records: usize,
 }
 
@@ -20,8 +22,8 @@ pub(crate) const PLAIN: &str = "$,$";
 
 impl House {
     pub(crate) fn new(schema: &'static str) -> Self {
-        let (on_storey, in_storey) = (Vec::new(), Vec::new());
-        Self { schema, records: String::new(), on_storey, in_storey, n_records: FIRST }
+        let (on_storey, spaces, storeys) = (Vec::new(), Vec::new(), vec![8]);
+        Self { schema, records: String::new(), on_storey, spaces, storeys, n_records: FIRST }
     }
 
     fn record(&mut self, text: &str) -> usize {
@@ -70,9 +72,29 @@ impl House {
 
     /// A room that is a box.
     pub(crate) fn add_room(&mut self, name: &str, corners: [[f64; 3]; 2]) {
-        let room = self.add("IFCSPACE", name, "$,.ELEMENT.,.INTERNAL.,$", corners);
+        self.add_space(name, "INTERNAL", corners);
+    }
+
+    /// A space of this PredefinedType that is a box.
+    pub(crate) fn add_space(&mut self, name: &str, predefined_type: &str, corners: [[f64; 3]; 2]) {
+        let room = self.add("IFCSPACE", name, &format!("$,.ELEMENT.,.{predefined_type}.,$"), corners);
         self.on_storey.pop();
-        self.in_storey.push(room);
+        self.spaces.push((self.storeys[self.storeys.len() - 1], room));
+    }
+
+    /// One more storey, of the spaces from here on; what stands on it is told by heights.
+    pub(crate) fn add_storey(&mut self, name: &str, z: f64) {
+        let at = self.record(&format!("IFCCARTESIANPOINT((0.,0.,{z:?}))"));
+        let axes = self.record(&format!("IFCAXIS2PLACEMENT3D(#{at},$,$)"));
+        let place = self.record(&format!("IFCLOCALPLACEMENT($,#{axes})"));
+        let id = format!("{:0>22}", self.n_records + 1);
+        let storey = self.record(&format!("IFCBUILDINGSTOREY('{id}',$,'{name}',$,$,#{place},$,$,.ELEMENT.,{z:?})"));
+        self.storeys.push(storey);
+    }
+
+    /// Elements from here on are contained nowhere, and so are those before.
+    pub(crate) fn contain_nothing(&mut self) {
+        self.on_storey.clear();
     }
 
     /// A record that nothing uses: what follows has other GlobalIds.
@@ -108,8 +130,12 @@ impl House {
             let on_storey = list(&self.on_storey);
             relations += &format!("#10=IFCRELCONTAINEDINSPATIALSTRUCTURE('c',$,$,$,({on_storey}),#8);\n");
         }
-        if !self.in_storey.is_empty() {
-            relations += &format!("#11=IFCRELAGGREGATES('s',$,$,$,#8,({}));\n", list(&self.in_storey));
+        for (k, storey) in self.storeys.iter().enumerate() {
+            let own: Vec<usize> = self.spaces.iter().filter(|(of, _)| of == storey).map(|(_, space)| *space).collect();
+            if !own.is_empty() {
+                let (id, spaces) = (self.n_records + 1 + k, list(&own));
+                relations += &format!("#{id}=IFCRELAGGREGATES('s{k}',$,$,$,#{storey},({spaces}));\n");
+            }
         }
         let text = format!(
             "ISO-10303-21;\nHEADER;\nFILE_DESCRIPTION((''),'2;1');\nFILE_NAME('','',(''),(''),'','','');\n\
@@ -120,10 +146,12 @@ impl House {
              #5=IFCSIUNIT(*,.LENGTHUNIT.,$,.METRE.);\n#6=IFCCARTESIANPOINT((0.,0.,0.));\n\
              #7=IFCLOCALPLACEMENT($,#4);\n\
              #8=IFCBUILDINGSTOREY('0000000000000000000008',$,'Ground',$,$,#7,$,$,.ELEMENT.,0.);\n\
-             #9=IFCRELAGGREGATES('0000000000000000000009',$,$,$,#1,(#8));\n\
+             #9=IFCRELAGGREGATES('0000000000000000000009',$,$,$,#1,({}));\n\
              #12=IFCDIRECTION((0.,-1.,0.));\n#13=IFCDIRECTION((1.,0.,0.));\n#14=IFCDIRECTION((0.,0.,1.));\n\
              {}{relations}ENDSEC;\nEND-ISO-10303-21;\n",
-            self.schema, self.records
+            self.schema,
+            list(&self.storeys),
+            self.records
         );
         let path = folder.join("house.ifc");
         std::fs::write(&path, text).unwrap();

@@ -106,7 +106,7 @@ impl FloorSampling {
 }
 
 /// A grid of samples 0.1 m apart, or coarser where that were too many.
-fn sample_spec(bounds: Bounds) -> Option<GridSpec> {
+pub(crate) fn sample_spec(bounds: Bounds) -> Option<GridSpec> {
     let side = |k: usize| i64::from(bounds.max[k]) - i64::from(bounds.min[k]);
     let mut cell = 1_000i64;
     while (side(0) / cell + 2) * (side(1) / cell + 2) > MAX_SAMPLES {

@@ -16,6 +16,7 @@
 //! What cannot be meshed is replaced by its bounding box and reported. A file of which that is more than half is refused
 //! without [`IngestOptions::allow_boxes`].
 
+mod assumed_rooms;
 mod attributes;
 mod by_global_id;
 mod classify;
@@ -35,6 +36,7 @@ mod passages;
 mod progress;
 mod schedule_merge;
 mod schedule_records;
+mod shafts;
 mod site_archive;
 mod site_frame;
 mod site_storeys;

@@ -26,7 +26,7 @@ pub(crate) fn site_of(files: &[SourceFile], merged: &Merged, frame: SiteFrame) -
     add_elements(&mut builder, merged, frame);
     add_stairs(&mut builder, merged);
     let floors = add_spaces(&mut builder, merged, frame);
-    add_storeys(&mut builder, merged, &floors, frame);
+    let floors = add_storeys(&mut builder, merged, floors, frame);
     add_openings_and_doors(&mut builder, merged, &floors, frame);
     builder.boundaries.extend(
         merged.model.boundaries.iter().map(|b| BoundaryRecord { space: b.space as u32, element: b.element as u32 }),

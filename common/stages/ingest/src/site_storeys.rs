@@ -1,9 +1,11 @@
 //! Storeys of the site: what they are found from in its elements and rooms, and their records.
 
+use crate::assumed_rooms::mark_assumed_rooms;
 use crate::classify::{is_a, is_footing, is_landing};
 use crate::diagnostics::add_diagnostic;
 use crate::floor_levels::FloorFaces;
 use crate::merge::Merged;
+use crate::shafts::holds_lift;
 use crate::site_frame::SiteFrame;
 use crate::split_levels::{Access, LevelInputs, add_levels};
 use crate::storeys::{BuildingInputs, MapStorey, SpaceFloor, StoreyCandidate, StoreyOutcome, map_storeys};
@@ -11,7 +13,10 @@ use frames::{TENTHS_PER_M, metres, tenths};
 use geometry::{Bounds, MeshView, Slab, clip_to_slab, ramp_faces, upward_triangles};
 use grid::Class;
 use ifc::{Diagnostic, DiagnosticCode, Severity};
-use messages::{ElementRecord, MapStoreyRecord, NONE, RobotProfile, SiteBuilder, StoreyRecord, element_flags};
+use messages::{
+    ElementRecord, FloorKind, MapStoreyRecord, NONE, RobotProfile, SiteBuilder, StoreyRecord, element_flags,
+    space_flags,
+};
 
 /// A storey's grid contains what of bodies lies between these heights above its floor, independent of the robot.
 const BOUNDS_BELOW: i32 = -TENTHS_PER_M / 2;
@@ -21,7 +26,15 @@ const BOUNDS_ABOVE: i32 = 3 * TENTHS_PER_M;
 const LEVEL_SLOPE_RAD: f64 = 0.01;
 
 /// Finds the storeys to be mapped and their levels from elements and floors of rooms, writes them, and puts the rooms on them.
-pub(crate) fn add_storeys(builder: &mut SiteBuilder, merged: &Merged, floors: &[Option<SpaceFloor>], frame: SiteFrame) {
+pub(crate) fn add_storeys(
+    builder: &mut SiteBuilder,
+    merged: &Merged,
+    mut floors: Vec<Option<SpaceFloor>>,
+    frame: SiteFrame,
+) -> Vec<Option<SpaceFloor>> {
+    let shafts = take_shafts(builder, merged, &mut floors);
+    let floors_found = floors;
+    let floors = floors_found.as_slice();
     let (mut mapped, outcomes) = find_storeys(builder, merged, floors, frame);
     let n_left_out = find_levels(builder, merged, floors, &mut mapped, &outcomes);
     if n_left_out > 0 {
@@ -29,7 +42,32 @@ pub(crate) fn add_storeys(builder: &mut SiteBuilder, merged: &Merged, floors: &[
     }
     write_storeys(builder, merged, &mapped, &outcomes, frame);
     place_spaces(builder, floors);
-    set_bounds(builder);
+    set_bounds(builder, merged);
+    mark_assumed_rooms(builder, floors, &shafts, &floor_faces_of(builder, merged));
+    floors_found
+}
+
+/// Takes shafts out of the rooms: those that are named so, and those around a lift.
+fn take_shafts(builder: &mut SiteBuilder, merged: &Merged, floors: &mut [Option<SpaceFloor>]) -> Vec<SpaceFloor> {
+    let is_lift = |(element, record): &(&ifc::Element, &ElementRecord)| {
+        is_a(element, "IfcTransportElement")
+            && ["", "ELEVATOR", "NOTDEFINED"].contains(&element.predefined_type.as_str())
+            && record.n_parts > 0
+    };
+    let elements = merged.model.elements.iter().zip(&builder.elements).filter(is_lift);
+    let lifts: Vec<([i32; 3], [i32; 3])> = elements.map(|(_, e)| (e.min_tenths, e.max_tenths)).collect();
+    let mut shafts = Vec::new();
+    for (record, floor) in builder.spaces.iter_mut().zip(floors) {
+        let heights = [record.floor_z_tenths, record.floor_z_tenths + record.height_tenths];
+        let plan = floor.as_ref().and_then(|f| Some((f.polygon.bounds()?, f.area_m2, heights)));
+        if plan.is_some_and(|plan| lifts.iter().any(|lift| holds_lift(plan, *lift))) {
+            record.flags |= space_flags::SHAFT;
+        }
+        if record.has(space_flags::SHAFT) {
+            shafts.extend(floor.take());
+        }
+    }
+    shafts
 }
 
 fn find_storeys(
@@ -65,11 +103,13 @@ fn find_storeys(
         .collect();
     let spaces: Vec<SpaceFloor> = floors.iter().flatten().cloned().collect();
     let elements = &merged.model.elements;
-    let has_walls = elements.iter().zip(&builder.elements).any(|(element, record)| {
-        record.n_parts > 0 && record.class() == Class::Wall || is_a(element, "IfcCurtainWall")
-    });
+    let is_wall = |(element, record): &(&ifc::Element, &ElementRecord)| {
+        record.n_parts > 0 && (record.class() == Class::Wall || is_a(element, "IfcCurtainWall"))
+    };
+    let walls = elements.iter().zip(&builder.elements).filter(is_wall);
+    let walls: Vec<[i32; 2]> = walls.map(|(_, e)| [e.min_tenths[2], e.max_tenths[2]]).collect();
     let lowest_body = bodies().map(|(_, e)| e.min_tenths[2]).min();
-    map_storeys(&BuildingInputs { candidates: &candidates, spaces: &spaces, faces: &faces, lowest_body, has_walls })
+    map_storeys(&BuildingInputs { candidates: &candidates, spaces: &spaces, faces: &faces, lowest_body, walls: &walls })
 }
 
 /// Adds the levels of the storeys at other heights; returns how many there are beyond the number of maps.
@@ -221,12 +261,16 @@ fn place_spaces(builder: &mut SiteBuilder, floors: &[Option<SpaceFloor>]) {
 }
 
 /// Plan bounds of each map storey: of what lies near its floor and of its spaces. Of terrain and roofs that is a part only.
-fn set_bounds(builder: &mut SiteBuilder) {
+fn set_bounds(builder: &mut SiteBuilder, merged: &Merged) {
+    let is_terrain: Vec<bool> = merged.model.elements.iter().map(|e| is_a(e, "IfcGeographicElement")).collect();
     for k in 0..builder.map_storeys.len() {
         let floor_z = builder.map_storeys[k].floor_z_tenths;
         let band = Slab { lo: floor_z + BOUNDS_BELOW, hi: floor_z + BOUNDS_ABOVE };
         let near = |e: &&ElementRecord| e.n_parts > 0 && band.meets(e.min_tenths[2], e.max_tenths[2]);
-        let bodies = builder.elements.iter().filter(near).filter_map(|e| bounds_within(builder, e, band));
+        // Where nothing can be free, the ground around what stands there is of no use.
+        let is_bare = builder.map_storeys[k].floor == FloorKind::Missing;
+        let elements = builder.elements.iter().zip(&is_terrain).filter(|(_, terrain)| !(is_bare && **terrain));
+        let bodies = elements.map(|(e, _)| e).filter(near).filter_map(|e| bounds_within(builder, e, band));
         let spaces = builder.spaces.iter().filter(|s| s.map_storey == k as u32).filter_map(|s| {
             let rings = &builder.rings[s.first_ring as usize..][..s.n_rings as usize];
             Bounds::of(

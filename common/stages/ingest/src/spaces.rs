@@ -4,11 +4,12 @@ use crate::attributes::add_attributes;
 use crate::diagnostics::add_diagnostic;
 use crate::merge::Merged;
 use crate::meshes::add_body;
+use crate::shafts::{names_shaft, names_void};
 use crate::site_frame::SiteFrame;
 use crate::storeys::SpaceFloor;
 use frames::TENTHS_PER_M;
 use geometry::{MeshView, MultiPolygon, Slab, footprint};
-use ifc::{Diagnostic, DiagnosticCode, Severity, Space};
+use ifc::{Diagnostic, DiagnosticCode, PropertyValue, Severity, Space};
 use messages::{NONE, RingRecord, SiteBuilder, SpaceRecord, space_flags};
 
 /// A space's floor is what its body covers in the lowest 10 cm.
@@ -69,7 +70,21 @@ fn add_space(builder: &mut SiteBuilder, space: &Space, source: u32, frame: SiteF
     };
     builder.spaces.push(record);
     let is_room = flags & space_flags::METADATA_ONLY == 0 && !polygon.is_empty();
-    is_room.then_some(SpaceFloor { area_m2: record.area_m2, polygon, z: bottom, storey: space.storey })
+    let is_external = flags & space_flags::EXTERNAL != 0;
+    let is_void = names_of(space).into_iter().any(names_void);
+    let area_m2 = record.area_m2;
+    is_room.then_some(SpaceFloor { area_m2, polygon, z: bottom, storey: space.storey, is_external, is_void })
+}
+
+/// What a space is called, of what type it is, and its codes in classifications.
+fn names_of(space: &Space) -> Vec<&str> {
+    let own = [&space.id.name, &space.long_name, &space.object_type, &space.predefined_type].map(String::as_str);
+    let classes = space.properties.iter().filter(|property| property.set == "IfcClassification");
+    let classes = classes.filter_map(|property| match &property.value {
+        PropertyValue::Text(text) => Some(text.as_str()),
+        PropertyValue::Number(_) | PropertyValue::Boolean(_) => None,
+    });
+    own.into_iter().chain(classes).collect()
 }
 
 fn flags_of(space: &Space) -> u32 {
@@ -79,6 +94,9 @@ fn flags_of(space: &Space) -> u32 {
     }
     if space.predefined_type == "EXTERNAL" {
         flags |= space_flags::EXTERNAL;
+    }
+    if names_of(space).into_iter().any(names_shaft) {
+        flags |= space_flags::SHAFT;
     }
     flags
 }

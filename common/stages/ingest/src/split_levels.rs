@@ -401,7 +401,7 @@ fn assumed_levels(mapped: &[MapStorey], around: &LevelInputs<'_>) -> Vec<SplitLe
     };
     let is_other = |s: &&SpaceFloor| {
         let storey = mapped.get(of(s)).filter(|m| m.floor == FloorKind::AssumedFromSpaces);
-        !is_mapped(mapped, s.z) && storey.is_some_and(|m| (m.z - s.z).abs() <= ASSUMED_REACH)
+        !s.is_external && !is_mapped(mapped, s.z) && storey.is_some_and(|m| (m.z - s.z).abs() <= ASSUMED_REACH)
     };
     let mut spaces: Vec<&SpaceFloor> = around.spaces.iter().filter(is_other).collect();
     spaces.sort_by_key(|s| (of(s), s.z));
@@ -453,7 +453,14 @@ mod tests {
             let [x0, x1, y1] = [x0, x1, 10.0].map(tenths);
             let polygon = union(&[vec![[x0, 0], [x1, 0], [x1, y1], [x0, y1]]], FillRule::NonZero);
             let area_m2 = polygon.area_m2();
-            self.spaces.push(SpaceFloor { polygon, z: tenths(z_m), area_m2, storey: Some(0) });
+            self.spaces.push(SpaceFloor {
+                polygon,
+                z: tenths(z_m),
+                area_m2,
+                storey: Some(0),
+                is_external: false,
+                is_void: false,
+            });
             self
         }
 

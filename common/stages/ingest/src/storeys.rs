@@ -12,6 +12,9 @@ const MIN_FLOOR_M2: f64 = 1.0;
 /// Height above a floor within which bodies are relevant, in tenths of a millimetre.
 const BODY_HEIGHT: i32 = 12_500;
 
+/// So many walls that stand at a height enclose something.
+const MIN_WALLS: usize = 3;
+
 /// Levels of a file without storeys are at least this far apart.
 const MIN_STOREY_HEIGHT: i32 = 20_000;
 
@@ -35,14 +38,14 @@ pub(crate) struct StoreyCandidate {
 pub(crate) struct BuildingInputs<'a> {
     /// Storeys of the files.
     pub(crate) candidates: &'a [StoreyCandidate],
-    /// Rooms with a floor.
+    /// Rooms with a floor, and spaces outdoors; no shafts.
     pub(crate) spaces: &'a [SpaceFloor],
     /// Upward faces of what is floor.
     pub(crate) faces: &'a FloorFaces,
     /// Lowest point of all bodies.
     pub(crate) lowest_body: Option<i32>,
-    /// True if a wall or a curtain wall stands in it.
-    pub(crate) has_walls: bool,
+    /// Lowest and highest point of each wall and curtain wall, wherever it is contained.
+    pub(crate) walls: &'a [[i32; 2]],
 }
 
 /// A space's floor.
@@ -53,6 +56,10 @@ pub(crate) struct SpaceFloor {
     pub(crate) area_m2: f64,
     /// Index of the storey that contains it.
     pub(crate) storey: Option<usize>,
+    /// True if it is outdoors: it has floor only where something is built.
+    pub(crate) is_external: bool,
+    /// True if its name says that nothing is there to stand on.
+    pub(crate) is_void: bool,
 }
 
 /// A storey to be mapped.
@@ -79,7 +86,7 @@ pub(crate) enum StoreyOutcome {
 
 /// The storeys to be mapped, from low to high, and the outcome of each candidate.
 pub(crate) fn map_storeys(building: &BuildingInputs<'_>) -> (Vec<MapStorey>, Vec<StoreyOutcome>) {
-    let BuildingInputs { candidates, spaces, .. } = *building;
+    let candidates = building.candidates;
     if candidates.is_empty() {
         return (without_storeys(building), Vec::new());
     }
@@ -90,7 +97,7 @@ pub(crate) fn map_storeys(building: &BuildingInputs<'_>) -> (Vec<MapStorey>, Vec
     let mut outcomes: Vec<StoreyOutcome> =
         floors.iter().map(|f| StoreyOutcome::NotMapped(f.err().unwrap_or_default())).collect();
     let mut mapped: Vec<MapStorey> = Vec::new();
-    let space_area = |k: usize| spaces.iter().filter(|s| s.storey == Some(k)).map(|s| s.area_m2).sum::<f64>();
+    let space_area = |k: usize| building.rooms().filter(|s| s.storey == Some(k)).map(|s| s.area_m2).sum::<f64>();
     for group in order.chunk_by(|&a, &b| floors[b].map_or(0, |f| f.0) - floors[a].map_or(0, |f| f.0) <= STEP) {
         let z_of = |k: usize| floors[k].map_or(0, |f| f.0);
         let better = |&a: &usize, &b: &usize| {
@@ -124,11 +131,21 @@ fn far_from_placement(candidate: &StoreyCandidate, z: i32) -> i32 {
 }
 
 impl BuildingInputs<'_> {
+    /// Rooms that are not outdoors.
+    fn rooms(&self) -> impl Iterator<Item = &SpaceFloor> {
+        self.spaces.iter().filter(|s| !s.is_external)
+    }
+
     /// Floor kind of a model without rooms and relevant floor faces: enclosed by walls, if there are any.
     fn kind_if_bare(&self) -> Option<FloorKind> {
         let floor_m2: f64 = self.faces.all().map(plan_area_m2).sum();
-        let kind = if self.has_walls { FloorKind::AssumedFromEnclosure } else { FloorKind::Missing };
-        (self.spaces.is_empty() && floor_m2 < MIN_FLOOR_M2).then_some(kind)
+        let kind = if !self.walls.is_empty() { FloorKind::AssumedFromEnclosure } else { FloorKind::Missing };
+        (self.rooms().next().is_none() && floor_m2 < MIN_FLOOR_M2).then_some(kind)
+    }
+
+    /// True if walls stand at a height: they begin near it, and are as high as a storey. Those of foundations are not.
+    fn walls_stand_at(&self, z: i32) -> bool {
+        self.walls.iter().filter(|w| (w[0] - z).abs() <= REACH && z + MIN_STOREY_HEIGHT < w[1]).count() >= MIN_WALLS
     }
 
     /// True if footings near a height are the floor of a storey: of one that contains some, or in which bodies begin there.
@@ -163,7 +180,8 @@ fn floor_of(storey: usize, building: &BuildingInputs<'_>, found: &mut FloorsFoun
     };
     if let Some(kind) = building.kind_if_bare() {
         // Where nothing stands at the placement, the lowest body does.
-        let stands_here = bodies.iter().any(|b| b[0] < guess + BODY_HEIGHT && guess + STEP < b[1]);
+        let reaches_here = |b: &[i32; 2]| b[0] < guess + BODY_HEIGHT && guess + STEP < b[1];
+        let stands_here = bodies.iter().any(reaches_here) || building.walls_stand_at(guess);
         let z = if stands_here { Some(guess) } else { lowest };
         return z.map(|z| (z, kind)).ok_or("it contains nothing");
     }
@@ -186,14 +204,14 @@ fn floor_of(storey: usize, building: &BuildingInputs<'_>, found: &mut FloorsFoun
 /// Heights of the floors of a storey's spaces with their areas, from low to high; those near a height, if one is given.
 fn own_heights(storey: usize, building: &BuildingInputs<'_>, near: Option<i32>) -> Vec<(i32, f64)> {
     let is_own = |s: &&SpaceFloor| s.storey == Some(storey) && near.is_none_or(|z| (s.z - z).abs() <= REACH);
-    let mut heights: Vec<(i32, f64)> = building.spaces.iter().filter(is_own).map(|s| (s.z, s.area_m2)).collect();
+    let mut heights: Vec<(i32, f64)> = building.rooms().filter(is_own).map(|s| (s.z, s.area_m2)).collect();
     heights.sort_by_key(|h| h.0);
     heights
 }
 
 /// Height and kind of the floor near a height, or why there is none.
 fn floor_near(building: &BuildingInputs<'_>, guess: i32, with_footings: bool) -> FoundFloor {
-    let near: Vec<&SpaceFloor> = building.spaces.iter().filter(|s| (s.z - guess).abs() <= REACH).collect();
+    let near: Vec<&SpaceFloor> = building.rooms().filter(|s| (s.z - guess).abs() <= REACH).collect();
     let rooms = union_of(near.iter().map(|s| &s.polygon));
     let footings = with_footings.then_some(&building.faces.footings);
     let lists: Vec<&FloorTriangles> = std::iter::once(&building.faces.slabs).chain(footings).collect();
@@ -202,7 +220,8 @@ fn floor_near(building: &BuildingInputs<'_>, guess: i32, with_footings: bool) ->
     if rooms.is_empty() {
         return match level {
             Some(level) if level.area_m2 >= MIN_FLOOR_M2 => Ok((level.z, FloorKind::Built)),
-            _ => Err("there is no floor within 0.5 m of it and no space"),
+            _ if building.walls_stand_at(guess) => Ok((guess, FloorKind::AssumedFromEnclosure)),
+            _ => Err("there is no floor within 0.5 m of it, no space, and no walls stand on it"),
         };
     }
     match level {
@@ -231,7 +250,7 @@ fn without_storeys(building: &BuildingInputs<'_>) -> Vec<MapStorey> {
     let faces = || building.faces.all().map(|t| ((t[0][2] + t[1][2] + t[2][2]) / 3, plan_area_m2(t)));
     let has_floor = faces().map(|face| face.1).sum::<f64>() >= MIN_FLOOR_M2;
     let mut rest: Vec<(i32, f64)> =
-        if has_floor { faces().collect() } else { building.spaces.iter().map(|s| (s.z, s.area_m2)).collect() };
+        if has_floor { faces().collect() } else { building.rooms().map(|s| (s.z, s.area_m2)).collect() };
     let mut levels: Vec<(i32, f64)> = Vec::new();
     rest.sort_by_key(|r| r.0);
     while let Some(z) = dominant_by_area(&rest) {
@@ -285,12 +304,13 @@ mod tests {
     ) -> (Vec<MapStorey>, Vec<StoreyOutcome>) {
         let faces = FloorFaces { slabs, ..FloorFaces::default() };
         let lowest_body = candidates.iter().flat_map(|c| &c.bodies).map(|b| b[0]).min();
-        map_storeys(&BuildingInputs { candidates, spaces, faces: &faces, lowest_body, has_walls: true })
+        let walls: Vec<[i32; 2]> = candidates.iter().flat_map(|c| c.bodies.iter().copied()).collect();
+        map_storeys(&BuildingInputs { candidates, spaces, faces: &faces, lowest_body, walls: &walls })
     }
 
     fn space(side: i32, z: i32, storey: usize) -> SpaceFloor {
         let polygon = union(&[vec![[0, 0], [side, 0], [side, side], [0, side]]], FillRule::NonZero);
-        SpaceFloor { area_m2: polygon.area_m2(), polygon, z, storey: Some(storey) }
+        SpaceFloor { area_m2: polygon.area_m2(), polygon, z, storey: Some(storey), is_external: false, is_void: false }
     }
 
     #[test]
@@ -376,8 +396,7 @@ mod tests {
         let slabs = square(0, 100_000, 60_000);
         let faces = FloorFaces { slabs, footings: square(0, 40_000, 0) };
         let mapped = |candidates: &[StoreyCandidate]| {
-            let building =
-                BuildingInputs { candidates, spaces: &[], faces: &faces, lowest_body: None, has_walls: false };
+            let building = BuildingInputs { candidates, spaces: &[], faces: &faces, lowest_body: None, walls: &[] };
             map_storeys(&building).0.iter().map(|m| (m.z, m.named_after)).collect::<Vec<_>>()
         };
         assert_eq!(mapped(&[superstructure.clone(), foundation]), [(0, Some(1)), (60_000, Some(0))]);
@@ -397,13 +416,8 @@ mod tests {
     fn without_walls_and_spaces_there_is_no_floor() {
         let candidates = [storey(0, 5)];
         let faces = FloorFaces::default();
-        let building = BuildingInputs {
-            candidates: &candidates,
-            spaces: &[],
-            faces: &faces,
-            lowest_body: Some(0),
-            has_walls: false,
-        };
+        let building =
+            BuildingInputs { candidates: &candidates, spaces: &[], faces: &faces, lowest_body: Some(0), walls: &[] };
         assert_eq!(map_storeys(&building).0[0].floor, FloorKind::Missing);
         assert_eq!(map_storeys(&BuildingInputs { candidates: &[], ..building }).0[0].floor, FloorKind::Missing);
     }

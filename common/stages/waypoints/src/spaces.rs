@@ -38,6 +38,8 @@ pub(crate) fn refused(
         refusal(NoWaypoint::External, "it is outdoors")
     } else if space.n_rings == 0 {
         refusal(NoWaypoint::NoBody, "it has no body")
+    } else if space.has(space_flags::SHAFT) {
+        refusal(NoWaypoint::NotMapped, "it is a lift shaft, a riser or a pit")
     } else if space.map_storey == NONE {
         refusal(NoWaypoint::NotMapped, "its floor is on no map storey")
     } else if schedule_state.is_blocked(index) {

@@ -1,27 +1,74 @@
-//! The floor of a storey assumed from its spaces, with the narrow gaps between them and walls.
+//! The floor that is assumed in rooms without a slab, with the narrow gaps between them and walls; and where none may be assumed.
 
 use super::floor_faces::{LEVEL_SLOPE_RAD, floor_pieces};
 use crate::model::cell_area::{slab_above_floor, to_tenths};
 use crate::model::gap::{FLOOR_CRACK, NARROW_GAP};
-use crate::model::storey_slice::StoreySlice;
+use crate::model::storey_slice::{SpaceRuns, StoreySlice};
 use frames::TENTHS_PER_M;
 use geometry::{FillRule, Footprint, MultiPolygon, Point, Ring, Slab, close_gaps, difference, footprint, intersection};
 use geometry::{offset, ring_area_doubled, union, union_of};
-use grid::{Class, Run, covered_cells};
-use messages::{FloorKind, MapStoreyRecord, RobotProfile, Site, element_flags, space_flags};
+use grid::{Class, GridSpec, Run, overlapped_cells};
+use messages::{
+    ElementRecord, FloorKind, MapStoreyRecord, RobotProfile, Site, SpaceRecord, element_flags, space_flags,
+};
 
-/// The cells of the floor assumed from the storey's spaces; independent of the schedule state.
-pub(crate) fn assumed_floor_cells(site: &Site<'_>, robot: &RobotProfile, storey: &StoreySlice) -> Vec<Run> {
+/// The floor assumed in the storey's rooms without a slab; independent of the schedule state.
+pub(crate) fn assumed_floor_of(site: &Site<'_>, robot: &RobotProfile, storey: &StoreySlice) -> MultiPolygon {
+    let (assumed, built): (Vec<&SpaceRuns>, Vec<&SpaceRuns>) =
+        storey.spaces.iter().partition(|s| site.spaces[s.space as usize].has(space_flags::ASSUMED_FLOOR));
+    if assumed.is_empty() {
+        return MultiPolygon::default();
+    }
     let bounds_rooms =
         |class: Class| matches!(class, Class::Wall | Class::Column | Class::CurtainWall | Class::Window | Class::Door);
     let elements = storey.obstacles.iter().filter(|o| bounds_rooms(o.class)).map(|o| o.element);
     let passages = storey.passages.iter().map(|p| union(&[p.plan.ring()], FillRule::NonZero));
     let beside: Vec<MultiPolygon> =
         elements.filter_map(|e| storey.footprint(site, e)).map(solid_plan).chain(passages).collect();
-    let spaces = union_of(storey.spaces.iter().map(|s| &s.polygon));
-    let elsewhere = [from_below(site, storey.floor_z), built_levels(site, robot, storey)];
-    let floor = assumed_floor(&spaces, &union_of(&beside), &union_of(&elsewhere));
-    covered_cells(&floor, &storey.spec)
+    let spaces = union_of(assumed.iter().map(|s| &s.polygon));
+    // What is built in other rooms keeps its edges and holes.
+    let built = union_of(built.iter().map(|s| &s.polygon));
+    let elsewhere = [from_below(site, storey.floor_z), built_levels(site, robot, storey), built];
+    assumed_floor(&spaces, &union_of(&beside), &union_of(&elsewhere))
+}
+
+/// Cells of a storey from which one sees down to another: lift shafts and whatever else reaches it from below, courts, and every place
+/// above a lower map storey with neither slab nor ceiling between. What obstacles enclose is no floor there.
+pub(crate) fn open_to_below(site: &Site<'_>, spec: &GridSpec, floor_z: i32) -> Vec<Run> {
+    let is_outdoors = |s: &&SpaceRecord| s.has(space_flags::EXTERNAL) && s.floor_z_tenths < floor_z + TENTHS_PER_M / 2;
+    let outdoors = site.spaces.iter().filter(is_outdoors).map(|s| site.floor_polygon(s)).collect::<Vec<_>>();
+    let is_lower = |s: &&MapStoreyRecord| s.floor_z_tenths < floor_z - 4 * TENTHS_PER_M / 10;
+    let lower: Vec<Ring> = site.map_storeys.iter().filter(is_lower).map(|s| plan_of(s.bounds_tenths)).collect();
+    let unclosed = difference(&union(&lower, FillRule::NonZero), &closed_below(site, floor_z));
+    let open = [from_below(site, floor_z), shafts_at(site, floor_z), union_of(&outdoors), unclosed];
+    overlapped_cells(&union_of(&open), &[], spec)
+}
+
+fn plan_of([x0, y0, x1, y1]: [i32; 4]) -> Ring {
+    vec![[x0, y0], [x1, y0], [x1, y1], [x0, y1]]
+}
+
+/// Plans of slabs, roofs and ceilings that end within a metre below a height.
+fn closed_below(site: &Site<'_>, floor_z: i32) -> MultiPolygon {
+    let ends = |e: &ElementRecord| {
+        e.n_parts > 0 && floor_z - TENTHS_PER_M < e.max_tenths[2] && e.max_tenths[2] <= floor_z + TENTHS_PER_M / 10
+    };
+    let closes = |e: &ElementRecord| e.class() == Class::Slab || site.text(e.ifc_type) == "IfcCovering";
+    let plan = |e: &ElementRecord| {
+        footprint(site.element_meshes(e), Slab { lo: floor_z - TENTHS_PER_M, hi: e.max_tenths[2].max(floor_z) }).area
+    };
+    let plans: Vec<MultiPolygon> = site.elements.iter().filter(|e| ends(e) && closes(e)).map(plan).collect();
+    union_of(&plans)
+}
+
+/// Plans of the lift shafts, risers and pits that are at a height or begin below it.
+pub(crate) fn shafts_at(site: &Site<'_>, floor_z: i32) -> MultiPolygon {
+    let tenth_metre = TENTHS_PER_M / 10;
+    let is_at = |s: &&SpaceRecord| {
+        let top = s.floor_z_tenths + s.height_tenths;
+        s.has(space_flags::SHAFT) && s.floor_z_tenths < floor_z + tenth_metre && floor_z + tenth_metre < top
+    };
+    union_of(&site.spaces.iter().filter(is_at).map(|s| site.floor_polygon(s)).collect::<Vec<_>>())
 }
 
 /// Areas where a space covers the built floor of another map storey, up to a metre lower or within the robot's slab. They

@@ -1,6 +1,6 @@
 //! Slices the elements to the slab of a storey.
 
-use super::assumed_floor::assumed_floor_cells;
+use super::assumed_floor::{assumed_floor_of, open_to_below, shafts_at};
 use super::dependents::dependents;
 use super::door::storey_door;
 use super::floor_faces::{LEVEL_SLOPE_RAD, floor_pieces};
@@ -12,8 +12,8 @@ use crate::model::storey_slice::{
     ElementRuns, MIN_STOREY_HEIGHT, Overhead, Passage, SpaceRuns, StoreySlice, next_floor_z,
 };
 use frames::TENTHS_PER_M;
-use geometry::{Bounds, LazyFootprint, Slab, SlabCut};
-use grid::{CellRect, Class, GridSpec, cells_of_cut, overlapped_cells};
+use geometry::{Bounds, LazyFootprint, MultiPolygon, Slab, SlabCut};
+use grid::{CellRect, Class, GridSpec, cells_of_cut, covered_cells, overlapped_cells};
 use messages::{
     ElementRecord, FloorKind, MapStoreyRecord, NONE, RobotProfile, Site, SpaceRecord, element_flags, space_flags,
 };
@@ -58,12 +58,17 @@ pub(crate) fn slice_storey(
         floor_above: floor_pieces(site, &spec, [lo + 1, hi], LEVEL_SLOPE_RAD),
         spaces: spaces_of(site, &spec, map_storey),
         passages: passages_of(site, &spec, floor_z, hi),
-        assumed_floor: Vec::new(),
+        assumed_floor: MultiPolygon::default(),
+        assumed_runs: Vec::new(),
+        shafts: shafts_at(site, floor_z),
+        open_to_below: Vec::new(),
         overhead: overhead(site, floor_z),
         dependents: Vec::new(),
     };
-    if storey.floor_kind == FloorKind::AssumedFromSpaces {
-        storey.assumed_floor = assumed_floor_cells(site, robot, &storey);
+    storey.assumed_floor = assumed_floor_of(site, robot, &storey);
+    storey.assumed_runs = covered_cells(&storey.assumed_floor, &storey.spec);
+    if storey.floor_kind == FloorKind::AssumedFromEnclosure {
+        storey.open_to_below = open_to_below(site, &storey.spec, floor_z);
     }
     let heights = Slab { lo: floor_z - MIN_STOREY_HEIGHT, hi: hi.max(next_floor_z(site, floor_z) + MIN_STOREY_HEIGHT) };
     storey.dependents = dependents(site, &storey, heights);

@@ -15,6 +15,8 @@ pub(crate) struct StoreyFloor {
     pub(crate) has_floor: bool,
     /// By passage of the storey: true if it is open, and therefore floor.
     pub(crate) open_passages: Vec<bool>,
+    /// True if rooms without a slab are part of the floor.
+    has_assumed: bool,
     /// Finished floor at other levels.
     pub(crate) regions: Vec<RegionRecord>,
 }
@@ -22,7 +24,7 @@ pub(crate) struct StoreyFloor {
 impl StoreyFloor {
     /// A storey without floor.
     pub(crate) fn new(floor_cache: BuiltFloorCache) -> Self {
-        Self { floor_cache, has_floor: false, open_passages: Vec::new(), regions: Vec::new() }
+        Self { floor_cache, has_floor: false, has_assumed: false, open_passages: Vec::new(), regions: Vec::new() }
     }
 
     /// Updates [`BASE_FLOOR`] for the finished floor elements.
@@ -43,6 +45,9 @@ impl StoreyFloor {
         if is_first || difference.floor_differs {
             let plan = self.floor_cache.of(site, robot, storey, finished_floors);
             self.regions.clone_from(&plan.regions);
+            if std::mem::replace(&mut self.has_assumed, plan.has_assumed) != plan.has_assumed {
+                difference.floor_cells.push(whole);
+            }
             join_rects(&mut difference.floor_cells);
             for rect in &difference.floor_cells {
                 rect.rows(whole.width()).for_each(|row| flags[row].iter_mut().for_each(|f| *f &= !BASE_FLOOR));

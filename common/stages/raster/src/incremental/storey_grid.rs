@@ -27,6 +27,10 @@ use messages::{
 };
 use xxhash_rust::xxh3::xxh3_64;
 
+/// Values of the layer `floor`.
+const BUILT: u8 = 1;
+const ASSUMED: u8 = 2;
+
 /// The grid of a storey as drawn last.
 #[derive(Debug)]
 pub(crate) struct StoreyGrid {
@@ -267,16 +271,16 @@ impl StoreyGrid {
         for &index in &difference.worked_on {
             set_runs(storey.overhead_runs(site, index), WORK);
         }
-        let floor_value = match storey.floor_kind {
-            FloorKind::Built | FloorKind::Missing => 1,
-            FloorKind::AssumedFromSpaces | FloorKind::AssumedFromEnclosure => 2,
-        };
+        let floor_value = if storey.floor_kind == FloorKind::AssumedFromEnclosure { ASSUMED } else { BUILT };
         for row in rect.rows(width) {
             let cells = flags[row.clone()].iter().zip(&mut floor[row.clone()]).zip(&mut planning[row]);
             for ((&flags, floor), planning) in cells {
                 *floor = if flags & FLOOR != 0 { floor_value } else { 0 };
                 *planning = PLANNING[usize::from(flags)];
             }
+        }
+        for cells in rect.clip(&storey.assumed_runs, width) {
+            floor[cells].iter_mut().filter(|floor| **floor != 0).for_each(|floor| *floor = ASSUMED);
         }
     }
 

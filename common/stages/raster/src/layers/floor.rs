@@ -5,9 +5,10 @@ use crate::model::cell_area::{BESIDE_PASSAGE_M, reach_beside};
 use crate::model::gap::FLOOR_CRACK;
 use crate::model::storey_slice::{FloorPiece, StoreySlice};
 use frames::{Map, Point2, TENTHS_PER_M};
-use geometry::{FillRule, MultiPolygon, OrientedBox, Ring, close_gaps, difference, union};
+use geometry::{FillRule, MultiPolygon, OrientedBox, Ring, close_gaps, difference, union, union_of};
 use grid::{Class, GridSpec, Mask, Run, covered_cells, enclosed, fill_holes};
 use messages::{FloorKind, RegionRecord, RobotProfile, Site};
+use std::borrow::Cow;
 use std::collections::HashMap;
 
 /// Obstacles with gaps up to this width enclose an interior.
@@ -24,6 +25,8 @@ pub(crate) struct BuiltFloor {
     pub(crate) runs: Vec<Run>,
     /// Floor at other levels.
     pub(crate) regions: Vec<RegionRecord>,
+    /// True if rooms without a slab are part of it.
+    pub(crate) has_assumed: bool,
 }
 
 /// Cache of [`BuiltFloor`] by the set of finished floor elements.
@@ -76,13 +79,36 @@ fn built_floor(site: &Site<'_>, robot: &RobotProfile, storey: &StoreySlice, fini
     let built = floor_area(&storey.floor, |piece| is_finished.binary_search(&piece.element).is_ok());
     // Where another level lies within the slab this level is no floor.
     let above = floor_area(&storey.floor_above, |piece| is_finished.binary_search(&piece.element).is_ok());
+    // Before anything of a storey is built that has slabs, nobody stands on it.
+    let is_begun = storey.floor_kind == FloorKind::AssumedFromSpaces || !built.is_empty();
+    let has_assumed = is_begun && !storey.assumed_floor.is_empty();
     let runs = match storey.floor_kind {
-        FloorKind::AssumedFromSpaces => storey.assumed_floor.clone(),
         FloorKind::AssumedFromEnclosure | FloorKind::Missing => Vec::new(),
-        FloorKind::Built if above.is_empty() => covered_cells(&built, &storey.spec),
-        FloorKind::Built => covered_cells(&difference(&built, &above), &storey.spec),
+        FloorKind::Built | FloorKind::AssumedFromSpaces => {
+            covered_cells(&walked_on(storey, &built, &above, has_assumed), &storey.spec)
+        }
     };
-    BuiltFloor { runs, regions: at_other_levels(site, robot, storey, &is_finished, &built) }
+    BuiltFloor { runs, has_assumed, regions: at_other_levels(site, robot, storey, &is_finished, &built) }
+}
+
+/// Built floor without that of other levels, with what is assumed in rooms without a slab, and without shafts.
+fn walked_on<'a>(
+    storey: &StoreySlice,
+    built: &'a MultiPolygon,
+    above: &MultiPolygon,
+    has_assumed: bool,
+) -> Cow<'a, MultiPolygon> {
+    let mut floor = Cow::Borrowed(built);
+    if !above.is_empty() {
+        floor = Cow::Owned(difference(&floor, above));
+    }
+    if has_assumed {
+        floor = Cow::Owned(union_of([&*floor, &storey.assumed_floor]));
+    }
+    if !storey.shafts.is_empty() {
+        floor = Cow::Owned(difference(&floor, &storey.shafts));
+    }
+    floor
 }
 
 /// The union of floor pieces, with cracks between them closed.
@@ -91,12 +117,15 @@ fn floor_area(pieces: &[FloorPiece], wanted: impl Fn(&FloorPiece) -> bool) -> Mu
     close_gaps(&union(&rings, FillRule::NonZero), FLOOR_CRACK)
 }
 
-/// The cells enclosed by standing obstacles without doors: the floor of a storey that has neither floor faces nor spaces.
+/// The cells enclosed by standing obstacles without doors, but for places open to below: the floor of a storey that has neither floor
+/// faces nor spaces.
 pub(crate) fn enclosed_floor(storey: &StoreySlice, stands: impl Fn(u32) -> bool) -> Mask {
     let mut obstacles = Mask::new(storey.spec.width as usize, storey.spec.height as usize);
     let nearby = storey.obstacles.iter().filter(|o| o.class != Class::Door && stands(o.element));
     nearby.for_each(|o| obstacles.set_runs(&o.runs));
-    enclosed(&obstacles, (ENCLOSING_GAP_M / storey.spec.resolution_m()).round() as usize)
+    let mut inside = enclosed(&obstacles, (ENCLOSING_GAP_M / storey.spec.resolution_m()).round() as usize);
+    inside.clear_runs(&storey.open_to_below);
+    inside
 }
 
 /// The outline of the complete storey; floor that is not built yet is a drop-off inside it. `complete` is the floor when

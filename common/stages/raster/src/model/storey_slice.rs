@@ -71,8 +71,14 @@ pub(crate) struct StoreySlice {
     /// From the largest to the smallest: where spaces overlap the smaller wins.
     pub(crate) spaces: Vec<SpaceRuns>,
     pub(crate) passages: Vec<Passage>,
-    /// Cells of the floor that is assumed from spaces; none on a storey of another kind.
-    pub(crate) assumed_floor: Vec<Run>,
+    /// Floor that is assumed in rooms without a slab.
+    pub(crate) assumed_floor: MultiPolygon,
+    /// Cells that it covers whole.
+    pub(crate) assumed_runs: Vec<Run>,
+    /// Lift shafts, risers and pits: never floor.
+    pub(crate) shafts: MultiPolygon,
+    /// Cells that are no floor although obstacles enclose them, on a storey whose floor is assumed from that.
+    pub(crate) open_to_below: Vec<Run>,
     /// Elements between this floor and the next.
     pub(crate) overhead: Vec<Overhead>,
     /// Elements whose state can change the storey's grid, and where.

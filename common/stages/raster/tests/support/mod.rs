@@ -133,6 +133,9 @@ impl House {
 
     /// The site with one map storey.
     pub(crate) fn site(mut self) -> ArchiveBuffer {
+        if self.floor == FloorKind::AssumedFromSpaces {
+            self.builder.spaces.iter_mut().for_each(|space| space.flags |= space_flags::ASSUMED_FLOOR);
+        }
         let name = self.builder.texts.add("Ground");
         self.builder.map_storeys.push(MapStoreyRecord {
             global_id: Text::default(),

@@ -1,12 +1,15 @@
 //! Notices on standard output after a conversion, one per kind of diagnostic; `report.json` has all.
 
 use export::ExportInput;
-use frames::metres;
+use frames::{counted, metres};
 use messages::{DiagnosticRecord, DoorPassageRecord, FloorKind, Grid, NONE, ScheduleState, Severity, Site};
 
 /// The notice about a model from which no floor can be made.
 const NO_FLOOR: &str = "warning: the model holds no floor (slab, covering, ramp), no space and no wall: its maps show obstacles, \
                         no cell is free and there are no waypoints";
+
+/// How many rooms are named for each storey.
+const MAX_ROOMS: usize = 6;
 
 /// The notices, worst first.
 pub(super) fn notices(input: &ExportInput<'_>) -> Vec<String> {
@@ -45,21 +48,34 @@ pub(super) fn notices(input: &ExportInput<'_>) -> Vec<String> {
     kinds.lines()
 }
 
-/// The storeys whose floor is not that of the model: from what it is assumed, and how much of it there is.
+/// The storeys on which floor is not that of the model: the rooms without a slab, or how much walls enclose.
 fn assumed_floors(input: &ExportInput<'_>) -> Option<String> {
+    let rooms = export::assumed_rooms(input.site);
     let storey = |grid: &Grid<'_>| {
-        let cell_m2 = metres(grid.head.cell_tenths).powi(2);
-        let floor_m2 = grid.floor.iter().filter(|f| **f != 0).count() as f64 * cell_m2;
-        let name = input.site.text(input.site.map_storeys[grid.head.map_storey as usize].name);
-        match grid.head.floor.get() {
-            FloorKind::Built | FloorKind::Missing => None,
-            FloorKind::AssumedFromSpaces => Some(format!("{name:?} {floor_m2:.1} m2 from its spaces")),
-            FloorKind::AssumedFromEnclosure => Some(format!("{name:?} {floor_m2:.1} m2 from what its walls enclose")),
+        let index = grid.head.map_storey;
+        let name = input.site.text(input.site.map_storeys[index as usize].name);
+        if grid.head.floor == FloorKind::AssumedFromEnclosure {
+            let cell_m2 = metres(grid.head.cell_tenths).powi(2);
+            let floor_m2 = grid.floor.iter().filter(|f| **f != 0).count() as f64 * cell_m2;
+            return Some(format!("{name:?} {floor_m2:.1} m2 that its walls enclose"));
         }
+        let own = rooms.iter().copied().filter(|room| input.site.spaces[*room as usize].map_storey == index);
+        let own: Vec<String> = own.map(|room| room_words(input.site, room)).collect();
+        let named = &own[..own.len().min(MAX_ROOMS)];
+        let more =
+            if named.len() < own.len() { format!(" and {} more", own.len() - named.len()) } else { String::new() };
+        (!own.is_empty()).then(|| format!("{name:?} {}: {}{more}", counted(own.len(), "room"), named.join(", ")))
     };
     let storeys: Vec<String> = input.grids.each(storey).flatten().collect();
-    let why = "warning: the model has too little floor (slabs, coverings, ramps), so it is assumed";
-    (!storeys.is_empty()).then(|| format!("{why}: {}", storeys.join(", ")))
+    let why = "warning: floor is assumed where the model has none (slabs, coverings, ramps)";
+    (!storeys.is_empty()).then(|| format!("{why}: {}", storeys.join("; ")))
+}
+
+/// Name and area of a room.
+fn room_words(site: &Site<'_>, room: u32) -> String {
+    let record = &site.spaces[room as usize];
+    let name = export::space_name(site, room).unwrap_or_else(|| site.text(record.global_id).to_owned());
+    format!("{name} {:.1} m2", record.area_m2)
 }
 
 /// Errors, then warnings, each with its severity.

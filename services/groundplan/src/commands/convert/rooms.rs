@@ -36,7 +36,11 @@ const MAX_ROOMS: usize = 8;
 
 /// `on no map: 3 rooms, 41.5 m2: Cellar 20.0 m2, ..` for each reason that there is.
 pub(super) fn rooms_lines(rooms: &[RoomLine]) -> Vec<String> {
-    let reasons = [(NotMapped::NoLevel, "on no map"), (NotMapped::NoFloor, "on no map, without floor under them")];
+    let reasons = [
+        (NotMapped::NoLevel, "on no map"),
+        (NotMapped::NoFloor, "on no map, without floor under them"),
+        (NotMapped::Shaft, "on no map, shafts"),
+    ];
     let line = |(reason, what): (NotMapped, &str)| {
         let of_reason: Vec<&RoomLine> = rooms.iter().filter(|room| room.reason == reason).collect();
         let all_m2: f64 = of_reason.iter().map(|r| r.area_m2).sum();
