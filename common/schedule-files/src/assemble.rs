@@ -6,6 +6,7 @@ use crate::nesting::parents_first;
 use crate::plan::{
     Dependency, DependencyKind, Finding, FindingKind, PlanDate, PlanFile, PlanLag, PlanTask, PlanTaskKind,
 };
+use crate::projects::WrittenProject;
 use std::collections::HashMap;
 
 /// A large site has some ten thousand.
@@ -26,10 +27,14 @@ const MAX_DEPENDENCIES: usize = 4_000_000;
 /// Tasks and dependencies in the order of the file.
 #[derive(Debug, Default)]
 pub(crate) struct WrittenPlan {
-    tasks: Vec<PlanTask>,
-    references: Vec<References>,
+    pub(crate) tasks: Vec<PlanTask>,
+    pub(crate) references: Vec<References>,
     /// Index of the task with a uid.
-    by_uid: HashMap<String, usize>,
+    pub(crate) by_uid: HashMap<String, usize>,
+    /// Projects, in whose order tasks name them until the end.
+    pub(crate) projects: Vec<WrittenProject>,
+    /// Uids of tasks of projects outside the plan, with the project.
+    pub(crate) left_out: HashMap<String, usize>,
     links: Vec<WrittenLink>,
     n_field_bytes: usize,
     /// What is wrong. The index of a task is that in the order of the file.
@@ -43,6 +48,8 @@ pub(crate) struct References {
     pub(crate) parent: Option<String>,
     /// Its calendar.
     pub(crate) calendar: Option<String>,
+    /// Its project, if the task does not have its index.
+    pub(crate) project: Option<String>,
 }
 
 /// A dependency between two uids.
@@ -156,6 +163,9 @@ impl WrittenPlan {
     /// A parent, calendar or end of a dependency that is not there is forgotten, as is the parent that would nest a task in itself; all
     /// of it is found. A task with others in it is a summary.
     pub(crate) fn into_file(mut self, file: &mut PlanFile) {
+        self.settle_projects();
+        self.count_elapsed_lags();
+        self.add_projects(file);
         self.look_up_references(file);
         file.dependencies = self.dependencies();
         let parents: Vec<_> = self.tasks.iter().map(|task| task.parent).collect();
@@ -184,7 +194,7 @@ impl WrittenPlan {
             calendars.entry(calendar.uid.as_str()).or_insert(k);
         }
         let references = std::mem::take(&mut self.references);
-        for (k, References { parent, calendar }) in references.into_iter().enumerate() {
+        for (k, References { parent, calendar, .. }) in references.into_iter().enumerate() {
             let mut missing = |what: &str, uid: &str| {
                 let message = format!("its {what} {uid:?} is not in the file");
                 self.findings.push(Finding { task: Some(k), kind: FindingKind::MissingReference, message });
@@ -217,17 +227,41 @@ impl WrittenPlan {
                 [Some(predecessor), Some(successor)] => {
                     dependencies.push(Dependency { predecessor, successor, kind, lag });
                 }
+                [None, None] if [&predecessor, &successor].iter().any(|uid| self.left_out.contains_key(*uid)) => {}
                 [None, task] => {
-                    let message = format!("the task {predecessor:?} that it depends on is not in the file");
+                    let message =
+                        format!("the task {predecessor:?} that it depends on {}", self.where_else(&predecessor));
                     self.find(task, FindingKind::MissingReference, message);
                 }
                 [task, None] => {
-                    let message = format!("the task {successor:?} that depends on it is not in the file");
+                    let message = format!("the task {successor:?} that depends on it {}", self.where_else(&successor));
                     self.find(task, FindingKind::MissingReference, message);
                 }
             }
         }
         dependencies
+    }
+
+    /// Lags count day and night where the project of the task that waits says so.
+    fn count_elapsed_lags(&mut self) {
+        let first = self.projects.iter().find(|project| !project.is_outside);
+        for link in &mut self.links {
+            let task = self.by_uid.get(&link.successor).map(|k| &self.tasks[*k]);
+            let project = task.and_then(|task| task.project).map_or(first, |project| Some(&self.projects[project]));
+            if let (Some(project), Some(PlanLag::Length(length))) = (project, &mut link.lag) {
+                length.is_elapsed = project.lag_calendar.is_none();
+            }
+        }
+    }
+
+    /// The end of the sentence about a task that is no part of the plan.
+    fn where_else(&self, uid: &str) -> String {
+        match self.project_outside(uid) {
+            Some(name) => {
+                format!("is of project {name:?}, which is in the file for its relationships with others only")
+            }
+            None => "is not in the file".to_owned(),
+        }
     }
 }
 
@@ -333,7 +367,8 @@ mod tests {
         let mut plan = WrittenPlan::default();
         plan.push(task("a"), under("b")).unwrap();
         plan.push(task("b"), under("a")).unwrap();
-        plan.push(task("c"), References { parent: Some("x".into()), calendar: Some("y".into()) }).unwrap();
+        plan.push(task("c"), References { parent: Some("x".into()), calendar: Some("y".into()), project: None })
+            .unwrap();
         plan.find(Some(plan.next_task()), FindingKind::NotUnderstood, String::new());
         plan.push(task("c"), References::default()).unwrap();
         for (predecessor, successor) in [("a", "x"), ("x", "b"), ("x", "y"), ("c", "c")] {

@@ -13,15 +13,16 @@ mod options;
 mod p6;
 mod plan;
 mod pmxml;
+mod projects;
 mod read;
 mod values;
 mod xer;
 mod xml;
 
 pub use error::PlanFileError;
-pub use options::{CsvColumn, ReadOptions};
+pub use options::{CsvColumn, ReadOptions, is_encoding};
 pub use plan::{
     CalendarException, Constraint, ConstraintKind, Dependency, DependencyKind, Finding, FindingKind, LagCalendar,
-    Length, PlanCalendar, PlanDate, PlanDates, PlanFile, PlanLag, PlanTask, PlanTaskKind,
+    Length, PlanCalendar, PlanDate, PlanDates, PlanFile, PlanLag, PlanProject, PlanTask, PlanTaskKind,
 };
 pub use read::read;

@@ -12,12 +12,14 @@ use jiff::tz::Offset;
 pub struct PlanFile {
     /// Name and version of the program that wrote it, as the file says; empty if it does not.
     pub written_by: String,
-    /// Name of the project, or of the first of several.
+    /// Name of the project, or of the first of several; the date, the start and the calendar of lags below are those of this one, too.
     pub name: String,
     /// The date up to which progress is entered (status date, data date).
     pub data_date: Option<PlanDate>,
     /// Start of the project: tasks without dates and predecessors begin here.
     pub start: Option<PlanDate>,
+    /// Projects of the plan with their own values, where the format has several in a file (Primavera P6).
+    pub projects: Vec<PlanProject>,
     /// Calendars.
     pub calendars: Vec<PlanCalendar>,
     /// Tasks, summaries included.
@@ -28,6 +30,45 @@ pub struct PlanFile {
     pub lag_calendar: LagCalendar,
     /// What is wrong with it, and what was done about it.
     pub findings: Vec<Finding>,
+}
+
+/// A project of a file that may have several.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct PlanProject {
+    /// Name.
+    pub name: String,
+    /// The date up to which its progress is entered.
+    pub data_date: Option<PlanDate>,
+    /// Its start: tasks of it without dates and predecessors begin here.
+    pub start: Option<PlanDate>,
+    /// Index of the calendar of the project. Tasks of it that name no calendar have it as their own, if it is not that of the file.
+    pub calendar: Option<usize>,
+    /// In whose working time lags before its tasks are counted.
+    pub lag_calendar: LagCalendar,
+}
+
+impl PlanFile {
+    /// The date up to which progress of a task is entered: that of its project.
+    pub fn data_date_of(&self, task: &PlanTask) -> Option<PlanDate> {
+        task.project.map_or(self.data_date, |project| self.projects[project].data_date)
+    }
+
+    /// Start of the project of a task.
+    pub fn start_of(&self, task: &PlanTask) -> Option<PlanDate> {
+        task.project.map_or(self.start, |project| self.projects[project].start)
+    }
+
+    /// Index of the calendar of the project of a task.
+    pub fn project_calendar_of(&self, task: &PlanTask) -> Option<usize> {
+        let usual = || self.calendars.iter().position(|calendar| calendar.is_default);
+        task.project.map_or_else(usual, |project| self.projects[project].calendar)
+    }
+
+    /// In whose working time the lag of a dependency is counted: as the project of the task that waits says.
+    pub fn lag_calendar_of(&self, dependency: &Dependency) -> LagCalendar {
+        let project = self.tasks[dependency.successor].project;
+        project.map_or(self.lag_calendar, |project| self.projects[project].lag_calendar)
+    }
 }
 
 /// A date of a schedule file.
@@ -61,6 +102,8 @@ pub struct PlanTask {
     pub wbs: String,
     /// Name.
     pub name: String,
+    /// Index of its project in [`PlanFile::projects`].
+    pub project: Option<usize>,
     /// Index of the task it is nested in.
     pub parent: Option<usize>,
     /// What it is.

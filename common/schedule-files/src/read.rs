@@ -1,7 +1,7 @@
 //! Recognises the format of a file by its content, and reads it.
 
-use crate::decode::decode;
-use crate::plan::PlanFile;
+use crate::decode::{Decoded, decode};
+use crate::plan::{Finding, FindingKind, PlanFile};
 use crate::xml::{Xml, declared_encoding};
 use crate::{PlanFileError, ReadOptions, csv, mspdi, pmxml, xer};
 
@@ -20,14 +20,16 @@ pub fn read(name: &str, bytes: &[u8], options: &ReadOptions) -> Result<PlanFile,
         return Err(PlanFileError::TooMany { max: MAX_BYTES, what: "bytes" });
     }
     refuse(name, bytes)?;
-    let text = decode(bytes, declared_encoding(bytes))?;
-    if text.starts_with("ERMHDR") {
+    let Decoded { text, guess } = decode(bytes, declared_encoding(bytes), options.encoding.as_deref())?;
+    let mut file = if text.starts_with("ERMHDR") {
         xer::read(&text)
     } else if text.trim_start().starts_with('<') {
         read_xml(&text)
     } else {
         csv::read(&text, options)
-    }
+    }?;
+    file.findings.extend(guess.map(|message| Finding { task: None, kind: FindingKind::NotUnderstood, message }));
+    Ok(file)
 }
 
 fn read_xml(text: &str) -> Result<PlanFile, PlanFileError> {
@@ -59,7 +61,9 @@ fn refuse(name: &str, bytes: &[u8]) -> Result<(), PlanFileError> {
 }
 
 fn refuse_other(bytes: &[u8]) -> Result<(), PlanFileError> {
-    let known = OTHERS.iter().find(|(start, _)| bytes.starts_with(start)).map(|(_, what)| *what);
+    let content = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes).trim_ascii_start();
+    let starts = |start: &[u8]| content.get(..start.len()).is_some_and(|head| head.eq_ignore_ascii_case(start));
+    let known = OTHERS.iter().find(|(start, _)| starts(start)).map(|(_, what)| *what);
     let is_utf16 = bytes.starts_with(b"\xff\xfe") || bytes.starts_with(b"\xfe\xff");
     let has_zeros = || bytes.iter().take(1024).any(|byte| *byte == 0);
     let what = match known {
@@ -83,10 +87,16 @@ const ASTA: [&str; 2] = ["Asta Powerproject (.pp)", "save it there as Microsoft 
 const SYNCHRO: [&str; 2] = ["Synchro (.sp)", "export it there as Microsoft Project XML, or convert it with MPXJ"];
 const SPREADSHEET: [&str; 2] = ["spreadsheets (.xlsx, .xls, .ods)", "save the sheet as CSV in UTF-8"];
 
-const OTHERS: [(&[u8], &str); 4] = [
+const OTHERS: [(&[u8], &str); 7] = [
     (ZIP, "it is a zip archive; unpack the schedule first"),
     (b"%PDF", "it is a PDF; a schedule is read as XML, XER or CSV"),
     (b"ISO-10303-21", "it is a building model (IFC), whose own schedule is read with the model"),
+    (
+        b"BEGIN:VCALENDAR",
+        "it is a calendar of appointments (iCalendar, .ics), which has no tasks with predecessors; save the schedule as XML, XER or CSV",
+    ),
+    (b"{\\rtf", "it is a text document (RTF); save the schedule as XML, XER or CSV"),
+    (b"{", "it is JSON; save the schedule as XML, XER or CSV"),
     (b"SQLite format 3", "it is a database; export the schedule as XML or XER"),
 ];
 
@@ -133,6 +143,10 @@ mod tests {
         check(b"%PDF-1.7", "it is a PDF; a schedule is read as XML, XER or CSV");
         check(b"ISO-10303-21;", "it is a building model (IFC), whose own schedule is read with the model");
         check(b" \n", "it is empty");
+        let calendar = "it is a calendar of appointments (iCalendar, .ics), which has no tasks with predecessors; save the schedule as XML, XER or CSV";
+        check(b"BEGIN:VCALENDAR\r\nVERSION:2.0\r\nEND:VCALENDAR\r\n", calendar);
+        check(b"\xef\xbb\xbf\r\nbegin:vcalendar\r\n", calendar);
+        check(b"{\"tasks\": []}", "it is JSON; save the schedule as XML, XER or CSV");
         check(b"\x7fELF\0\0", "it is no text and of no known format");
         let other = "its element \"html\" is not that of MS Project (Project) or Primavera P6 (APIBusinessObjects)";
         check(b"<html/>", other);

@@ -41,7 +41,7 @@ pub(crate) fn read(text: &str, options: &ReadOptions) -> Result<PlanFile, PlanFi
     for (row, parent) in table.parents().into_iter().enumerate() {
         let next = plan.next_task();
         let task = rows::task(&table, row, order, percent, &mut plan);
-        plan.push(task, References { parent, calendar: None })?;
+        plan.push(task, References { parent, ..Default::default() })?;
         let is_new = plan.next_task() > next;
         at_row.push(is_new.then_some(next));
         for (name, value) in table.fields(row).filter(|_| is_new) {

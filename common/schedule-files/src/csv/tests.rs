@@ -56,6 +56,7 @@ fn the_options_name_columns_and_the_order_of_dates() {
     let mut options = ReadOptions {
         columns: [(CsvColumn::Id, "Key".to_owned()), (CsvColumn::Finish, "When".to_owned())].into(),
         date_format: Some(DateOrder::Mdy),
+        ..Default::default()
     };
     let finish =
         |options: &ReadOptions| read(text, options).map(|file| file.tasks[0].dates.current[1].unwrap().at.to_string());

@@ -139,7 +139,7 @@ fn add(
     while outline.line.pop_if(|(above, _)| *above >= level).is_some() {}
     let parent = outline.line.last().map(|(_, uid)| uid.clone());
     let calendar = Some(written.calendar).filter(|uid| !["", "-1", "0"].contains(&uid.as_str()));
-    plan.push(task, References { parent, calendar })?;
+    plan.push(task, References { parent, calendar, project: None })?;
     if plan.next_task() == next {
         return Ok(());
     }

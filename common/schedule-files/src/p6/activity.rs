@@ -43,6 +43,7 @@ pub(crate) fn activity(record: &impl Record, columns: &ActivityColumns, plan: &m
     let is_complete = match record.cell(columns.status) {
         "TK_NotStart" | "TK_Active" | "Not Started" | "In Progress" => Some(false),
         "TK_Complete" | "Completed" => Some(true),
+        "" => Some(record.given(columns.actual_dates[1]).is_some()),
         _ => None,
     };
     let is_complete = known(record, columns.status, is_complete, plan).unwrap_or(false);
@@ -160,13 +161,8 @@ pub(crate) struct LinkColumns {
     pub(crate) lag: &'static str,
 }
 
-/// The relationship of a record; with a lag that counts day and night if `is_elapsed`.
-pub(crate) fn read_link(
-    record: &impl Record,
-    columns: &LinkColumns,
-    is_elapsed: bool,
-    plan: &mut WrittenPlan,
-) -> WrittenLink {
+/// The relationship of a record; its project says at the end whether its lag counts day and night.
+pub(crate) fn read_link(record: &impl Record, columns: &LinkColumns, plan: &mut WrittenPlan) -> WrittenLink {
     let [predecessor, successor] = [columns.predecessor, columns.successor].map(|name| record.cell(name).to_owned());
     let task = plan.index_of(&successor).or(plan.index_of(&predecessor));
     let word = record.cell(columns.kind);
@@ -176,7 +172,7 @@ pub(crate) fn read_link(
         DependencyKind::FinishStart
     });
     let seconds = record.hours(columns.lag, task, &mut plan.findings).filter(|seconds| *seconds != 0);
-    let lag = seconds.map(|seconds| PlanLag::Length(Length { seconds, is_elapsed }));
+    let lag = seconds.map(|seconds| PlanLag::Length(Length { seconds, is_elapsed: false }));
     WrittenLink { predecessor, successor, kind, lag }
 }
 

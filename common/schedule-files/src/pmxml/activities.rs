@@ -60,7 +60,8 @@ pub(super) fn read_node<'a>(
         kind: PlanTaskKind::Summary,
         ..Default::default()
     };
-    let references = References { parent: node.given("ParentObjectId").map(node_uid), calendar: None };
+    let parent = node.given("ParentObjectId").map(node_uid);
+    let references = References { parent, calendar: None, project: node.given("ProjectObjectId").map(str::to_owned) };
     push(task, references, fields, plan, assigned)
 }
 
@@ -75,8 +76,10 @@ pub(super) fn read_activity<'a>(
 ) -> Result<(), PlanFileError> {
     let (element, fields) = read_with_fields(xml, &["UDF", "Code"])?;
     let task = activity(&element, &ACTIVITY, plan);
-    let (parent, calendar) = (element.given("WBSObjectId").map(node_uid), element.given("CalendarObjectId"));
-    push(task, References { parent, calendar: calendar.map(str::to_owned) }, fields, plan, assigned)
+    let owned = |name| element.given(name).map(str::to_owned);
+    let (calendar, project) = (owned("CalendarObjectId"), owned("ProjectObjectId"));
+    let references = References { parent: element.given("WBSObjectId").map(node_uid), calendar, project };
+    push(task, references, fields, plan, assigned)
 }
 
 /// An element, and its children of these names, which assign codes and fields to it.

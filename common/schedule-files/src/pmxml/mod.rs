@@ -9,6 +9,8 @@
 //!   its `WBSObjectId`, or `project:` and its `ObjectId`.
 //! - Early and late dates are written for what remains only, so completed activities have none.
 //! - A baseline is a `BaselineProject` with activities of other identities and the same codes; its planned dates count.
+//! - A file may have several projects, each with its own values. Those that are marked as `External` are there for relationships with
+//!   others alone, and no part of the plan.
 //! - What holds for XER, too, is in [`crate::p6`].
 
 mod activities;
@@ -22,7 +24,8 @@ mod tests;
 use crate::assemble::{WrittenLink, WrittenPlan};
 use crate::calendars::{WrittenCalendar, resolve};
 use crate::p6::{self, Record, read_link};
-use crate::plan::{LagCalendar, PlanFile, PlanLag};
+use crate::plan::{LagCalendar, PlanFile};
+use crate::projects::{WrittenProject, choose_default};
 use crate::xml::Xml;
 use crate::{PlanFileError, values};
 use element::Element;
@@ -41,9 +44,16 @@ struct Reading<'a> {
     links: Vec<WrittenLink>,
     projects: Vec<Project<'a>>,
     baselines: Vec<Baseline<'a>>,
-    /// Identity of the calendar of the first project.
-    default_calendar: Cow<'a, str>,
-    /// The first that the file names.
+    /// Schedule options.
+    options: Vec<Options<'a>>,
+}
+
+/// Schedule options of a project.
+struct Options<'a> {
+    /// Index of the project that they stand in.
+    project: Option<usize>,
+    /// Identity of their project.
+    project_id: Cow<'a, str>,
     lag_calendar: Cow<'a, str>,
 }
 
@@ -79,14 +89,14 @@ impl<'a> Reading<'a> {
             "WBS" => activities::read_node(xml, &mut self.plan, &mut self.assigned)?,
             "Activity" => activities::read_activity(xml, &mut self.plan, &mut self.assigned)?,
             "Relationship" => {
-                let link = read_link(&Element::flat(xml)?, &activities::LINK, false, &mut self.plan);
+                let link = read_link(&Element::flat(xml)?, &activities::LINK, &mut self.plan);
                 self.links.push(link);
             }
             "ScheduleOptions" => {
-                let word = Element::flat(xml)?.take("RelationshipLagCalendar");
-                if self.lag_calendar.is_empty() {
-                    self.lag_calendar = word;
-                }
+                let mut options = Element::flat(xml)?;
+                let (project_id, lag_calendar) =
+                    (options.take("ProjectObjectId"), options.take("RelationshipLagCalendar"));
+                self.options.push(Options { project: None, project_id, lag_calendar });
             }
             _ => return self.definitions.read(name, xml),
         }
@@ -94,39 +104,48 @@ impl<'a> Reading<'a> {
     }
 
     fn read_project(&mut self, xml: &mut Xml<'a>) -> Result<(), PlanFileError> {
-        let from = self.plan.next_task();
+        let (from, first_options) = (self.plan.next_task(), self.options.len());
         let mut project = Element::read(xml, |name, xml| self.read_object(name, xml))?;
         projects::add_root(&project, from, &mut self.plan)?;
-        if self.projects.is_empty() {
-            self.file.name = project.cell("Name").to_owned();
-            self.file.data_date = values::date(project.cell("DataDate"));
-            self.file.start = values::date(project.cell("PlannedStartDate"));
-            self.default_calendar = project.take("ActivityDefaultCalendarObjectId");
-        }
-        if self.lag_calendar.is_empty() {
-            self.lag_calendar = project.take("RelationshipLagCalendar");
-        }
+        let index = self.projects.len();
+        self.plan.tasks_mut()[from..].iter_mut().for_each(|task| task.project = Some(index));
+        self.options[first_options..].iter_mut().for_each(|options| options.project = Some(index));
+        self.plan.push_project(WrittenProject {
+            uid: project.cell("ObjectId").to_owned(),
+            name: project.cell("Name").to_owned(),
+            data_date: values::date(project.cell("DataDate")),
+            start: values::date(project.cell("PlannedStartDate")),
+            calendar: project.cell("ActivityDefaultCalendarObjectId").to_owned(),
+            lag_calendar: None,
+            is_outside: ["1", "true"].contains(&project.cell("External")),
+        })?;
         let (id, baseline) = (project.take("ObjectId"), project.take("CurrentBaselineProjectObjectId"));
-        self.projects.push(Project { id, tasks: from..self.plan.next_task(), baseline });
+        let lag_calendar = project.take("RelationshipLagCalendar");
+        self.projects.push(Project { id, tasks: from..self.plan.next_task(), baseline, lag_calendar });
         Ok(())
     }
 
     fn into_file(mut self) -> Result<PlanFile, PlanFileError> {
-        let lag_calendar = p6::lag_calendar(&self.lag_calendar);
-        self.file.lag_calendar = lag_calendar.unwrap_or(LagCalendar::Predecessor);
-        for mut link in self.links {
-            if let Some(PlanLag::Length(length)) = &mut link.lag {
-                length.is_elapsed = lag_calendar.is_none();
-            }
+        self.file.lag_calendar = LagCalendar::Predecessor;
+        for (k, project) in self.projects.iter().enumerate() {
+            let named = |is_own: &dyn Fn(&Options<'_>) -> bool| {
+                self.options.iter().find(|options| !options.lag_calendar.is_empty() && is_own(options))
+            };
+            let options = named(&|options| options.project == Some(k))
+                .or_else(|| named(&|options| options.project.is_none() && options.project_id == project.id))
+                .or_else(|| named(&|options| options.project.is_none() && options.project_id.is_empty()));
+            let word = options.map_or(&project.lag_calendar, |options| &options.lag_calendar);
+            self.plan.projects[k].lag_calendar = p6::lag_calendar(word);
+        }
+        if self.plan.projects.iter().all(|project| project.is_outside) {
+            self.plan.projects.iter_mut().for_each(|project| project.is_outside = false);
+        }
+        for link in self.links {
             self.plan.link(link)?;
         }
         projects::set_baselines(&self.projects, &self.baselines, &mut self.plan);
         self.definitions.assign(&self.assigned, &mut self.plan)?;
-        if self.calendars.iter().any(|calendar| calendar.uid == self.default_calendar) {
-            for calendar in &mut self.calendars {
-                calendar.is_default = calendar.uid == self.default_calendar;
-            }
-        }
+        choose_default(&mut self.plan.projects, &mut self.calendars);
         self.file.calendars = resolve(&self.calendars, &mut self.plan.findings)?;
         self.plan.into_file(&mut self.file);
         p6::fill_wbs(&mut self.file);

@@ -18,6 +18,8 @@ pub(super) struct Project<'a> {
     pub(super) tasks: Range<usize>,
     /// Identity of the baseline that it is compared with.
     pub(super) baseline: Cow<'a, str>,
+    /// What it says itself of lags; its schedule options go before it.
+    pub(super) lag_calendar: Cow<'a, str>,
 }
 
 /// Planned dates of activities at an earlier time, by their codes: activities of a baseline have other identities.

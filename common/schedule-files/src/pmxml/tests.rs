@@ -209,3 +209,42 @@ fn dates_of_the_baseline_that_the_project_names_are_given_by_code() {
     assert_eq!(named.tasks[2].dates.baseline, [None, None]);
     assert_eq!(with("").tasks[1].dates.baseline, [date("2024-03-01 08:00"), None]);
 }
+
+#[test]
+fn each_project_has_its_own_values_and_external_ones_are_no_part_of_the_plan() {
+    let link = |from: &str, to: &str| {
+        let ends = cells(&[("PredecessorActivityObjectId", from), ("SuccessorActivityObjectId", to)]);
+        format!("<Relationship>{ends}<Type>Finish to Start</Type><Lag>1</Lag></Relationship>")
+    };
+    let project = |id: &str, day: &str, options: &str, more: &str| {
+        let values = cells(&[
+            ("ObjectId", id),
+            ("Name", id),
+            ("DataDate", &format!("2024-03-{day}T00:00:00")),
+            ("ActivityDefaultCalendarObjectId", day),
+        ]);
+        let options = cells(&[("ProjectObjectId", id), ("RelationshipLagCalendar", options)]);
+        format!("<Project>{values}<ScheduleOptions>{options}</ScheduleOptions>{more}</Project>")
+    };
+    let file = file(&format!(
+        "{}{}{}{}{}{}",
+        project("7", "01", "", &format!("{}<External>true</External>", activity("1", &[("CalendarObjectId", "77")]))),
+        project("8", "02", "Successor Activity Calendar", &(activity("2", &[]) + &link("1", "2"))),
+        project("9", "03", "24 Hour Calendar", &link("2", "3")),
+        activity("3", &[("ProjectObjectId", "9")]),
+        activity("4", &[("ProjectObjectId", "7")]),
+        ["01", "02", "03"].map(|id| format!("<Calendar><ObjectId>{id}</ObjectId></Calendar>")).concat(),
+    ));
+    let values = |uid: &str| {
+        let task = file.tasks.iter().find(|task| task.uid == uid)?;
+        let calendar = task.calendar.or(file.calendars.iter().position(|calendar| calendar.is_default));
+        Some((&*file.calendars[calendar.unwrap()].uid, file.data_date_of(task)))
+    };
+    assert_eq!((values("1"), values("4")), (None, None));
+    assert_eq!(values("2"), Some(("02", date("2024-03-02 00:00"))));
+    assert_eq!(values("3"), Some(("03", date("2024-03-03 00:00"))));
+    assert_eq!((&*file.name, file.lag_calendar), ("8", LagCalendar::Successor));
+    assert_eq!(file.dependencies.len(), 1);
+    assert_eq!(file.dependencies[0].lag, Some(PlanLag::Length(Length { seconds: 3600, is_elapsed: true })));
+    assert_eq!(kinds(&file), [(None, FindingKind::MissingReference), (Some("2"), FindingKind::MissingReference)]);
+}

@@ -1,10 +1,10 @@
 //! Work breakdown, activities and relationships of an XER file.
 
-use super::tables::Tables;
+use super::tables::{Row, Tables};
 use crate::PlanFileError;
 use crate::assemble::{References, WrittenPlan};
 use crate::p6::{ActivityColumns, LinkColumns, Record, activity, node_uid, read_link};
-use crate::plan::{PlanTask, PlanTaskKind};
+use crate::plan::{FindingKind, PlanTask, PlanTaskKind};
 use std::collections::HashSet;
 
 const ACTIVITY: ActivityColumns = ActivityColumns {
@@ -41,7 +41,9 @@ const LINK: LinkColumns =
 /// A column that is needed and not there; too many nodes.
 pub(super) fn read_nodes(tables: &Tables<'_>, plan: &mut WrittenPlan) -> Result<(), PlanFileError> {
     tables.require("PROJWBS", &["wbs_id", "parent_wbs_id"])?;
-    let ids: HashSet<_> = tables.rows("PROJWBS").map(|row| row.get("wbs_id")).collect();
+    let outside = outside(plan);
+    let is_of_plan = |row: &Row<'_, '_>| !outside.contains(row.get("proj_id"));
+    let ids: HashSet<_> = tables.rows("PROJWBS").filter(is_of_plan).map(|row| row.get("wbs_id")).collect();
     for row in tables.rows("PROJWBS") {
         let parent = row.get("parent_wbs_id");
         let is_top = parent.is_empty() || row.cell("proj_node_flag") == "Y" && !ids.contains(parent);
@@ -52,7 +54,10 @@ pub(super) fn read_nodes(tables: &Tables<'_>, plan: &mut WrittenPlan) -> Result<
             kind: PlanTaskKind::Summary,
             ..Default::default()
         };
-        plan.push(node, References { parent: (!is_top).then(|| node_uid(parent)), calendar: None })?;
+        plan.push(
+            node,
+            References { parent: (!is_top).then(|| node_uid(parent)), calendar: None, project: project_of(&row) },
+        )?;
     }
     Ok(())
 }
@@ -62,28 +67,41 @@ pub(super) fn read_nodes(tables: &Tables<'_>, plan: &mut WrittenPlan) -> Result<
 /// # Errors
 /// A column that is needed and not there; too many activities.
 pub(super) fn read_activities(tables: &Tables<'_>, plan: &mut WrittenPlan) -> Result<(), PlanFileError> {
-    tables.require("TASK", &[ACTIVITY.uid, ACTIVITY.kind, ACTIVITY.status])?;
+    tables.require("TASK", &[ACTIVITY.uid, ACTIVITY.kind])?;
+    if tables.lacks("TASK", ACTIVITY.status) {
+        let message = format!("TASK has no column {}: activities with an actual finish are complete", ACTIVITY.status);
+        plan.find(None, FindingKind::NotUnderstood, message);
+    }
     for row in tables.rows("TASK") {
         let task = activity(&row, &ACTIVITY, plan);
         let (parent, calendar) = (row.given("wbs_id").map(node_uid), row.given("clndr_id").map(str::to_owned));
-        plan.push(task, References { parent, calendar })?;
+        plan.push(task, References { parent, calendar, project: project_of(&row) })?;
     }
     Ok(())
 }
 
-/// Relationships; with lags that count day and night if `is_elapsed`.
+/// Relationships, other than those of projects outside the plan with each other.
 ///
 /// # Errors
 /// A column that is needed and not there; too many relationships.
-pub(super) fn read_relationships(
-    tables: &Tables<'_>,
-    is_elapsed: bool,
-    plan: &mut WrittenPlan,
-) -> Result<(), PlanFileError> {
+pub(super) fn read_relationships(tables: &Tables<'_>, plan: &mut WrittenPlan) -> Result<(), PlanFileError> {
     tables.require("TASKPRED", &[LINK.predecessor, LINK.successor, LINK.kind])?;
+    let outside = outside(plan);
     for row in tables.rows("TASKPRED") {
-        let link = read_link(&row, &LINK, is_elapsed, plan);
+        if ["pred_proj_id", "proj_id"].iter().all(|column| outside.contains(row.get(column))) {
+            continue;
+        }
+        let link = read_link(&row, &LINK, plan);
         plan.link(link)?;
     }
     Ok(())
+}
+
+/// Identities of the projects outside the plan.
+fn outside(plan: &WrittenPlan) -> HashSet<String> {
+    plan.projects.iter().filter(|project| project.is_outside).map(|project| project.uid.clone()).collect()
+}
+
+fn project_of(row: &Row<'_, '_>) -> Option<String> {
+    row.given("proj_id").map(str::to_owned)
 }

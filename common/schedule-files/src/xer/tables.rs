@@ -87,6 +87,11 @@ impl<'a> Tables<'a> {
         }
     }
 
+    /// True if the file has the table, and the table no such column.
+    pub(super) fn lacks(&self, name: &str, column: &str) -> bool {
+        self.tables.get(name).is_some_and(|table| !table.columns.contains_key(column))
+    }
+
     /// The rows of a table; none if the file does not have it.
     pub(super) fn rows<'t>(&'t self, name: &str) -> impl Iterator<Item = Row<'t, 'a>> {
         let table = self.tables.get(name);

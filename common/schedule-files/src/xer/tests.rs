@@ -250,3 +250,90 @@ fn a_file_that_is_cut_off_or_lacks_a_column_says_so() {
     let error = read("ERMHDR\n%T\tTASK\n%F\ttask_code\n%R\t1\n%E\n").unwrap_err();
     assert_eq!(error.to_string(), "line 3: TASK has no column task_id");
 }
+
+/// Three projects: one that is there for its relationships, and two of the plan with values of their own.
+fn three_projects(flags: [&str; 3]) -> PlanFile {
+    let week = "(0||CalendarData()((0||DaysOfWeek()((0||2()((0||0(s|08:00|f|16:00)())))))))";
+    let calendars = ["1;Y;All", "2;N;South", "3;N;Road"].map(|row| format!("{row};{week}"));
+    let calendars = calendars.each_ref().map(String::as_str);
+    let [a, b, c] = [
+        format!("7;NEXT;1;2020-01-01 00:00;2020-01-01 00:00;{}", flags[0]),
+        format!("8;SOUTH;2;2024-03-04 00:00;2024-03-01 00:00;{}", flags[1]),
+        format!("9;ROAD;3;2024-05-06 00:00;2024-05-01 00:00;{}", flags[2]),
+    ];
+    file(&[
+        ("PROJECT", "proj_id;proj_short_name;clndr_id;last_recalc_date;plan_start_date;export_flag", &[&a, &b, &c]),
+        ("CALENDAR", "clndr_id;default_flag;clndr_name;clndr_data", &calendars),
+        ("SCHEDOPTIONS", "proj_id;sched_calendar_on_relationship_lag", &["8;rcal_Successor", "9;rcal_24Hour"]),
+        (
+            "PROJWBS",
+            "wbs_id;proj_id;proj_node_flag;wbs_short_name;wbs_name;parent_wbs_id",
+            &["70;7;Y;NEXT;Next door;1", "80;8;Y;SOUTH;Hall south;70", "90;9;Y;ROAD;Road;1"],
+        ),
+        (
+            "TASK",
+            "task_id;proj_id;wbs_id;task_code;task_type;status_code",
+            &[
+                "71;7;70;N1;TT_Task;TK_Odd",
+                "72;7;70;N2;TT_Task;TK_NotStart",
+                "81;8;80;S1;TT_Task;TK_NotStart",
+                "82;8;80;S2;TT_Task;TK_NotStart",
+                "91;9;90;R1;TT_Task;TK_NotStart",
+            ],
+        ),
+        (
+            "TASKPRED",
+            "task_id;pred_task_id;proj_id;pred_proj_id;pred_type;lag_hr_cnt",
+            &["72;71;7;7;PR_FS;1", "81;71;8;7;PR_FS;1", "82;81;8;8;PR_FS;1", "91;82;9;8;PR_FS;1"],
+        ),
+    ])
+}
+
+#[test]
+fn projects_that_are_there_for_their_relationships_are_no_part_of_the_plan() {
+    for flags in [["N", "Y", "Y"], ["", "Y", "Y"], ["N", "", ""]] {
+        let file = three_projects(flags);
+        let uids: Vec<_> = file.tasks.iter().map(|task| (&*task.uid, task.parent)).collect();
+        let expected = [("wbs:80", None), ("wbs:90", None), ("81", Some(0)), ("82", Some(0)), ("91", Some(1))];
+        assert_eq!(uids, expected, "{flags:?}");
+        assert_eq!((&*file.name, file.data_date), ("Hall south", date("2024-03-04 00:00")));
+        let other = "the task \"71\" that it depends on is of project \"Next door\", which is in the file for its relationships with \
+                     others only";
+        let left_out =
+            "project \"Next door\" is in the file for its relationships with others only: 2 activities are left out";
+        let missing = FindingKind::MissingReference;
+        assert_eq!(messages(&file), [(None, missing, left_out), (Some("S1"), missing, other)]);
+    }
+    for flags in [["N", "N", "N"], ["", "", ""]] {
+        assert_eq!(three_projects(flags).tasks.len(), 8, "{flags:?}");
+    }
+}
+
+#[test]
+fn each_project_has_its_own_values() {
+    let file = three_projects(["N", "Y", "Y"]);
+    let values = |code: &str| {
+        let task = file.tasks.iter().find(|task| task.code == code).unwrap();
+        let calendar = task.calendar.or(file.calendars.iter().position(|calendar| calendar.is_default));
+        (&*file.calendars[calendar.unwrap()].name, file.data_date_of(task), file.start_of(task))
+    };
+    assert_eq!(values("S1"), ("South", date("2024-03-04 00:00"), date("2024-03-01 00:00")));
+    assert_eq!(values("R1"), ("Road", date("2024-05-06 00:00"), date("2024-05-01 00:00")));
+    let [south, road] = &file.dependencies[..] else { panic!("two") };
+    let lag = |is_elapsed| Some(PlanLag::Length(Length { seconds: 3600, is_elapsed }));
+    assert_eq!((file.lag_calendar_of(south), south.lag), (LagCalendar::Successor, lag(false)));
+    assert_eq!(road.lag, lag(true));
+}
+
+#[test]
+fn without_a_column_of_the_status_activities_with_an_actual_finish_are_complete() {
+    let file = file(&[(
+        "TASK",
+        "task_id;task_code;task_type;act_start_date;act_end_date",
+        &["1;A;TT_Task;2024-03-04 08:00;2024-03-05 16:00", "2;B;TT_Task;2024-03-04 08:00;", "3;C;TT_Task"],
+    )]);
+    let complete: Vec<_> = file.tasks.iter().map(|task| task.complete).collect();
+    assert_eq!(complete, [Some(1.0), Some(0.0), Some(0.0)]);
+    let message = "TASK has no column status_code: activities with an actual finish are complete";
+    assert_eq!(messages(&file), [(None, FindingKind::NotUnderstood, message)]);
+}

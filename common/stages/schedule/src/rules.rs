@@ -31,7 +31,7 @@ pub struct Rules {
     pub construction_phases: Vec<ConstructionPhase>,
     /// Spaces that are closed by configuration.
     pub closed_spaces: Vec<ClosedSpace>,
-    /// How schedule files are read: columns of tables, and the order of dates.
+    /// How schedule files are read: columns of tables, the order of dates, and the encoding.
     pub reading: ReadOptions,
     /// Which tasks of schedule files work on which elements.
     pub links: LinkRules,
@@ -163,6 +163,7 @@ pub enum RulesError {
 #[serde(deny_unknown_fields)]
 struct RulesToml {
     date_format: Option<DateOrder>,
+    encoding: Option<String>,
     #[serde(default)]
     duration_day: DurationDay,
     site_zone: Option<String>,
@@ -289,7 +290,11 @@ impl Rules {
         let closed_spaces = file.closed_spaces.into_iter().map(|c| closed_space(c, site_zone.as_ref()));
         let links = LinkRules::of(LinkRulesToml { link: file.link, link_words: file.link_words })
             .map_err(|e| RulesError::Value(e.to_string()))?;
-        let reading = ReadOptions { columns: file.csv_columns, date_format: file.date_format };
+        let reading = ReadOptions {
+            columns: file.csv_columns,
+            date_format: file.date_format,
+            encoding: file.encoding.map(encoding).transpose()?,
+        };
         Ok(Self {
             reading,
             links,
@@ -307,6 +312,13 @@ impl Rules {
             site_zone,
         })
     }
+}
+
+fn encoding(label: String) -> Result<String, RulesError> {
+    if schedule_files::is_encoding(&label) {
+        return Ok(label);
+    }
+    Err(RulesError::Value(format!("encoding: there is no encoding {label:?}; write e.g. \"windows-1250\" or \"big5\"")))
 }
 
 fn zone(name: &str) -> Result<TimeZone, RulesError> {

@@ -123,3 +123,56 @@ fn night_shifts_holidays_and_worked_holidays_count() {
     calendar.exceptions = vec![off(1, vec![]), off(5, vec![[8 * 3600, 12 * 3600]])];
     assert_eq!(finish(&calendar, 4 * DAY_S + 23 * 3600, 4 * 3600).unwrap(), "2024-03-09T11:00:00", "a worked Saturday");
 }
+
+/// Start and finish of the tasks of a schedule file; `None` for those without.
+fn dates_of(name: &str, bytes: &[u8]) -> Vec<Option<[String; 2]>> {
+    let plans = [ScheduleFile::read(name, bytes, &schedule_files::ReadOptions::default()).unwrap()];
+    let site_bytes = ScheduledSite::new().builder.finish();
+    let site = Site::open(site_bytes.bytes()).unwrap();
+    let archive = tasks_of(&site, &plans, &LinkRules::default(), &Links::default()).finish();
+    let tasks = Tasks::open(archive.bytes()).unwrap();
+    let timeline = evaluate(&site.with_tasks(&tasks).unwrap(), &Rules::default(), &Overrides::default()).unwrap();
+    let dates = |k| timeline.task(k).map(|dates| [text(dates.start_s), text(dates.finish_s)]);
+    (0..plans[0].plan.tasks.len()).map(dates).collect()
+}
+
+#[test]
+fn tasks_without_dates_begin_with_their_own_project_and_have_its_calendar() {
+    let week = |from: &str, to: &str| {
+        let day = |k| format!("(0||{k}()((0||0(s|{from}|f|{to})())))");
+        format!("(0||CalendarData()((0||DaysOfWeek()({}))))", (1..=7).map(day).collect::<String>())
+    };
+    let text = format!(
+        "ERMHDR\t19.12\n\
+         %T\tPROJECT\n%F\tproj_id\tproj_short_name\tclndr_id\tplan_start_date\texport_flag\n\
+         %R\t1\tNEXT\t1\t2020-01-01 00:00\t\n%R\t2\tHALL\t1\t2024-03-04 00:00\tY\n%R\t3\tROAD\t2\t2024-05-06 00:00\tY\n\
+         %T\tCALENDAR\n%F\tclndr_id\tclndr_name\tclndr_data\n%R\t1\tDay\t{}\n%R\t2\tNight\t{}\n\
+         %T\tPROJWBS\n%F\twbs_id\tproj_id\tproj_node_flag\twbs_short_name\tparent_wbs_id\n%R\t10\t1\tY\tNEXT\n%R\t20\t2\tY\tHALL\n%R\t30\t3\tY\tROAD\n\
+         %T\tTASK\n%F\ttask_id\tproj_id\twbs_id\ttask_type\tstatus_code\ttarget_drtn_hr_cnt\n\
+         %R\t11\t1\t10\tTT_Task\tTK_NotStart\t4\n%R\t21\t2\t20\tTT_Task\tTK_NotStart\t4\n%R\t31\t3\t30\tTT_Task\tTK_NotStart\t4\n%E\n",
+        week("08:00", "16:00"),
+        week("18:00", "23:00"),
+    );
+    let dates = dates_of("plan.xer", text.as_bytes());
+    let finishes: Vec<_> = dates[2..].iter().map(|dates| dates.as_ref().map(|[_, finish]| finish.as_str())).collect();
+    assert_eq!(finishes, [Some("2024-03-04T12:00:00"), Some("2024-05-06T22:00:00")]);
+}
+
+#[test]
+fn times_with_fractions_are_working_times() {
+    let day = |k: u32| {
+        format!(
+            "<WeekDay><DayType>{k}</DayType><DayWorking>1</DayWorking><WorkingTimes><WorkingTime>\
+             <FromTime>07:00:00.000</FromTime><ToTime>15:00:00.000Z</ToTime></WorkingTime></WorkingTimes></WeekDay>"
+        )
+    };
+    let text = format!(
+        "<Project xmlns=\"http://schemas.microsoft.com/project\"><StartDate>2024-03-04T08:00:00.000</StartDate><CalendarUID>1</CalendarUID>\
+         <Calendars><Calendar><UID>1</UID><WeekDays>{}{}</WeekDays></Calendar></Calendars>\
+         <Tasks><Task><UID>1</UID><OutlineLevel>1</OutlineLevel><Duration>PT8H0M0.0S</Duration></Task></Tasks></Project>",
+        day(2),
+        day(3),
+    );
+    let [Some([_, finish])] = &dates_of("plan.xml", text.as_bytes())[..] else { panic!("one task") };
+    assert_eq!(finish, "2024-03-05T08:00:00");
+}

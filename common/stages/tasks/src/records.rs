@@ -45,20 +45,23 @@ fn add_file(builder: &mut TasksBuilder, plan: &ScheduleFile, source: u32, first_
     let plan = &plan.plan;
     let written_by = builder.texts.add(&plan.written_by).into();
     builder.sources.push(ScheduleSourceRecord { file, written_by, sha256 });
-    let control = builder.schedule.work_controls.len() as u32;
-    let start = text_of(builder, plan.start);
-    let name = builder.texts.add(&plan.name).into();
-    builder.schedule.work_controls.push(WorkControlRecord {
-        global_id: file,
-        name,
-        predefined_type: ScheduleText::default(),
-        start,
-        finish: ScheduleText::default(),
-        is_plan: 0,
-        step_id: 0,
-        source,
-        reserved: 0,
-    });
+    let first_control = builder.schedule.work_controls.len() as u32;
+    let of_file = [(&plan.name, plan.start)];
+    let of_projects: Vec<_> = plan.projects.iter().map(|project| (&project.name, project.start)).collect();
+    for (name, start) in if of_projects.is_empty() { &of_file[..] } else { &of_projects } {
+        let (name, start) = (builder.texts.add(name).into(), text_of(builder, *start));
+        builder.schedule.work_controls.push(WorkControlRecord {
+            global_id: file,
+            name,
+            predefined_type: ScheduleText::default(),
+            start,
+            finish: ScheduleText::default(),
+            is_plan: 0,
+            step_id: 0,
+            source,
+            reserved: 0,
+        });
+    }
     let first_calendar = add_calendars(builder, &plan.calendars, source);
     let usual = plan.calendars.iter().position(|calendar| calendar.is_default);
     for (k, task) in plan.tasks.iter().enumerate() {
@@ -68,7 +71,7 @@ fn add_file(builder: &mut TasksBuilder, plan: &ScheduleFile, source: u32, first_
         let record = TaskRecord {
             global_id: builder.texts.add(&ids[at]).into(),
             parent,
-            control: if parent == NONE { control } else { NONE },
+            control: if parent == NONE { first_control + task.project.unwrap_or(0) as u32 } else { NONE },
             calendar,
             source,
             ..task_record(builder, task)
