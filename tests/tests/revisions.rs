@@ -30,6 +30,20 @@ fn dated_house(date: &str) -> House {
     house
 }
 
+/// A file of the state as an earlier version wrote it, which sealed none.
+fn write_unsealed(path: &Path, text: &str) {
+    remove_state(path);
+    std::fs::write(path, text).unwrap();
+}
+
+fn remove_state(path: &Path) {
+    for path in [path.to_owned(), format!("{}.sealed", path.display()).into()] {
+        if path.exists() {
+            std::fs::remove_file(path).unwrap();
+        }
+    }
+}
+
 fn write(house: &House, path: &Path) {
     let folder = tempfile::tempdir().unwrap();
     std::fs::copy(house.write(folder.path()), path).unwrap();
@@ -289,25 +303,25 @@ fn the_map_frame_survives_its_cache_and_another_file_name_and_every_change_raise
     let mut cache = std::fs::read(state.join("site.gpar")).unwrap();
     cache[4..8].copy_from_slice(&6_u32.to_le_bytes());
     std::fs::write(state.join("site.gpar"), cache).unwrap();
-    std::fs::remove_file(state.join("site-frame.json")).unwrap();
+    remove_state(&state.join("site-frame.json"));
     let mut loaded: Value = serde_json::from_slice(&std::fs::read(state.join("loaded.json")).unwrap()).unwrap();
     loaded.as_object_mut().unwrap().retain(|key, _| ["models", "stamps", "configured"].contains(&key.as_str()));
-    std::fs::write(state.join("loaded.json"), loaded.to_string()).unwrap();
+    write_unsealed(&state.join("loaded.json"), &loaded.to_string());
     live.up();
     assert_eq!(frame(&live), (0.0, 1), "it was taken from the cache");
     live.down();
     // Without the cache nothing tells the frame, and a new one is not taken for it.
     std::fs::remove_file(state.join("site.gpar")).unwrap();
-    std::fs::remove_file(state.join("site-frame.json")).unwrap();
-    std::fs::remove_file(state.join("site-outline.json")).unwrap();
-    std::fs::write(state.join("loaded.json"), loaded.to_string()).unwrap();
+    remove_state(&state.join("site-frame.json"));
+    remove_state(&state.join("site-outline.json"));
+    write_unsealed(&state.join("loaded.json"), &loaded.to_string());
     live.up();
     assert!(frame(&live).1 > 1, "{:?}", frame(&live));
     live.down();
     // A frame of an earlier model, and no cache: as after an update of the programs.
     let epoch = frame(&live).1 + 1;
     let kept = format!(r#"{{"map_from_world":{{"x_m":0.0,"y_m":0.0,"z_m":0.0,"yaw_rad":0.4}},"frame_epoch":{epoch}}}"#);
-    std::fs::write(state.join("site-frame.json"), kept).unwrap();
+    write_unsealed(&state.join("site-frame.json"), &kept);
     std::fs::remove_file(state.join("site.gpar")).unwrap();
     live.up();
     assert_eq!(frame(&live), (0.4, epoch));
@@ -320,14 +334,14 @@ fn the_map_frame_survives_its_cache_and_another_file_name_and_every_change_raise
     let written: Value = serde_json::from_slice(&std::fs::read(exported.join("site-frame.json")).unwrap()).unwrap();
     assert_eq!(written["map_from_world"]["yaw_rad"], 0.4);
 
-    // A frame that is damaged is an error, and never another frame.
-    std::fs::write(state.join("site-frame.json"), "{").unwrap();
+    // A frame that is damaged, and of which nothing is sealed, is an error, and never another frame.
+    write_unsealed(&state.join("site-frame.json"), "{");
     let refused = live.run(&[&"load"]);
     assert!(errors_of(&refused).contains("site-frame.json"), "{}", errors_of(&refused));
     kill(&live, "ifc-ingest");
     wait_until(&live, |live| says(live, "ifc-ingest", "error").contains("site-frame.json"));
     assert_eq!(std::fs::read(state.join("site-frame.json")).unwrap(), b"{");
-    std::fs::remove_file(state.join("site-frame.json")).unwrap();
+    remove_state(&state.join("site-frame.json"));
     reload(&live, "ifc-ingest");
     live.wait_until_healthy();
     live.text(&[&"load"]);
@@ -358,7 +372,7 @@ fn a_machine_clock_that_went_ahead_waits_for_an_operator() {
     reached["wall_ms"] = (reached["wall_ms"].as_i64().unwrap() - days * 86_400_000).into();
     reached["boot"] = 1.into();
     let stands_s = reached["plan_s"].as_i64().unwrap();
-    std::fs::write(&path, setting.to_string()).unwrap();
+    write_unsealed(&path, &setting.to_string());
     up(&mut live);
     wait_until(&live, |live| says(live, "schedule-eval", "warning").contains("clock_untrusted"));
     let stands = frames::PlanTime::from_civil_seconds(stands_s).unwrap().to_string();

@@ -10,7 +10,7 @@ use clap::ValueEnum;
 use jiff::Timestamp;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
-use std::fs::{self, OpenOptions};
+use std::fs::{self, File, OpenOptions};
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
@@ -22,6 +22,9 @@ const MAX_BYTES: u64 = 64 << 20;
 const MAX_FILE_BYTES: u64 = 8 << 20;
 /// Bytes that a relay passes on.
 const MAX_PASSED_ON_BYTES: usize = 4 << 20;
+
+/// The file that is locked while a file of a month ends.
+const LOCK: &str = "lock";
 
 /// What happened.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, clap::ValueEnum)]
@@ -131,11 +134,17 @@ impl History {
         file.sync_data()
     }
 
-    /// Gives the full file of a month a number, so that another one begins.
+    /// Gives the full file of a month a number, so that another one begins. One daemon does so at a time: two would give one
+    /// number twice, and a file would be lost.
     fn end_file(&self, path: &Path) -> io::Result<()> {
+        let lock = File::create(self.folder.join(LOCK))?;
+        lock.lock()?;
+        // Another daemon may have ended it while this one waited.
+        let is_full = existing(fs::metadata(path))?.is_some_and(|file| MAX_FILE_BYTES <= file.len());
         let number = (1..).find(|number| !numbered(path, *number).exists()).unwrap_or(1);
-        // Another daemon may have done it at this moment.
-        existing(fs::rename(path, numbered(path, number))).map(drop)
+        let ended = if is_full { fs::rename(path, numbered(path, number)) } else { Ok(()) };
+        // Closing is not enough: a process that was forked meanwhile has the file open until it becomes another program.
+        lock.unlock().and(ended)
     }
 
     /// Removes the oldest files, before another one begins; the newest of them stays. Another daemon may do it at this moment.
@@ -274,6 +283,31 @@ mod tests {
         let (newest, _) = parse_history(&history.newest_lines());
         assert!(!newest.is_empty() && entries.ends_with(&newest), "{newest:?}");
         assert!(entries.iter().any(|entry| entry.summary == (n_files - 1).to_string()), "the newest stay");
+    }
+
+    #[test]
+    fn daemons_that_end_a_file_at_once_lose_nothing() {
+        const DAEMONS: usize = 4;
+        for _ in 0..50 {
+            let state = tempfile::tempdir().unwrap();
+            let history = History::at(state.path());
+            history.record(event("before")).unwrap();
+            let file = OpenOptions::new().write(true).open(history.files().unwrap().pop().unwrap()).unwrap();
+            file.set_len(MAX_FILE_BYTES).unwrap();
+            let at_once = std::sync::Barrier::new(DAEMONS);
+            std::thread::scope(|scope| {
+                for daemon in 0..DAEMONS {
+                    let (history, at_once) = (&history, &at_once);
+                    scope.spawn(move || {
+                        at_once.wait();
+                        history.record(event(&daemon.to_string())).unwrap();
+                    });
+                }
+            });
+            let (entries, _) = history.read().unwrap();
+            let summaries: BTreeSet<_> = entries.into_iter().map(|entry| entry.summary).collect();
+            assert_eq!(summaries, ["0", "1", "2", "3", "before"].map(str::to_owned).into());
+        }
     }
 
     #[test]

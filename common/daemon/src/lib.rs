@@ -58,6 +58,7 @@ mod robot_file;
 mod ros_config;
 mod run;
 mod schedule_inputs;
+mod sealed_file;
 mod self_report;
 mod service;
 mod service_loop;
@@ -97,8 +98,9 @@ pub use reported_progress::ReportedProgress;
 pub use request::{Published, Request, RequestError, parse_request};
 pub use requests::{
     ActualsSource, AlignAnswer, AlignRequest, ComparisonState, Confirmations, Confirmed, ConfirmedElement,
-    IngestAnswer, IngestRequest, ListedPose, RasterizeAnswer, RasterizeRequest, Revision, RevisionEffect,
-    RosBridgeRequest, ScheduleAnswer, ScheduleRequest, SearchState, WaypointAnswer, WaypointRequest, WebRequest,
+    IngestAnswer, IngestRequest, ListedPose, MAX_RATE, MIN_RATE, RasterizeAnswer, RasterizeRequest, RateError,
+    Revision, RevisionEffect, RosBridgeRequest, ScheduleAnswer, ScheduleRequest, SearchState, WaypointAnswer,
+    WaypointRequest, WebRequest, checked_rate,
 };
 pub use robot_file::{Robot, RobotFileError};
 pub use ros_config::{

@@ -1,12 +1,15 @@
 //! Tables of reported progress: the one in force, and those before it, to which `groundplan undo progress` goes back.
 //!
 //! Each table is a numbered file in a folder of the state folder; the one with the highest number is in force. To report is
-//! to write another one, to take back is to remove the last: a death at any moment leaves one or the other.
+//! to write another one, to take back is to remove the last: a death at any moment leaves one or the other. Each is kept twice,
+//! so that none is lost by the damage or the removal of a file.
 
-use crate::replaced_file::write_durably;
+use crate::sealed_file::{Sealed, read_sealed, remove_sealed, sealed_content, write_sealed};
+use std::collections::BTreeSet;
 use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
+use tracing::warn;
 
 /// Folder of the tables in the state folder.
 const FOLDER: &str = "progress";
@@ -42,6 +45,38 @@ impl ReportedProgress {
         }
     }
 
+    /// The content of one of the [tables](Self::tables).
+    ///
+    /// # Errors
+    /// A table that is damaged, or the file system refuses.
+    pub fn read(table: &Path) -> io::Result<Vec<u8>> {
+        sealed_content(table)
+    }
+
+    /// Mends tables that were damaged or removed; for the daemon that writes them, at its start. The answer is what an operator
+    /// should know, which is logged too.
+    ///
+    /// # Errors
+    /// The file system refuses.
+    pub fn mend(&self) -> io::Result<Option<String>> {
+        let mut sentences = Vec::new();
+        for (_, table) in self.numbered()? {
+            let (content, sentence) = match read_sealed(&table)? {
+                Sealed::OfEarlierVersion(content) => (content, None),
+                Sealed::Mended(content, sentence) => (content, Some(sentence)),
+                // A table that is in force and damaged is refused where it is read.
+                Sealed::Intact(_) | Sealed::Damaged(_) | Sealed::Nothing => continue,
+            };
+            write_sealed(&table, &content)?;
+            if let Some(why) = &sentence {
+                let path = table.display();
+                warn!(%path, why, "reported progress is mended");
+            }
+            sentences.extend(sentence);
+        }
+        Ok((!sentences.is_empty()).then(|| sentences.join("; ")))
+    }
+
     /// Puts this table in force; it is on disk when this returns.
     ///
     /// # Errors
@@ -50,9 +85,9 @@ impl ReportedProgress {
         self.take_over_older()?;
         let numbered = self.numbered()?;
         let next = numbered.last().map_or(1, |(number, _)| number + 1);
-        write_durably(&self.path(next), table)?;
+        write_sealed(&self.path(next), table)?;
         let n_too_many = (numbered.len() + 1).saturating_sub(MAX_TABLES);
-        numbered.iter().take(n_too_many).try_for_each(|(_, path)| fs::remove_file(path))
+        numbered.iter().take(n_too_many).try_for_each(|(_, path)| remove_sealed(path))
     }
 
     /// Removes the table in force: the one before is in force, or none.
@@ -62,7 +97,7 @@ impl ReportedProgress {
     pub fn take_back(&self) -> io::Result<()> {
         self.take_over_older()?;
         if let Some((_, path)) = self.numbered()?.last() {
-            fs::remove_file(path)?;
+            remove_sealed(path)?;
             File::open(&self.folder)?.sync_all()?;
         }
         Ok(())
@@ -81,27 +116,32 @@ impl ReportedProgress {
         self.folder.join(format!("{number:08}.csv"))
     }
 
-    /// The tables by their numbers, from old to new.
+    /// The tables by their numbers, from old to new; one that is there sealed only was removed by somebody else.
     fn numbered(&self) -> io::Result<Vec<(u64, PathBuf)>> {
         let entries = match fs::read_dir(&self.folder) {
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
             entries => entries?,
         };
         let paths = entries.map(|entry| Ok(entry?.path())).collect::<io::Result<Vec<PathBuf>>>()?;
-        let number = |path: &Path| path.file_name()?.to_str()?.strip_suffix(".csv")?.parse().ok();
-        let mut numbered: Vec<(u64, PathBuf)> =
-            paths.into_iter().filter_map(|path| Some((number(&path)?, path))).collect();
-        numbered.sort();
-        Ok(numbered)
+        let number = |path: &Path| {
+            let name = path.file_name()?.to_str()?;
+            name.strip_suffix(".sealed").unwrap_or(name).strip_suffix(".csv")?.parse::<u64>().ok()
+        };
+        let numbers: BTreeSet<u64> = paths.iter().filter_map(|path| number(path)).collect();
+        Ok(numbers.into_iter().map(|number| (number, self.path(number))).collect())
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::sealed_file::sealed_path;
 
     fn texts(progress: &ReportedProgress) -> [Option<String>; 2] {
-        progress.tables().unwrap().map(|path| path.map(|path| fs::read_to_string(path).unwrap()))
+        progress
+            .tables()
+            .unwrap()
+            .map(|path| path.map(|path| String::from_utf8(ReportedProgress::read(&path).unwrap()).unwrap()))
     }
 
     fn two(last: Option<&str>, before: Option<&str>) -> [Option<String>; 2] {
@@ -125,6 +165,29 @@ mod tests {
             progress.take_back().unwrap();
         }
         assert_eq!(texts(&progress), [None, None]);
+    }
+
+    #[test]
+    fn a_table_that_is_removed_or_damaged_stays_in_force_and_is_told() {
+        let state = tempfile::tempdir().unwrap();
+        let progress = ReportedProgress::at(state.path());
+        for text in ["a", "b"] {
+            progress.add(text.as_bytes()).unwrap();
+        }
+        let table = progress.path(2);
+        for damage in [None, Some(""), Some("B")] {
+            match damage {
+                Some(text) => fs::write(&table, text).unwrap(),
+                None => fs::remove_file(&table).unwrap(),
+            }
+            assert_eq!(texts(&progress), two(Some("b"), Some("a")));
+            let why = progress.mend().unwrap().unwrap();
+            assert!(why.contains("00000002.csv") && why.contains("stays"), "{why}");
+            assert_eq!((fs::read_to_string(&table).unwrap().as_str(), progress.mend().unwrap()), ("b", None));
+        }
+        fs::write(&table, "B").unwrap();
+        fs::write(sealed_path(&table), "sha256").unwrap();
+        assert!(ReportedProgress::read(&table).is_err(), "no earlier table is taken for it");
     }
 
     #[test]

@@ -6,6 +6,7 @@ use crate::config_file::ConfigFileError;
 use crate::failure::Failure;
 use crate::file_text::FileText;
 use crate::reported_progress::ReportedProgress;
+use crate::sealed_file::sealed_content;
 use crate::setting::{SettingKey, would_be_in_force};
 use std::error::Error;
 use std::io::{self, Read};
@@ -53,7 +54,7 @@ pub fn progress_in_force<A, E: Error + Send + Sync + 'static>(
     parse: impl Fn(&[u8]) -> Result<Vec<A>, E>,
 ) -> Result<[Vec<A>; 2], ConfigFileError> {
     let read = |path: PathBuf| {
-        let bytes = match read_progress(&path) {
+        let bytes = match sealed_content(&path) {
             // Earlier versions wrote no columns where nothing was reported.
             Ok(bytes) if bytes.is_empty() => return Ok(Vec::new()),
             Ok(bytes) => bytes,

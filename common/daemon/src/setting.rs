@@ -218,7 +218,7 @@ impl<T: Clone + Default + PartialEq + Serialize + DeserializeOwned> Setting<T> {
     ) -> Result<Self, Failure> {
         let file = StateFile::at(&state.join(FOLDER), &key.file_name())?;
         let at = Timestamp::now();
-        let before = file.load()?;
+        let (before, mended) = file.load_and_tell()?;
         let kept = match &before {
             Some(kept) => Some(KeptSetting::clone(kept)),
             None => older()?.map(|older| taken_over(older, &now, at)),
@@ -234,7 +234,9 @@ impl<T: Clone + Default + PartialEq + Serialize + DeserializeOwned> Setting<T> {
             file.save(&kept)?;
         }
         let was_edited = before.is_some_and(|before| before != kept);
-        Ok(Self { key, file, kept, warning: warning.map(|text| format!("{key}: {text}")), was_edited })
+        let warnings: Vec<String> = mended.into_iter().chain(warning).collect();
+        let warning = (!warnings.is_empty()).then(|| format!("{key}: {}", warnings.join("; ")));
+        Ok(Self { key, file, kept, warning, was_edited })
     }
 
     /// True if `site.toml` was edited before this start.
@@ -360,10 +362,14 @@ fn named(key: SettingKey, why: &(dyn std::error::Error + 'static)) -> Failure {
 /// # Errors
 /// A value that cannot be used, or state that is damaged: the daemon would not start.
 pub fn check_setting<T>(state: &Path, key: SettingKey, now: Configured<T>) -> Result<Option<String>, Failure> {
-    let kept: Option<KeptSetting<serde_json::Value>> = load(state, key)?;
+    let file = StateFile::of(&state.join(FOLDER), &key.file_name());
+    let (kept, mended): (Option<KeptSetting<serde_json::Value>>, _) = file.load_and_tell()?;
     match (kept, now.value) {
-        (_, Ok(_)) => Ok(None),
-        (Some(kept), Err(why)) => stand_in(&kept, now.file.as_deref(), why).map(Some),
+        (_, Ok(_)) => Ok(mended),
+        (Some(kept), Err(why)) => {
+            let warning = stand_in(&kept, now.file.as_deref(), why)?;
+            Ok(Some(mended.into_iter().chain([warning]).collect::<Vec<_>>().join("; ")))
+        }
         (None, Err(why)) => Err(why),
     }
 }
@@ -534,8 +540,32 @@ mod tests {
     fn damaged_state_is_an_error_of_the_check_too() {
         let mut site = Site::new();
         site.start().unwrap();
-        fs::write(site.home.path().join("state/settings/robot.profile.json"), "{}").unwrap();
+        let file = site.home.path().join("state/settings/robot.profile.json");
+        fs::write(&file, "{}").unwrap();
+        fs::write(crate::sealed_file::sealed_path(&file), "{").unwrap();
         assert!(site.start().unwrap_err().to_string().contains("damaged"));
+    }
+
+    #[test]
+    fn a_value_whose_file_is_damaged_or_removed_stays_and_is_told() {
+        let mut site = Site::new();
+        site.start().unwrap();
+        site.command("legged");
+        let file = site.home.path().join("state/settings/robot.profile.json");
+        let intact = fs::read(&file).unwrap();
+        for damage in [Some("{}"), Some(""), None] {
+            match damage {
+                Some(text) => fs::write(&file, text).unwrap(),
+                None => fs::remove_file(&file).unwrap(),
+            }
+            site.start().unwrap();
+            assert_eq!(site.text(), Some("legged"));
+            let warning = site.setting.as_ref().unwrap().warning().unwrap();
+            assert!(warning.contains("robot.profile.json") && warning.contains("stays"), "{warning}");
+            assert_eq!(fs::read(&file).unwrap(), intact);
+            site.start().unwrap();
+            assert_eq!(site.setting.as_ref().unwrap().warning(), None);
+        }
     }
 
     #[derive(Debug, Clone)]

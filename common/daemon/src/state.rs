@@ -1,11 +1,14 @@
 //! Persistent state of a daemon: JSON files and sample epochs, written durably.
 
-use crate::replaced_file::write_durably;
+use crate::failure::chain;
+use crate::sealed_file::{Sealed, read_sealed, remove_sealed, sealed_path, write_sealed};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
+use std::time::{SystemTime, UNIX_EPOCH};
+use tracing::warn;
 
 /// State that cannot be read or written.
 #[derive(Debug, thiserror::Error)]
@@ -19,7 +22,7 @@ pub enum StateError {
         source: io::Error,
     },
     /// The file holds something else.
-    #[error("state {} is damaged: remove it to start anew", path.display())]
+    #[error("state {} is damaged: remove it and {} to start anew", path.display(), sealed_path(path).display())]
     Damaged {
         /// The file.
         path: PathBuf,
@@ -29,9 +32,13 @@ pub enum StateError {
 }
 
 /// A JSON file that is replaced whole: what was saved is there after a power cut, and never half.
+///
+/// It is kept twice, as it is and sealed with its hash: one of the two may be removed or damaged, and nothing else is taken for
+/// what was saved. A file of an earlier version, which has no hash, is taken over.
 #[derive(Debug)]
 pub struct StateFile {
     path: PathBuf,
+    is_read_only: bool,
 }
 
 impl StateFile {
@@ -41,28 +48,61 @@ impl StateFile {
     /// The folder cannot be made.
     pub fn at(folder: &Path, name: &str) -> Result<Self, StateError> {
         fs::create_dir_all(folder).map_err(|source| StateError::Io { path: folder.to_owned(), source })?;
-        Ok(Self::of(folder, name))
+        Ok(Self { path: folder.join(name), is_read_only: false })
     }
 
-    /// The same, to be read only: nothing is made.
+    /// The same, to be read only: nothing is made or mended.
     pub(crate) fn of(folder: &Path, name: &str) -> Self {
-        Self { path: folder.join(name) }
+        Self { path: folder.join(name), is_read_only: true }
     }
 
-    /// What was saved last; `None` if nothing was.
+    /// What was saved last; `None` if nothing was. A file that was damaged or removed is mended, and that is logged.
     ///
     /// # Errors
     /// A file that cannot be read, or holds something else.
     pub fn load<T: DeserializeOwned>(&self) -> Result<Option<T>, StateError> {
-        let path = || self.path.clone();
-        match fs::read(&self.path) {
-            Ok(bytes) => {
-                let parsed = serde_json::from_slice(&bytes);
-                parsed.map(Some).map_err(|source| StateError::Damaged { path: path(), source })
+        self.load_and_tell().map(|(state, _)| state)
+    }
+
+    /// As [`Self::load`], for state that can be made anew: where it is damaged there is none, and that is logged.
+    ///
+    /// # Errors
+    /// A file that cannot be read.
+    pub fn load_unless_damaged<T: DeserializeOwned>(&self) -> Result<Option<T>, StateError> {
+        match self.load() {
+            Err(why @ StateError::Damaged { .. }) => {
+                let (path, error) = (self.path.display(), chain(&why));
+                warn!(%path, error, "state is damaged and is made anew");
+                Ok(None)
             }
-            Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
-            Err(source) => Err(StateError::Io { path: path(), source }),
+            loaded => loaded,
         }
+    }
+
+    /// As [`Self::load`], with a sentence about a file that was mended.
+    ///
+    /// # Errors
+    /// A file that cannot be read, or holds something else.
+    pub(crate) fn load_and_tell<T: DeserializeOwned>(&self) -> Result<(Option<T>, Option<String>), StateError> {
+        let failed = |source| StateError::Io { path: self.path.clone(), source };
+        let (content, is_intact, mended) = match read_sealed(&self.path).map_err(failed)? {
+            Sealed::Nothing => return Ok((None, None)),
+            Sealed::Intact(content) => (content, true, None),
+            Sealed::OfEarlierVersion(content) => (content, false, None),
+            Sealed::Mended(content, why) => (content, false, Some(why)),
+            Sealed::Damaged(why) => {
+                return Err(self.damaged(<serde_json::Error as serde::de::Error>::custom(why)));
+            }
+        };
+        let state = serde_json::from_slice(&content).map_err(|source| self.damaged(source))?;
+        if let Some(why) = &mended {
+            let path = self.path.display();
+            warn!(%path, why, "state is mended");
+        }
+        if !is_intact && !self.is_read_only {
+            write_sealed(&self.path, &content).map_err(failed)?;
+        }
+        Ok((Some(state), mended))
     }
 
     /// Removes the file, if it is there.
@@ -70,12 +110,7 @@ impl StateFile {
     /// # Errors
     /// The file system refuses.
     pub fn remove(&self) -> Result<(), StateError> {
-        match fs::remove_file(&self.path) {
-            Err(source) if source.kind() != io::ErrorKind::NotFound => {
-                Err(StateError::Io { path: self.path.clone(), source })
-            }
-            _ => Ok(()),
-        }
+        remove_sealed(&self.path).map_err(|source| StateError::Io { path: self.path.clone(), source })
     }
 
     /// Saves; when this returns it is on disk.
@@ -83,9 +118,12 @@ impl StateFile {
     /// # Errors
     /// The file system refuses; what was saved before stays.
     pub fn save<T: Serialize>(&self, state: &T) -> Result<(), StateError> {
-        let path = || self.path.clone();
-        let bytes = serde_json::to_vec(state).map_err(|source| StateError::Damaged { path: path(), source })?;
-        write_durably(&self.path, &bytes).map_err(|source| StateError::Io { path: path(), source })
+        let bytes = serde_json::to_vec(state).map_err(|source| self.damaged(source))?;
+        write_sealed(&self.path, &bytes).map_err(|source| StateError::Io { path: self.path.clone(), source })
+    }
+
+    fn damaged(&self, source: serde_json::Error) -> StateError {
+        StateError::Damaged { path: self.path.clone(), source }
     }
 }
 
@@ -101,13 +139,24 @@ pub struct Epochs {
 const BLOCK: u64 = 1_024;
 
 impl Epochs {
-    /// The numbers of a daemon, from its file in the state folder.
+    /// The numbers of a daemon, from its file in the state folder. Where that is damaged they go on above all that can have been
+    /// taken: at the microseconds since 1970, of which no daemon takes one each.
     ///
     /// # Errors
-    /// A file that cannot be read, or holds something else.
+    /// A file that cannot be read.
     pub fn at(folder: &Path, name: &str) -> Result<Self, StateError> {
         let file = StateFile::at(folder, name)?;
-        let next = file.load::<u64>()?.unwrap_or(1);
+        let next = match file.load::<u64>() {
+            Ok(next) => next.unwrap_or(1),
+            Err(why @ StateError::Damaged { .. }) => {
+                let next = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_micros());
+                let next = u64::try_from(next).unwrap_or(u64::MAX / 2);
+                let (file, error) = (file.path.display(), chain(&why));
+                warn!(%file, error, next, "epochs are damaged and go on above all earlier ones");
+                next
+            }
+            Err(why) => return Err(why),
+        };
         Ok(Self { file, next, reserved: next })
     }
 
@@ -156,7 +205,50 @@ mod tests {
         assert!(file.load::<u64>().unwrap().is_none());
         file.save(&7u64).unwrap();
         assert_eq!(file.load::<u64>().unwrap(), Some(7));
-        std::fs::write(home.path().join("state.json"), "{").unwrap();
+        fs::write(home.path().join("state.json"), "8").unwrap();
+        assert_eq!(file.load::<u64>().unwrap(), Some(7), "the sealed one counts");
+        assert_eq!(fs::read_to_string(home.path().join("state.json")).unwrap(), "7", "it is mended");
+        for name in ["state.json", "state.json.sealed"] {
+            fs::write(home.path().join(name), "8").unwrap();
+        }
         assert!(matches!(file.load::<u64>(), Err(StateError::Damaged { .. })));
+        assert!(file.load_unless_damaged::<u64>().unwrap().is_none());
+        file.remove().unwrap();
+        assert_eq!(fs::read_dir(home.path()).unwrap().count(), 0);
+    }
+
+    #[test]
+    fn epochs_never_fall_where_their_files_are_truncated_or_removed() {
+        let home = tempfile::tempdir().unwrap();
+        let take = || Epochs::at(home.path(), "epochs.json").unwrap().take().unwrap();
+        let (path, sealed) = (home.path().join("epochs.json"), home.path().join("epochs.json.sealed"));
+        let mut last = take();
+        let mut rises = || {
+            let epoch = take();
+            assert!(last < epoch, "{last} {epoch}");
+            last = epoch;
+        };
+        rises();
+        fs::write(&path, "1").unwrap();
+        rises();
+        fs::write(&path, "").unwrap();
+        rises();
+        fs::remove_file(&path).unwrap();
+        rises();
+        fs::remove_file(&sealed).unwrap();
+        rises();
+        fs::write(&path, "1").unwrap();
+        fs::write(&sealed, "sha256").unwrap();
+        rises();
+    }
+
+    #[test]
+    fn state_of_an_earlier_version_is_taken_over() {
+        let home = tempfile::tempdir().unwrap();
+        fs::write(home.path().join("state.json"), "7").unwrap();
+        let file = StateFile::at(home.path(), "state.json").unwrap();
+        assert_eq!(file.load::<u64>().unwrap(), Some(7));
+        fs::write(home.path().join("state.json"), "5").unwrap();
+        assert_eq!(file.load::<u64>().unwrap(), Some(7), "it has a hash from then on");
     }
 }

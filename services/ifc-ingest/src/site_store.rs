@@ -60,12 +60,12 @@ impl SiteStore {
         self.revisions.save(revisions)
     }
 
-    /// The outline of the site in force; `None` if none was kept.
+    /// The outline of the site in force; `None` if none was kept, or it is damaged: it is made anew of the site.
     ///
     /// # Errors
-    /// A file that cannot be used.
+    /// A file that cannot be read.
     pub(crate) fn outline(&self) -> Result<Option<SiteOutline>, StateError> {
-        self.outline.load()
+        self.outline.load_unless_damaged()
     }
 
     /// The map frame of the site; `None` before the first.
@@ -76,7 +76,8 @@ impl SiteStore {
         match self.frame.load::<SiteFrameFile>() {
             Ok(file) => Ok(file.map(|f| SiteFrame { map_from_world: f.motion(), frame_epoch: f.frame_epoch })),
             Err(StateError::Damaged { path, source }) => Err(format!(
-                "the map frame {} is damaged ({source}): restore it, or remove it to keep the frame of the site in force",
+                "the map frame {0} is damaged ({source}): restore it, or remove it and {0}.sealed to keep the frame of the site in \
+                 force",
                 path.display()
             )
             .into()),

@@ -93,7 +93,7 @@ impl DrawingSettings {
 
     /// What an operator should know.
     pub(crate) fn warning(&self) -> Option<&str> {
-        self.profile.warning()
+        self.profile.warning().or(self.resolution.warning())
     }
 
     /// The settings after the site's file was read again; `None` if nothing is to change.

@@ -4,7 +4,7 @@ use crate::control::Control;
 use crate::graph::RosGraph;
 use bus::Daemon;
 use daemon::facts::ScheduleFacts;
-use daemon::{Failure, Report, SimTimeConfig, SiteConfig, StatusBoard, chain};
+use daemon::{Failure, Report, SimTimeConfig, SiteConfig, StatusBoard, chain, checked_rate};
 use frames::PlanTime;
 use ros::msg::builtin_interfaces::Time;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -35,10 +35,8 @@ impl SimTime {
     /// A plan time or a rate that is none.
     pub(crate) fn of(config: &SimTimeConfig) -> Result<Self, Failure> {
         let zero: PlanTime = config.plan_time_at_zero.parse()?;
-        if !(config.rate.is_finite() && config.rate > 0.0) {
-            return Err(format!("ros.sim_time.rate is {}: it must be above 0", config.rate).into());
-        }
-        Ok(Self { zero_s: zero.civil_seconds(), rate: config.rate })
+        let rate = checked_rate(config.rate).map_err(|why| format!("ros.sim_time.rate: {why}"))?;
+        Ok(Self { zero_s: zero.civil_seconds(), rate })
     }
 
     /// The plan time in civil seconds since 1970.
@@ -147,8 +145,10 @@ mod tests {
         let zero_s = "2024-04-15".parse::<PlanTime>().unwrap().civil_seconds();
         let at = |sec, nanosec| sim_time.plan_time_s(Time { sec, nanosec }) - zero_s;
         assert_eq!([at(0, 0), at(0, 500_000_000), at(24, 0)], [0, 1800, 86_400]);
-        for wrong in [config("2024-04", 1.0), config("2024-04-15", 0.0), config("2024-04-15", f64::NAN)] {
-            assert!(SimTime::of(&wrong).is_err(), "{wrong:?}");
+        assert!(SimTime::of(&config("2024-04", 1.0)).is_err());
+        for rate in [0.0, -1.0, f64::NAN, f64::INFINITY, 1e300, 1e-300] {
+            let why = SimTime::of(&config("2024-04-15", rate)).unwrap_err().to_string();
+            assert!(why.contains("ros.sim_time.rate"), "{why}");
         }
     }
 

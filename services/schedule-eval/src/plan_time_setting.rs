@@ -123,6 +123,11 @@ impl PlanTimeSetting {
         self.setting.was_edited()
     }
 
+    /// What an operator should know: the state of the plan time was damaged or removed.
+    pub(crate) fn warning(&self) -> Option<&str> {
+        self.setting.warning()
+    }
+
     /// The plan time for `status`.
     pub(crate) fn in_force(&self) -> SettingInForce {
         self.setting.in_force(|value| match value {
@@ -181,6 +186,18 @@ mod tests {
         assert_eq!(in_force(&setting), ("2024-05-01".to_owned(), SettingSource::SiteToml));
         let start = |plan_time: &str| open(&config(home.path(), plan_time)).unwrap().was_edited();
         assert_eq!([start("2024-05-01"), start("2024-06-01"), start("2024-06-01")], [false, true, false]);
+    }
+
+    #[test]
+    fn a_plan_time_whose_file_is_removed_stays_and_is_told() {
+        let home = tempfile::tempdir().unwrap();
+        let config = config(home.path(), "2024-03-01");
+        let mut setting = open(&config).unwrap();
+        let april = PlanTimeClock::Fixed { at_s: PlanTime::parse("2024-04-01", None).unwrap().at.civil_seconds() };
+        setting.set(april, 7).unwrap();
+        std::fs::remove_file(config.state.join("settings/schedule.plan_time.json")).unwrap();
+        let setting = open(&config).unwrap();
+        assert!(*setting.clock() == april && setting.warning().unwrap().contains("was removed"));
     }
 
     #[test]

@@ -11,7 +11,7 @@ use daemon::{
     ActualsSource, Asked, Caller, Configured, CurrentActivity, Done, Epochs, Event, Failure, FileText, History,
     HistoryEvent, HistoryKind, LatchedOutput, OBSERVED_TABLE, Published, ReportedProgress, ScheduleAnswer,
     ScheduleRequest, Service, Setting, SettingInForce, SettingKey, SettingSource, SiteConfig, Standing, StateFile,
-    progress_in_force, read_progress, write_durably,
+    checked_rate, progress_in_force, read_progress, write_durably,
 };
 use frames::PlanTime;
 use jiff::tz::TimeZone;
@@ -67,6 +67,8 @@ pub(crate) struct ScheduleService {
     /// The rules that a site was last evaluated with: they stand in at a start where those in force cannot be used with the site.
     usable_rules: Option<KeptRules>,
     usable_rules_file: StateFile,
+    /// What an operator should know of tables of progress that were damaged before this start.
+    mended_progress: Option<String>,
 }
 
 /// Rules that a site was evaluated with.
@@ -87,6 +89,7 @@ impl ScheduleService {
         let plan_time = PlanTimeSetting::open(config, rules.site_zone.as_ref(), MachineTime::now(boot))?;
         check_zone(&rules, plan_time.clock())?;
         let usable_rules_file = StateFile::at(&config.state, "evaluated-rules.json")?;
+        let mended_progress = ReportedProgress::at(&config.state).mend()?;
         let [actuals, observed] = progress_in_force(&config.state, parse_actuals)?;
         let files = ScheduleFiles::open(config, &rules)?;
         let service = Self {
@@ -108,8 +111,9 @@ impl ScheduleService {
             history: History::at(&config.state),
             published_at_s: None,
             shown_at_s: None,
-            usable_rules: usable_rules_file.load()?,
+            usable_rules: usable_rules_file.load_unless_damaged()?,
             usable_rules_file,
+            mended_progress,
         };
         service.record_edits(service.rules_setting.was_edited(), service.plan_time.was_edited());
         Ok(service)
@@ -176,9 +180,7 @@ impl ScheduleService {
     }
 
     fn simulate(&mut self, rate: f64, from_s: Option<i64>, by: Caller) -> Result<Done, Failure> {
-        if !(rate.is_finite() && rate > 0.0) {
-            return Err(format!("a rate of {rate} is none: it must be more than 0").into());
-        }
+        let rate = checked_rate(rate)?;
         let (reading, now) = self.read_clock();
         let from_s = from_s.or(reading.plan_time_s).ok_or("there is no plan time to start from: say which")?;
         let since_ms = now.wall_ms;
@@ -237,11 +239,11 @@ impl ScheduleService {
     fn undo_actuals(&mut self) -> Result<Done, Failure> {
         let tables = ReportedProgress::at(&self.state);
         let [last, before] = tables.tables()?;
-        let last = read_progress(&last.ok_or("no progress was reported that could be taken back")?)?;
+        let last = ReportedProgress::read(&last.ok_or("no progress was reported that could be taken back")?)?;
         let mut overrides = self.overrides.clone();
         overrides.actuals = match before {
             Some(before) => {
-                let bytes = read_progress(&before)?;
+                let bytes = ReportedProgress::read(&before)?;
                 // Earlier versions wrote no columns where nothing was reported.
                 if bytes.is_empty() { Vec::new() } else { parse_actuals(&bytes)? }
             }
@@ -564,8 +566,9 @@ impl Service for ScheduleService {
         let diagnostics = self.evaluated.iter().flat_map(|evaluated| evaluated.timeline.diagnostics());
         let mut gone = diagnostics.filter(|diagnostic| diagnostic.code == DiagnosticCode::ReportedProgressGone);
         let gone = gone.next().map(|diagnostic| diagnostic.message.clone());
-        let [of_rules, of_files] = [self.rules_setting.warning(), self.files.warning()].map(|w| w.map(str::to_owned));
-        let warnings = [warning, of_rules, of_files, gone];
+        let of_state = [self.rules_setting.warning(), self.files.warning(), self.plan_time.warning()];
+        let [of_rules, of_files, of_plan_time] = of_state.map(|w| w.map(str::to_owned));
+        let warnings = [warning, of_rules, of_files, of_plan_time, self.mended_progress.clone(), gone];
         let warnings: Vec<String> = warnings.into_iter().flatten().collect();
         Standing { error: self.error.clone(), warning: (!warnings.is_empty()).then(|| warnings.join("; ")) }
     }

@@ -14,7 +14,7 @@ pub use align::{
 pub use ingest::{IngestAnswer, IngestRequest, Revision, RevisionEffect};
 pub use rasterize::{RasterizeAnswer, RasterizeRequest};
 pub use ros_bridge::RosBridgeRequest;
-pub use schedule::{ActualsSource, ScheduleAnswer, ScheduleRequest};
+pub use schedule::{ActualsSource, MAX_RATE, MIN_RATE, RateError, ScheduleAnswer, ScheduleRequest, checked_rate};
 pub use waypoints::{WaypointAnswer, WaypointRequest};
 pub use web::WebRequest;
 

@@ -6,6 +6,27 @@ use bus::Daemon;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
+/// The slowest rate of a plan time: a second of it in twelve days.
+pub const MIN_RATE: f64 = 1e-6;
+/// The fastest rate of a plan time: thirty years of it a second.
+pub const MAX_RATE: f64 = 1e9;
+
+/// A rate at which no plan time runs.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[error("a rate of {rate:e} is none: it must be {MIN_RATE:e} to {MAX_RATE:e} seconds of plan time a second")]
+pub struct RateError {
+    /// The rate.
+    pub rate: f64,
+}
+
+/// The rate, if a plan time can run at it.
+///
+/// # Errors
+/// A rate below [`MIN_RATE`], above [`MAX_RATE`], or that is no number.
+pub fn checked_rate(rate: f64) -> Result<f64, RateError> {
+    if (MIN_RATE..=MAX_RATE).contains(&rate) { Ok(rate) } else { Err(RateError { rate }) }
+}
+
 /// Requests to schedule-eval.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
@@ -21,7 +42,7 @@ pub enum ScheduleRequest {
     FollowWallClock,
     /// The plan time runs at a rate.
     Simulate {
-        /// Plan seconds per second, more than 0.
+        /// Plan seconds per second, from [`MIN_RATE`] to [`MAX_RATE`].
         rate: f64,
         /// Where it starts, civil seconds since 1970; where the plan time is if left out.
         from_s: Option<i64>,
