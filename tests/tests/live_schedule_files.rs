@@ -72,3 +72,32 @@ fn a_plan_that_changes_draws_the_maps_anew_and_one_that_is_spoilt_changes_nothin
     assert_eq!(live.index()["content_hash"], revised, "the plan of before stays");
     live.down();
 }
+
+#[test]
+fn a_revision_is_judged_without_the_tasks_of_the_model_that_schedule_files_replace() {
+    // Three tasks of the model have the name on which progress is reported; one of the schedule file has it.
+    let twins = tempfile::tempdir().unwrap();
+    let model = twins.path().join("twins.ifc");
+    let demo = std::fs::read_to_string(demo_model()).unwrap();
+    let text = demo.replace("$,'Stair',$,$,'1.4'", "$,'Bathroom flooring',$,$,'1.4'");
+    let text = text.replace("$,'Upper slab',$,$,'1.3'", "$,'Bathroom flooring',$,$,'1.3'");
+    assert_eq!(text.matches("'Bathroom flooring'").count(), 3);
+    std::fs::write(&model, &text).unwrap();
+    let plan = root().join("config/demo/demo-schedule.xer");
+    let schedule = format!("[schedule]\nplan_time = {DATE:?}\nfiles = [{:?}]\n", plan.display().to_string());
+    let mut live = Live::of(&model, &schedule);
+    let progress = twins.path().join("progress.csv");
+    std::fs::write(&progress, "id,start,finish\nBathroom flooring,2024-04-22,2024-04-24\n").unwrap();
+    live.text(&[&"actuals", &progress]);
+    live.wait_until_healthy();
+    let site = |live: &Live| {
+        let echo: Value = serde_json::from_str(&live.text(&[&"topic", &"echo", &"site"])).unwrap();
+        echo["content_hash"].clone()
+    };
+    let before = site(&live);
+    std::fs::write(live.home.path().join("demo.ifc"), text.replace("'G.dock-south'", "'G.dock-renamed'")).unwrap();
+    live.text(&[&"load"]);
+    assert_ne!(site(&live), before, "the renamed wall is in force");
+    live.wait_until_healthy();
+    live.down();
+}

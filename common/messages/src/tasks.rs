@@ -78,6 +78,19 @@ pub struct TasksBuilder {
     pub diagnostics: Vec<DiagnosticRecord>,
 }
 
+impl TasksHead {
+    /// The head of tasks that work on a site.
+    pub fn of_site(site: &crate::Site<'_>) -> Self {
+        Self {
+            site_hash: site.content_hash(),
+            n_elements: site.elements.len() as u32,
+            n_spaces: site.spaces.len() as u32,
+            n_storeys: site.storeys.len() as u32,
+            ..Self::default()
+        }
+    }
+}
+
 impl Default for TasksHead {
     fn default() -> Self {
         Self::zeroed()

@@ -5,7 +5,7 @@ use crate::model_files::{FileStamp, names_of, read_files};
 use bus::give_back_freed_memory;
 use daemon::{CurrentActivity, Failure, Reporter, Revision, SiteConfig, chain, progress_in_force, rules_in_force};
 use ingest::{IngestOptions, SiteFrame, ingest};
-use messages::{Activity, Checked, SiteComparison, SiteOutline, payload};
+use messages::{Activity, Checked, SiteComparison, SiteOutline, Tasks, TasksBuilder, TasksHead, payload};
 use schedule::{Overrides, Rules, evaluate, parse_actuals};
 use std::path::PathBuf;
 
@@ -19,6 +19,8 @@ pub(crate) struct RevisionReader {
     /// The state folder, in which the progress in force lies.
     state: PathBuf,
     rules: Rules,
+    /// Schedule files are in force, so that the tasks of models are not.
+    has_schedule_files: bool,
     allow_boxes: bool,
     activity: CurrentActivity,
 }
@@ -50,8 +52,13 @@ impl RevisionReader {
     /// # Errors
     /// Rules that cannot be used.
     pub(crate) fn new(config: &SiteConfig, activity: CurrentActivity) -> Result<Self, Failure> {
-        let rules = rules_in_force(config, Rules::parse)?;
-        Ok(Self { state: config.state.clone(), rules, allow_boxes: config.allow_boxes, activity })
+        Ok(Self {
+            state: config.state.clone(),
+            rules: rules_in_force(config, Rules::parse)?,
+            has_schedule_files: !config.schedule.files.is_empty(),
+            allow_boxes: config.allow_boxes,
+            activity,
+        })
     }
 
     /// Takes another configuration.
@@ -59,8 +66,9 @@ impl RevisionReader {
     /// # Errors
     /// Rules that cannot be used; those before stay.
     pub(crate) fn configure(&mut self, config: &SiteConfig) -> Result<(), Failure> {
-        self.allow_boxes = config.allow_boxes;
         self.rules = rules_in_force(config, Rules::parse)?;
+        self.has_schedule_files = !config.schedule.files.is_empty();
+        self.allow_boxes = config.allow_boxes;
         Ok(())
     }
 
@@ -112,11 +120,16 @@ impl RevisionReader {
         Ok(ReadRevision { models: models.to_vec(), stamps, site, outline, comparison })
     }
 
-    /// Evaluates the schedule as schedule-eval will.
+    /// Evaluates what the models say of the schedule as schedule-eval will: their dates and their tasks. Where schedule files are in
+    /// force, the tasks of the models are not, and nothing of theirs is a reason against the revision.
     fn check_schedule(&self, models: &[PathBuf], site: &Checked<payload::Site>) -> Result<(), Failure> {
         let [actuals, observed] = progress_in_force(&self.state, parse_actuals)?;
         let overrides = Overrides { actuals, observed, is_of_earlier_revision: true, ..Overrides::default() };
-        evaluate(&site.view(), &self.rules, &overrides)
+        let site = site.view();
+        let no_tasks = TasksBuilder { head: TasksHead::of_site(&site), ..TasksBuilder::default() }.finish();
+        let no_tasks = Tasks::open(no_tasks.bytes())?;
+        let scheduled = if self.has_schedule_files { site.with_tasks(&no_tasks)? } else { site };
+        evaluate(&scheduled, &self.rules, &overrides)
             .map_err(|why| format!("the schedule of {} cannot be used: {}", names_of(models), chain(&why)))?;
         Ok(())
     }
