@@ -103,6 +103,8 @@ codes! {
     CoordinatesOutOfReach = "coordinates_out_of_reach",
     /// A door that does not say how it opens.
     DoorOperationUnknown = "door_operation_unknown",
+    /// A width of a door that its opening or its body contradicts.
+    DoorWidthImplausible = "door_width_implausible",
     /// The map frame of before stays although the files have another.
     FrameKept = "frame_kept",
     /// More levels than the limit.

@@ -3,6 +3,7 @@
 use crate::input::ExportInput;
 use crate::semantic::clear_width_word;
 use crate::text::{rounded, text_or_null};
+use frames::TENTHS_PER_M;
 use messages::{DoorPassage, DoorPassageRecord, NONE, RobotProfile, Site};
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -31,7 +32,8 @@ pub(crate) struct DoorReport {
 /// Why a door is closed to the robot.
 #[derive(Debug, Serialize, JsonSchema)]
 struct Reason {
-    /// `in_progress`, `no_floor`, `operation`, `too_narrow`, `no_opening`, `obstructed` or `resolution`.
+    /// `in_progress`, `no_floor`, `operation`, `too_narrow`, `no_opening`, `threshold`,
+    /// `wall_uncut`, `obstructed` or `resolution`.
     code: &'static str,
     /// The same for people.
     text: String,
@@ -41,7 +43,7 @@ struct Reason {
     /// Width that it finds.
     #[serde(skip_serializing_if = "Option::is_none")]
     found_m: Option<f64>,
-    /// A resolution of the map at which the door is open.
+    /// A finer resolution of the map at which the door is open.
     #[serde(skip_serializing_if = "Option::is_none")]
     needed_resolution_m: Option<f64>,
     /// GlobalId of the element that stands in the way.
@@ -66,6 +68,12 @@ pub fn reason_text(site: &Site<'_>, robot: &RobotProfile, door: &DoorPassageReco
     match reason {
         DoorPassage::NoFloor => "no floor on this storey at the door".to_owned(),
         DoorPassage::NoOpening => "its wall has no opening".to_owned(),
+        DoorPassage::Threshold => format!("a threshold of {:.2} m stands in it", threshold_m(site, door)),
+        DoorPassage::WallUncut if touches_from_outside(site, door) => {
+            "its opening touches the wall from outside".to_owned()
+        }
+        DoorPassage::WallUncut => "its wall is not cut by its opening".to_owned(),
+        DoorPassage::CannotOpen if is_trapdoor(site, door) => "it is a trapdoor".to_owned(),
         DoorPassage::CannotOpen => match site.text(site.doors[door.door as usize].operation) {
             "" => "this robot does not open doors of its kind".to_owned(),
             operation => format!("this robot does not open {operation}"),
@@ -77,6 +85,9 @@ pub fn reason_text(site: &Site<'_>, robot: &RobotProfile, door: &DoorPassageReco
                 obstacle.map_or(String::new(), |e| format!("{} {} ", site.text(e.ifc_type), site.text(e.global_id)));
             format!("{name}stands in the way and leaves {found_m:.2} m, this robot needs {needed_m:.2} m")
         }
+        DoorPassage::ClosedByResolution if door.needed_resolution_m == 0.0 => {
+            format!("the map's cells leave {:.2} m of it", door.width_in_map_m)
+        }
         DoorPassage::ClosedByResolution => format!(
             "the map's cells leave {:.2} m of it; at a resolution of {} m it is open",
             door.width_in_map_m,
@@ -85,6 +96,24 @@ pub fn reason_text(site: &Site<'_>, robot: &RobotProfile, door: &DoorPassageReco
         DoorPassage::InProgress => "it is being worked on".to_owned(),
         DoorPassage::Absent | DoorPassage::Passable => "it does not stand".to_owned(),
     }
+}
+
+/// Height of a door's opening above the floor of its map storey, in metres.
+fn threshold_m(site: &Site<'_>, door: &DoorPassageRecord) -> f64 {
+    let opening = site.openings.get(site.doors[door.door as usize].opening as usize);
+    let floor = site.map_storeys.get(door.map_storey as usize);
+    opening.zip(floor).map_or(0.0, |(o, f)| f64::from(o.bottom_z_tenths - f.floor_z_tenths) / f64::from(TENTHS_PER_M))
+}
+
+/// True if no part of the opening of a door lies in its wall.
+fn touches_from_outside(site: &Site<'_>, door: &DoorPassageRecord) -> bool {
+    let opening = site.openings.get(site.doors[door.door as usize].opening as usize);
+    opening.is_some_and(|o| o.plan.half[0] > 0.0 && !o.is_in_wall())
+}
+
+fn is_trapdoor(site: &Site<'_>, door: &DoorPassageRecord) -> bool {
+    let element = site.doors[door.door as usize].element as usize;
+    site.text(site.elements[element].predefined_type) == "TRAPDOOR"
 }
 
 /// Width that the robot needs and width that it finds, where a width is the reason.
@@ -101,9 +130,12 @@ impl Reason {
     fn of(input: &ExportInput<'_>, door: &DoorPassageRecord, reason: DoorPassage) -> Self {
         let (site, robot) = (input.site, &input.index.head.robot);
         let widths_m = widths_m(robot, door, reason);
-        let is_in_the_way = matches!(reason, DoorPassage::NoOpening | DoorPassage::Obstructed);
+        let is_in_the_way = matches!(
+            reason,
+            DoorPassage::NoOpening | DoorPassage::WallUncut | DoorPassage::Threshold | DoorPassage::Obstructed
+        );
         let obstacle = site.elements.get(door.obstacle as usize).filter(|_| is_in_the_way);
-        let is_resolution = reason == DoorPassage::ClosedByResolution;
+        let is_resolution = reason == DoorPassage::ClosedByResolution && door.needed_resolution_m > 0.0;
         Self {
             code: reason.name(),
             text: reason_text(site, robot, door, reason),

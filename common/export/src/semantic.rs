@@ -180,8 +180,8 @@ struct Door {
     /// Map storey on which it stands; null in a site without any.
     storey: Option<u32>,
     /// Whether the robot can pass, for each map storey whose slab it meets: `passable`, `absent` where it leaves a hole, or the
-    /// first reason why it is closed: `in_progress`, `no_floor`, `operation`, `too_narrow`, `no_opening`, `obstructed`,
-    /// `resolution`.
+    /// first reason why it is closed: `in_progress`, `no_floor`, `operation`, `too_narrow`, `no_opening`, `threshold`,
+    /// `wall_uncut`, `obstructed`, `resolution`.
     passage: BTreeMap<u32, &'static str>,
 }
 

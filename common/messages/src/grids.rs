@@ -64,7 +64,7 @@ pub struct DoorPassageRecord {
     /// Width that obstacles leave of the way through it, independent of the resolution, in metres. Measured where the
     /// cells are too narrow, else 0.
     pub width_between_obstacles_m: f64,
-    /// A resolution at which it is passable, in metres, where the resolution alone closes it; else 0.
+    /// A finer resolution at which it is passable, in metres, where the resolution alone closes it; else 0.
     pub needed_resolution_m: f64,
     /// The way through it: the passages of the leaves that count together.
     pub way: BoxRecord,
@@ -97,13 +97,17 @@ pub enum DoorPassage {
     NoOpening = 7,
     /// An element stands in the way.
     Obstructed = 8,
+    /// Its opening begins above the floor, by more than a step of the robot.
+    Threshold = 9,
+    /// It has an opening, and its wall stands there uncut.
+    WallUncut = 10,
 }
 
 impl DoorPassage {
     /// Those that keep a robot out, from the one that matters most.
-    const REASONS: [Self; 7] = {
+    const REASONS: [Self; 9] = {
         use DoorPassage::*;
-        [InProgress, NoFloor, CannotOpen, TooNarrow, NoOpening, Obstructed, ClosedByResolution]
+        [InProgress, NoFloor, CannotOpen, TooNarrow, NoOpening, Threshold, WallUncut, Obstructed, ClosedByResolution]
     };
 
     /// The bits of all reasons.
@@ -138,6 +142,8 @@ impl DoorPassage {
             Self::NoFloor => "no_floor",
             Self::NoOpening => "no_opening",
             Self::Obstructed => "obstructed",
+            Self::Threshold => "threshold",
+            Self::WallUncut => "wall_uncut",
         }
     }
 }

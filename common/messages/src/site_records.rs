@@ -339,6 +339,16 @@ pub struct OpeningRecord {
 }
 const _: () = assert!(size_of::<OpeningRecord>() == 72);
 
+impl OpeningRecord {
+    /// Half the depth in its wall of an opening that is more than contact, in tenths of a millimetre: 0.5 mm.
+    pub const MIN_HALF_DEPTH: f64 = 5.0;
+
+    /// True if it lies in its wall, not only against it.
+    pub fn is_in_wall(&self) -> bool {
+        self.plan.half[0] > 0.0 && self.plan.half[1] >= Self::MIN_HALF_DEPTH
+    }
+}
+
 /// A door.
 #[derive(Debug, Clone, Copy, PartialEq, Zeroable, Pod)]
 #[repr(C)]

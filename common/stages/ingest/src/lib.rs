@@ -23,6 +23,8 @@ mod classify;
 mod contacts;
 mod diagnostics;
 mod door_leaves;
+mod door_parts;
+mod door_width;
 mod doors;
 mod error;
 mod federation;

@@ -3,6 +3,7 @@
 use crate::classify::is_a;
 use crate::diagnostics::add_diagnostic;
 use crate::door_leaves::join_leaves;
+use crate::door_width::{ImplausibleWidth, measured_width_m, moving_part, moving_share, overall_width_m};
 use crate::doors::{clear_width_m, joined_spaces, map_storey_of, opens, operation_is_known};
 use crate::merge::Merged;
 use crate::meshes::points_in_map;
@@ -28,12 +29,11 @@ pub(crate) fn add_openings_and_doors(
         let record = opening_record(builder, merged, opening, &frame.map_from_world);
         builder.openings.push(record);
     }
-    let mut n_doors = vec![0; builder.openings.len()];
-    let doors = merged.model.elements.iter().filter(|e| e.door.is_some());
-    doors.filter_map(|e| e.fills).for_each(|opening| n_doors[opening] += 1);
+    let mut n_fillings = vec![0; builder.openings.len()];
+    merged.model.elements.iter().filter_map(|e| e.fills).for_each(|opening| n_fillings[opening] += 1);
     for (index, element) in merged.model.elements.iter().enumerate() {
         if let Some(door) = &element.door {
-            let is_shared = element.fills.is_some_and(|opening| n_doors[opening] > 1);
+            let is_shared = element.fills.is_some_and(|opening| n_fillings[opening] > 1);
             add_door(builder, floors, frame, (index, element), door, is_shared);
         }
     }
@@ -75,7 +75,7 @@ fn add_door(
     shares_opening: bool,
 ) {
     let record = builder.elements[index];
-    let opening = element.fills.map(|k| (k, builder.openings[k])).filter(|(_, o)| o.plan.half[0] > 0.0);
+    let opening = element.fills.map(|k| (k, builder.openings[k])).filter(|(_, o)| o.is_in_wall());
     let body: Vec<Point> = builder
         .meshes(record.first_part, record.n_parts)
         .flat_map(|m| m.vertices.iter().map(|v| [v[0], v[1]]))
@@ -86,11 +86,25 @@ fn add_door(
         Some((_, o)) => Some(o.plan.to_box()),
         None => own(),
     };
-    let overall_width_m = door.overall_width_m.filter(|w| *w > 0.0);
-    let overall_width_m = overall_width_m.or(passage.map(|p| 2.0 * p.half[0] / f64::from(TENTHS_PER_M))).unwrap_or(0.0);
+    let measured_m = passage.map(|p| measured_width_m(&p, &body));
+    let overall_width_m = match overall_width_m(door.overall_width_m, measured_m) {
+        Ok(width_m) => width_m,
+        Err(ImplausibleWidth { told_m, measured_m }) => {
+            let message = format!(
+                "OverallWidth is {told_m:.3} m, opening and body leave {measured_m:.3} m; the door counts as {measured_m:.3} m wide"
+            );
+            let (entity, code) = (Some(element.id.clone()), DiagnosticCode::DoorWidthImplausible);
+            let diagnostic = Diagnostic { severity: Severity::Warning, code, entity, source: None, message };
+            add_diagnostic(builder, record.source, &diagnostic);
+            measured_m
+        }
+    };
     let height = door.overall_height_m.filter(|h| *h > 0.0);
     let operation = opens(&door.operation_type, &element.predefined_type);
-    let (clear_width_m, clear_width_from) = clear_width_m(overall_width_m, door, operation);
+    let share = moving_share(door);
+    let (clear_width_m, clear_width_from) = clear_width_m(share * overall_width_m, door, operation);
+    let direction = |k: usize| door.frame.and_then(|f| direction_in_plan(f.axes[k], &frame.map_from_world));
+    let passage = passage.map(|p| moving_part(&p, direction(0), door, share));
     if !operation_is_known(&door.operation_type) {
         let message = "the door has no operation type, swing is assumed".to_owned();
         let entity = Some(element.id.clone());

@@ -4,6 +4,7 @@ use crate::attributes::add_attributes;
 use crate::classify::{class_of, flags_of};
 use crate::contacts::add_contacts;
 use crate::diagnostics::add_diagnostic;
+use crate::door_parts::join_parts_of_doors;
 use crate::input::SourceFile;
 use crate::merge::Merged;
 use crate::meshes::{MeshedBody, OutOfRange, add_body};
@@ -24,6 +25,7 @@ pub(crate) fn site_of(files: &[SourceFile], merged: &Merged, frame: SiteFrame) -
     add_head(&mut builder, merged, frame);
     add_sources(&mut builder, files, merged);
     add_elements(&mut builder, merged, frame);
+    join_parts_of_doors(&mut builder, merged);
     add_stairs(&mut builder, merged);
     let floors = add_spaces(&mut builder, merged, frame);
     let floors = add_storeys(&mut builder, merged, floors, frame);

@@ -73,6 +73,7 @@ pub(crate) fn closed_door(
     let element = &site.elements[door.element as usize];
     let needed_m = 2.0 * robot.radius_m + robot.door_margin_m;
     let why = match closed.passage.get() {
+        DoorPassage::CannotOpen if site.text(element.predefined_type) == "TRAPDOOR" => "it is a trapdoor".to_owned(),
         DoorPassage::CannotOpen => {
             let operation = Some(site.text(door.operation)).filter(|o| !o.is_empty()).unwrap_or("unknown operation");
             format!("this robot does not open it ({operation})")
@@ -83,6 +84,8 @@ pub(crate) fn closed_door(
         }
         DoorPassage::NoFloor => "there is no floor at it".to_owned(),
         DoorPassage::NoOpening => "its wall has no opening".to_owned(),
+        DoorPassage::Threshold => "a threshold stands in it".to_owned(),
+        DoorPassage::WallUncut => "its wall is not cut by its opening".to_owned(),
         DoorPassage::Obstructed => {
             format!("obstacles leave {:.2} m of it", closed.width_between_obstacles_m)
         }

@@ -246,6 +246,8 @@ export const TABLE = {
   p_in_progress: ["being worked on", "in Arbeit"],
   p_no_floor: ["no floor beside it", "kein Boden daneben"],
   p_no_opening: ["the wall has no opening", "die Wand hat keine Öffnung"],
+  p_threshold: ["a threshold stands in it", "eine Schwelle steht darin"],
+  p_wall_uncut: ["its opening leaves the wall uncut", "ihre Öffnung schneidet die Wand nicht"],
   p_obstructed: ["an element stands in the way", "ein Bauteil steht im Weg"],
   cw_lining_and_panel: ["lining and panel", "Rahmen und Blatt"],
   cw_assumed: ["assumed", "angenommen"],

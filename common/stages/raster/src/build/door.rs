@@ -4,9 +4,9 @@ use crate::model::cell_area::cells_beside;
 use crate::model::door::StoreyDoor;
 use crate::model::door_leaves::{leaves_of, union_of_passages};
 use frames::TENTHS_PER_M;
-use geometry::{FillRule, union};
+use geometry::{FillRule, OrientedBox, union};
 use grid::{GridSpec, Run, overlapped_cells};
-use messages::{RobotProfile, Site};
+use messages::{DoorRecord, RobotProfile, Site};
 
 /// A door without an opening whose box is deeper than this, in tenths of a millimetre, is drawn with an open leaf.
 const MAX_DEPTH: f64 = 0.5 * TENTHS_PER_M as f64;
@@ -23,16 +23,45 @@ pub(crate) fn storey_door(
     let (leaves, leaf_index) = leaves_of(site, robot, door)?;
     let plan = record.passage.to_box();
     let opening = site.openings.get(record.opening as usize);
-    let is_passage = opening.is_some_and(|o| o.plan.half[0] > 0.0) || 2.0 * plan.half[1] <= MAX_DEPTH;
+    let is_passage = opening.is_some_and(messages::OpeningRecord::is_in_wall) || 2.0 * plan.half[1] <= MAX_DEPTH;
     let passage = if is_passage { union(&[plan.ring()], FillRule::NonZero) } else { Default::default() };
+    let fixed_runs = if has_fixed_leaf(site, record) { beyond(&plan, body, spec) } else { Vec::new() };
     Some(StoreyDoor {
         door,
         around: cells_beside(&union_of_passages(&leaves), spec),
         passage_runs: in_both(&overlapped_cells(&passage, &[], spec), body),
+        fixed_runs,
         stands_here: record.map_storey == map_storey as u32,
         leaves,
         leaf_index,
     })
+}
+
+fn has_fixed_leaf(site: &Site<'_>, record: &DoorRecord) -> bool {
+    let first = record.hanging.first_panel as usize;
+    let panels = site.panels.iter().skip(first).take(record.hanging.n_panels as usize).map(|p| p.operation);
+    std::iter::once(record.operation).chain(panels).any(|text| site.text(text).contains("FIXED"))
+}
+
+/// The cells of a body that a passage does not hold: half a cell of the passage belongs to what stands beside it.
+fn beyond(passage: &OrientedBox, body: &[Run], spec: &GridSpec) -> Vec<Run> {
+    let half = [passage.half[0] - f64::from(spec.cell_tenths) / 2.0, passage.half[1]].map(|h| h.max(0.0));
+    let inner = union(&[OrientedBox { half, ..*passage }.ring()], FillRule::NonZero);
+    let inside = in_both(&overlapped_cells(&inner, &[], spec), body);
+    let mut found = Vec::new();
+    for run in body {
+        let mut start = run.start;
+        for hole in inside.iter().filter(|i| i.row == run.row && run.start <= i.start && i.end <= run.end) {
+            if start < hole.start {
+                found.push(Run { row: run.row, start, end: hole.start });
+            }
+            start = hole.end;
+        }
+        if start < run.end {
+            found.push(Run { row: run.row, start, end: run.end });
+        }
+    }
+    found
 }
 
 /// The intersection of two sorted lists of runs, sorted.

@@ -255,6 +255,8 @@ impl StoreyGrid {
             for door in obstacle.door.iter().filter(|_| is_open_door) {
                 let passage = rect.clip(&door.passage_runs, width);
                 passage.for_each(|cells| flags[cells].iter_mut().for_each(|f| *f |= DOOR));
+                let fixed = rect.clip(&door.fixed_runs, width);
+                fixed.for_each(|cells| flags[cells].iter_mut().for_each(|f| *f |= DOOR | OCCUPIED));
             }
         }
         let mut set_runs = |runs: &[grid::Run], flag: u8| {

@@ -1,7 +1,9 @@
 //! Decides whether a robot can pass a door on a map, with every reason against it.
 
 use super::doorway_clearance::{CoveredSamples, DoorwayClearance, doorway_clearance};
+use super::doorway_connection::{joins_sides, outline_of_passage};
 use super::floor::sides_with_floor;
+use crate::model::cell_area::slab_above_floor;
 use crate::model::door::{StoreyDoor, is_wide_enough};
 use crate::model::door_leaves::doorway;
 use crate::model::presence::Presence;
@@ -9,7 +11,7 @@ use crate::model::storey_inputs::StoreyInputs;
 use frames::{Map, Point2, TENTHS_PER_M};
 use geometry::OrientedBox;
 use grid::{Class, GridSpec};
-use messages::{BoxRecord, DoorPassage, DoorPassageRecord, NONE, RobotProfile, ScheduleState};
+use messages::{BoxRecord, DoorPassage, DoorPassageRecord, NONE, ScheduleState};
 
 /// Cells of width lost to rasterised obstacles on both sides of a doorway, including the sampling error: for doorways along
 /// the raster, and at an angle to it.
@@ -59,25 +61,58 @@ pub(crate) fn door_passage(
     ] {
         record.reasons |= if is_one { reason.bit() } else { 0 };
     }
-    if !is_narrow && record.width_in_map_m < 2.0 * robot.radius_m {
-        add_reason_of_cells(&mut record, doorway_clearance(&way.plan, inputs, schedule_state, nearby), robot);
+    let outline = outline_of_passage(&way.plan, robot, &storey.spec);
+    let is_narrow_in_map = record.width_in_map_m < 2.0 * robot.radius_m;
+    let joins =
+        || joins_sides([&way.plan, &outline], record.sides_with_floor, &storey.spec, [layers.class, layers.floor]);
+    if !is_narrow && (is_narrow_in_map || !joins()) {
+        // The way alone first: what stands beside it matters only where nothing stands in it.
+        let mut clearance = doorway_clearance(&way.plan, inputs, schedule_state, nearby);
+        if !is_narrow_in_map && clearance.width_m >= 2.0 * robot.radius_m {
+            clearance = doorway_clearance(&outline, inputs, schedule_state, nearby);
+        }
+        add_reason_of_cells(&mut record, clearance, inputs, door);
     }
     record.passage = record.closed_by().next().unwrap_or(DoorPassage::Passable).into();
     record
 }
 
 /// Adds the reason why a doorway of sufficient clear width is too narrow on the map.
-fn add_reason_of_cells(record: &mut DoorPassageRecord, clearance: DoorwayClearance, robot: &RobotProfile) {
+fn add_reason_of_cells(
+    record: &mut DoorPassageRecord,
+    clearance: DoorwayClearance,
+    inputs: StoreyInputs<'_>,
+    door: &StoreyDoor,
+) {
+    let StoreyInputs { robot, storey, .. } = inputs;
     let spare_m = clearance.width_m - 2.0 * robot.radius_m;
     record.width_between_obstacles_m = clearance.width_m;
     let reason = if spare_m >= 0.0 {
-        record.needed_resolution_m = needed_resolution_m(&record.way.to_box(), spare_m);
+        // Where a finer map would not open it either, no resolution is named.
+        let needed_m = needed_resolution_m(&record.way.to_box(), spare_m);
+        record.needed_resolution_m = if needed_m < storey.spec.resolution_m() { needed_m } else { 0.0 };
         DoorPassage::ClosedByResolution
     } else {
         record.obstacle = clearance.obstacle;
-        if clearance.is_walled_up { DoorPassage::NoOpening } else { DoorPassage::Obstructed }
+        if clearance.is_walled_up { walled_up(inputs, door, clearance.obstacle) } else { DoorPassage::Obstructed }
     };
     record.reasons |= reason.bit();
+}
+
+/// Why walls close a doorway: another wall stands there, the opening begins above the floor, it leaves its wall uncut, or
+/// there is none.
+fn walled_up(inputs: StoreyInputs<'_>, door: &StoreyDoor, obstacle: u32) -> DoorPassage {
+    let StoreyInputs { site, robot, storey } = inputs;
+    let Some(opening) = site.openings.get(site.doors[door.door as usize].opening as usize) else {
+        return DoorPassage::NoOpening;
+    };
+    if opening.host != obstacle {
+        DoorPassage::Obstructed
+    } else if opening.bottom_z_tenths > storey.floor_z + slab_above_floor(robot)[0] {
+        DoorPassage::Threshold
+    } else {
+        DoorPassage::WallUncut
+    }
 }
 
 /// A resolution in whole millimetres at which a doorway that is wider than the robot by `spare_m` stays passable.

@@ -3,6 +3,7 @@
 pub(crate) mod cell_flags;
 pub(crate) mod door_passage;
 pub(crate) mod doorway_clearance;
+pub(crate) mod doorway_connection;
 pub(crate) mod floor;
 pub(crate) mod keepout;
 pub(crate) mod localization;

@@ -17,6 +17,8 @@ pub(crate) struct StoreyDoor {
     /// Cells of its body within its passage: free even without floor. Leaves and thresholds beside the passage carry no
     /// robot.
     pub(crate) passage_runs: Vec<Run>,
+    /// Cells of its body that stay closed when it is open: those of a fixed leaf and beyond.
+    pub(crate) fixed_runs: Vec<Run>,
     /// True if the door belongs to this map storey; a door of another level is not passable here.
     pub(crate) stands_here: bool,
     /// The leaves of its opening, in the order in which they adjoin.
