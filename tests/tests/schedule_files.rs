@@ -129,3 +129,65 @@ fn files_of_other_programs_are_refused_with_what_to_do() {
         assert!(output.status.code() == Some(2) && text.contains(said), "{name}: {text}");
     }
 }
+
+/// A plan of Primavera P6 with a week of five days of eight hours, from rows of its tables TASK and TASKPRED.
+fn xer(tasks: &[&str], links: &[&str]) -> String {
+    let days: String = (0..5).map(|k| format!("(0||{}()((0||0(s|08:00|f|16:00)())))", k + 2)).collect();
+    let rows =
+        |rows: &[&str]| -> String { rows.iter().map(|row| format!("%R\t{}\n", row.replace('|', "\t"))).collect() };
+    let columns = |names: &str| names.replace(' ', "\t");
+    format!(
+        "ERMHDR\t20.12\n%T\tPROJECT\n%F\tproj_id\tclndr_id\tplan_start_date\n%R\t1\t9\t2024-03-04 00:00\n\
+         %T\tCALENDAR\n%F\tclndr_id\tdefault_flag\tclndr_name\tclndr_type\tclndr_data\n\
+         %R\t9\tY\tFive\tCA_Base\t(0||CalendarData()((0||DaysOfWeek()((0||1()()){days}(0||7()())))))\n\
+         %T\tTASK\n%F\t{}\n{}%T\tTASKPRED\n%F\t{}\n{}%E\n",
+        columns(
+            "task_id clndr_id task_type status_code task_code task_name target_drtn_hr_cnt target_start_date target_end_date act_start_date"
+        ),
+        rows(tasks),
+        columns("task_pred_id task_id pred_task_id pred_type lag_hr_cnt"),
+        rows(links)
+    )
+}
+
+/// Code, start and finish of each task that is no summary.
+fn dates_of(plan: &str, more: &[&str]) -> Vec<[String; 3]> {
+    let home = tempfile::tempdir().unwrap();
+    let path = home.path().join("plan.xer");
+    std::fs::write(&path, plan).unwrap();
+    let model = demo_model();
+    let mut arguments: Vec<&dyn AsRef<OsStr>> = vec![&"tasks", &model, &"--json", &"--schedule-file", &path];
+    arguments.extend(more.iter().map(|a| a as &dyn AsRef<OsStr>));
+    let text = |task: &Value, key: &str| task[key].as_str().unwrap_or_default().to_owned();
+    let tasks = json(&arguments)["tasks"].as_array().unwrap().clone();
+    tasks.iter().map(|task| ["identification", "start", "finish"].map(|key| text(task, key))).collect()
+}
+
+#[test]
+fn work_in_progress_keeps_its_finish_also_outside_working_time() {
+    let plan = xer(
+        &[
+            "21|9|TT_Task|TK_Active|W|Weekend pour|16|2024-03-09 08:00|2024-03-10 16:00|2024-03-09 08:00",
+            "22|9|TT_Task|TK_Active|N|Until Monday at seven|40|2024-03-04 08:00|2024-03-11 07:00|2024-03-04 08:00",
+        ],
+        &[],
+    );
+    let expected =
+        [["W", "2024-03-09T08:00:00", "2024-03-10T16:00:00"], ["N", "2024-03-04T08:00:00", "2024-03-11T07:00:00"]];
+    assert_eq!(dates_of(&plan, &[]), expected);
+}
+
+#[test]
+fn a_level_of_effort_lasts_as_long_as_what_it_depends_on() {
+    let plan = xer(
+        &[
+            "21|9|TT_Task|TK_NotStart|A|Walls east|40|2024-03-04 08:00|2024-03-08 16:00|",
+            "22|9|TT_Task|TK_NotStart|C|Walls west|40|2024-03-11 08:00|2024-03-15 16:00|",
+            "23|9|TT_LOE|TK_NotStart|S|Scaffold|80|2024-03-04 08:00|2024-03-15 16:00|",
+        ],
+        &["1|22|21|PR_FS|0", "2|23|21|PR_SS|0", "3|23|22|PR_FF|0"],
+    );
+    let scaffold = |delay: &str| dates_of(&plan, &["--delay", delay])[2].clone();
+    assert_eq!(scaffold("C=14d"), ["S", "2024-03-04T08:00:00", "2024-04-04T16:00:00"]);
+    assert_eq!(scaffold("A=2d"), ["S", "2024-03-06T08:00:00", "2024-03-19T16:00:00"]);
+}

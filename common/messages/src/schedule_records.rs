@@ -182,6 +182,8 @@ pub mod task_flags {
     pub const MILESTONE: u32 = 1;
     /// The file has a time for it.
     pub const HAS_TIME: u32 = 2;
+    /// It spans what it depends on: level of effort, hammock.
+    pub const SPAN: u32 = 4;
 }
 
 /// How a duration is counted.

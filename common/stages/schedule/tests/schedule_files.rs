@@ -8,7 +8,7 @@ use jiff::civil::{Date, date};
 use messages::{Site, Tasks};
 use proptest::prelude::*;
 use schedule::{Overrides, Rules, evaluate};
-use schedule_files::{CalendarException, Length, PlanCalendar, PlanDate, PlanDates, PlanFile, PlanTask};
+use schedule_files::{CalendarException, Length, PlanCalendar, PlanDate, PlanDates, PlanFile, PlanTask, PlanTaskKind};
 use support::{ScheduledSite, text};
 use tasks::{LinkRules, Links, ScheduleFile, tasks_of};
 
@@ -62,19 +62,25 @@ fn slow_finish(calendar: &PlanCalendar, start_s: u32, mut left_s: i64) -> Option
     None
 }
 
+/// An instant, in seconds after the first day.
+fn instant(at_s: u32) -> PlanDate {
+    let day = FIRST.to_datetime(jiff::civil::Time::midnight());
+    PlanDate { at: PlanTime(day + jiff::Span::new().seconds(i64::from(at_s))), is_day: false, offset: None }
+}
+
 /// Finish of a task with a start and a duration.
 fn finish(calendar: &PlanCalendar, start_s: u32, duration_s: i64) -> Option<String> {
-    let day = FIRST.to_datetime(jiff::civil::Time::midnight());
-    let at = PlanTime(day + jiff::Span::new().seconds(i64::from(start_s)));
     let task = PlanTask {
         uid: "1".to_owned(),
         duration: Some(Length { seconds: duration_s, is_elapsed: false }),
-        dates: PlanDates {
-            current: [Some(PlanDate { at, is_day: false, offset: None }), None],
-            ..PlanDates::default()
-        },
+        dates: PlanDates { current: [Some(instant(start_s)), None], ..PlanDates::default() },
         ..PlanTask::default()
     };
+    task_dates(calendar, task).map(|[_, finish]| finish)
+}
+
+/// Start and finish of a task.
+fn task_dates(calendar: &PlanCalendar, task: PlanTask) -> Option<[String; 2]> {
     let plan = PlanFile { calendars: vec![calendar.clone()], tasks: vec![task], ..PlanFile::default() };
     let plans = [ScheduleFile { file: "plan.xer".to_owned(), sha256: [0; 32], plan }];
     let bytes = ScheduledSite::new().builder.finish();
@@ -82,7 +88,15 @@ fn finish(calendar: &PlanCalendar, start_s: u32, duration_s: i64) -> Option<Stri
     let archive = tasks_of(&site, &plans, &LinkRules::default(), &Links::default()).finish();
     let tasks = Tasks::open(archive.bytes()).unwrap();
     let timeline = evaluate(&site.with_tasks(&tasks).unwrap(), &Rules::default(), &Overrides::default()).unwrap();
-    timeline.task(0).map(|dates| text(dates.finish_s))
+    timeline.task(0).map(|dates| [text(dates.start_s), text(dates.finish_s)])
+}
+
+/// How far a task is.
+#[derive(Debug, Clone, Copy)]
+enum Progress {
+    NotBegun,
+    Begun,
+    Finished,
 }
 
 proptest! {
@@ -97,6 +111,34 @@ proptest! {
         if let Some(expected) = slow_finish(&calendar, start_s, duration_s) {
             prop_assert_eq!(finish(&calendar, start_s, duration_s), Some(expected.to_string()));
         }
+    }
+
+    #[test]
+    fn written_dates_come_back_as_they_are_whatever_the_calendar(
+        calendar in calendars(),
+        start in 0..20 * 96_u32,
+        length in 0..20 * 96_u32,
+        quarters in 0..200_i64,
+        kind in prop_oneof![Just(PlanTaskKind::Task), Just(PlanTaskKind::Span), Just(PlanTaskKind::Milestone)],
+        progress in prop_oneof![Just(Progress::NotBegun), Just(Progress::Begun), Just(Progress::Finished)],
+    ) {
+        let length = if kind == PlanTaskKind::Milestone { 0 } else { length };
+        let written = [start, start + length].map(|quarter| instant(quarter * QUARTER_S));
+        let [first, last] = written.map(Some);
+        let actual = match progress {
+            Progress::NotBegun => [None; 2],
+            Progress::Begun => [first, None],
+            Progress::Finished => [first, last],
+        };
+        let task = PlanTask {
+            uid: "1".to_owned(),
+            kind,
+            duration: Some(Length { seconds: quarters * i64::from(QUARTER_S), is_elapsed: false }),
+            dates: PlanDates { current: [first, last], actual, ..PlanDates::default() },
+            ..PlanTask::default()
+        };
+        let expected = written.map(|date| date.at.to_string());
+        prop_assert_eq!(task_dates(&calendar, task), Some(expected));
     }
 }
 

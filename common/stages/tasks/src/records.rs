@@ -112,6 +112,7 @@ fn task_record(builder: &mut TasksBuilder, task: &PlanTask) -> TaskRecord {
     ] = times;
     let has_time = duration.is_some() || times.iter().any(|t| *t != ScheduleText::default());
     let mut flags = if task.kind == PlanTaskKind::Milestone { task_flags::MILESTONE } else { 0 };
+    flags |= if task.kind == PlanTaskKind::Span { task_flags::SPAN } else { 0 };
     flags |= if has_time { task_flags::HAS_TIME } else { 0 };
     let is_elapsed = task.duration.is_some_and(|d| d.is_elapsed);
     TaskRecord {

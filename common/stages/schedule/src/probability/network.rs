@@ -3,7 +3,7 @@
 use super::three_point::{TaskStream, ThreePoint};
 use super::uncertainty::Uncertainty;
 use crate::clock::Clock;
-use crate::tasks::{TaskDates, Tasks, WorkStarts, dependencies, ends, total_delay_s};
+use crate::tasks::{SpanBounds, TaskDates, Tasks, WorkStarts, dependencies, ends, span_dates, total_delay_s};
 use messages::DateSource;
 
 /// A date beyond all working time: what is drawn so long that no calendar holds it never happens.
@@ -18,6 +18,8 @@ pub(crate) struct Network<'t> {
 /// A step of the forward pass.
 enum Step<'t> {
     Task(UncertainTask<'t>),
+    /// A task that spans what it depends on.
+    Span(Span<'t>),
     /// A summary task and what is nested in it.
     Summary(usize, Vec<u32>),
 }
@@ -36,6 +38,16 @@ struct UncertainTask<'t> {
     /// It begins no earlier, whatever its predecessors do.
     earliest_s: i64,
     incoming: Vec<Bound<'t>>,
+}
+
+/// A span, and what it depends on.
+struct Span<'t> {
+    task: usize,
+    planned_s: [i64; 2],
+    has_begun: bool,
+    incoming: Vec<Bound<'t>>,
+    /// What these demand as planned.
+    before: SpanBounds,
 }
 
 /// What a predecessor demands of the start of its successor.
@@ -68,6 +80,10 @@ impl<'t> Network<'t> {
             let members = || group.iter().map(|k| *k as usize);
             for k in members().filter(|k| !tasks.is_summary(*k)) {
                 let Some(planned) = dates[k].filter(|_| tasks.task_times[k].actual_finish.is_none()) else { continue };
+                if tasks.task_times[k].is_span && !is_cycle {
+                    steps.push(Step::Span(Span::of(tasks, k, planned, &incoming[k], dates)));
+                    continue;
+                }
                 let mut task = UncertainTask::of(tasks, k, planned, rules);
                 // Work that has begun is not pushed, and in a cycle there is no order in which it could be.
                 if tasks.task_times[k].actual_start.is_none() && !is_cycle {
@@ -95,6 +111,7 @@ impl<'t> Network<'t> {
         for step in &self.steps {
             match step {
                 Step::Task(task) => dates_s[task.task] = task.dates_s(run, dates_s),
+                Step::Span(span) => dates_s[span.task] = span.dates_s(dates_s),
                 Step::Summary(summary, nested) => {
                     let nested = || nested.iter().map(|c| dates_s[*c as usize]);
                     let span = nested().map(|d| d[0]).min().zip(nested().map(|d| d[1]).max());
@@ -109,6 +126,35 @@ impl<'t> Network<'t> {
     /// The first planned instant.
     pub(crate) fn begins_s(&self) -> Option<i64> {
         self.planned_s.iter().map(|d| d[0]).filter(|s| *s < NEVER_S).min()
+    }
+}
+
+impl<'t> Span<'t> {
+    fn of(
+        tasks: &'t Tasks<'_>,
+        task: usize,
+        planned: TaskDates,
+        incoming: &[&messages::SequenceRecord],
+        dates: &[Option<TaskDates>],
+    ) -> Self {
+        let bound = |s: &&messages::SequenceRecord| Bound::of(tasks, s, dates[s.predecessor as usize]?);
+        let planned_s = [planned.start_s, planned.finish_s];
+        let has_begun = tasks.task_times[task].actual_start.is_some();
+        let incoming = incoming.iter().filter_map(bound).collect();
+        let mut span = Self { task, planned_s, has_begun, incoming, before: SpanBounds::default() };
+        span.before = span.bounds(|k| dates[k].map_or([NEVER_S; 2], |d| [d.start_s, d.finish_s]));
+        span
+    }
+
+    fn bounds(&self, dates_s: impl Fn(usize) -> [i64; 2]) -> SpanBounds {
+        let mut bounds = SpanBounds::default();
+        self.incoming.iter().for_each(|b| bounds.add(b.to_start, b.end_s(dates_s(b.predecessor))));
+        bounds
+    }
+
+    fn dates_s(&self, dates_s: &[[i64; 2]]) -> [i64; 2] {
+        let [start_s, finish_s] = span_dates(self.planned_s, self.before, self.bounds(|k| dates_s[k]));
+        if self.has_begun { [self.planned_s[0], finish_s] } else { [start_s, finish_s] }
     }
 }
 
@@ -157,10 +203,7 @@ impl<'t> UncertainTask<'t> {
         sequence: &messages::SequenceRecord,
         planned: TaskDates,
     ) -> Option<Bound<'t>> {
-        let (from_start, to_start) = ends(sequence);
-        let (lag_s, lag_clock) = tasks.lag(sequence, planned)?;
-        let mut bound =
-            Bound { predecessor: sequence.predecessor as usize, from_start, to_start, lag_s, lag_clock, lead_s: 0 };
+        let mut bound = Bound::of(tasks, sequence, planned)?;
         let planned_bound_s = bound.start_s([planned.start_s, planned.finish_s], self.clock, self.planned_s);
         bound.lead_s = planned_bound_s.saturating_sub(self.planned.start_s).max(0);
         Some(bound)
@@ -186,11 +229,23 @@ impl<'t> UncertainTask<'t> {
     }
 }
 
-impl Bound<'_> {
+impl<'t> Bound<'t> {
+    /// Of a sequence, without a lead; `None` if its lag cannot be worked out.
+    fn of(tasks: &'t Tasks<'_>, sequence: &messages::SequenceRecord, predecessor: TaskDates) -> Option<Self> {
+        let (from_start, to_start) = ends(sequence);
+        let (lag_s, lag_clock) = tasks.lag(sequence, predecessor)?;
+        Some(Self { predecessor: sequence.predecessor as usize, from_start, to_start, lag_s, lag_clock, lead_s: 0 })
+    }
+
+    /// The instant from which it lets an end of its successor be.
+    fn end_s(&self, predecessor_s: [i64; 2]) -> i64 {
+        let base_s = if self.from_start { predecessor_s[0] } else { predecessor_s[1] };
+        add(self.lag_clock, base_s, self.lag_s)
+    }
+
     /// The earliest start of a successor of this duration.
     fn start_s(&self, predecessor_s: [i64; 2], own: Clock<'_>, duration_s: i64) -> i64 {
-        let base_s = if self.from_start { predecessor_s[0] } else { predecessor_s[1] };
-        let bound_s = add(self.lag_clock, base_s, self.lag_s);
+        let bound_s = self.end_s(predecessor_s);
         if self.to_start { bound_s } else { add(own, bound_s, -duration_s) }
     }
 }

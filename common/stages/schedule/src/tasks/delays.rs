@@ -1,7 +1,8 @@
 //! What-if delays: moves tasks and their successors after float is used up.
 
 use super::resolve::{dependencies, roll_up};
-use super::{TaskDates, Tasks, with_ancestors};
+use super::{SpanBounds, TaskDates, Tasks, ends, span_dates, with_ancestors};
+use messages::SequenceRecord;
 
 /// Moves tasks by their delays, and everything that depends on them as far as it must: float is used up first.
 ///
@@ -22,6 +23,11 @@ pub(crate) fn delay(tasks: &Tasks<'_>, dates: &[Option<TaskDates>], delay_s: &[i
                 continue;
             }
             let task_times = &tasks.task_times[k];
+            if task_times.is_span && !is_cycle && task_times.actual_finish.is_none() {
+                let own_s = total_delay_s(tasks, delay_s, k);
+                moved[k] = Some(moved_span(tasks, k, &incoming[k], [dates, &moved], own_s));
+                continue;
+            }
             if task_times.actual_start.is_some() || task_times.actual_finish.is_some() {
                 continue;
             }
@@ -56,6 +62,29 @@ pub(crate) fn delay(tasks: &Tasks<'_>, dates: &[Option<TaskDates>], delay_s: &[i
         roll_up_group(tasks, dates, &mut moved, group);
     }
     moved
+}
+
+/// A span follows what it depends on; a delay of its own moves its finish.
+fn moved_span(
+    tasks: &Tasks<'_>,
+    k: usize,
+    incoming: &[&SequenceRecord],
+    [before, after]: [&[Option<TaskDates>]; 2],
+    own_s: i64,
+) -> TaskDates {
+    let planned = before[k].expect("only tasks with dates move");
+    let bounds = |dates: &[Option<TaskDates>]| {
+        let mut bounds = SpanBounds::default();
+        for sequence in incoming {
+            let of = dates[sequence.predecessor as usize].and_then(|d| tasks.end_bound_s(sequence, d));
+            of.into_iter().for_each(|bound_s| bounds.add(ends(sequence).1, bound_s));
+        }
+        bounds
+    };
+    let [start_s, finish_s] = span_dates([planned.start_s, planned.finish_s], bounds(before), bounds(after));
+    let start_s = if tasks.task_times[k].actual_start.is_some() { planned.start_s } else { start_s };
+    let clock = tasks.calendars.clock(tasks.task_times[k].clock);
+    TaskDates { start_s, finish_s: clock.add(finish_s, own_s).unwrap_or(finish_s), ..planned }
 }
 
 fn roll_up_group(tasks: &Tasks<'_>, dates: &[Option<TaskDates>], moved: &mut [Option<TaskDates>], group: &[u32]) {

@@ -4,6 +4,7 @@ mod delays;
 mod floats;
 mod graph;
 mod resolve;
+mod span;
 mod task_times;
 
 pub(crate) use delays::{delay, total_delay_s};
@@ -11,6 +12,7 @@ pub use floats::Floats;
 pub(crate) use floats::floats;
 use graph::Order;
 pub(crate) use resolve::{WorkStarts, dependencies, resolve};
+pub(crate) use span::{SpanBounds, span_dates};
 pub(crate) use task_times::{TaskKind, TaskTimeTexts, TaskTimes, kind_of, task_times, written_span_s};
 
 use crate::clock::Calendars;
@@ -69,14 +71,18 @@ impl Tasks<'_> {
         Some((lag_s, clock))
     }
 
+    /// The instant from which a sequence lets the start or the finish of its successor be; `None` if it cannot be worked out.
+    fn end_bound_s(&self, sequence: &SequenceRecord, predecessor: TaskDates) -> Option<i64> {
+        let base = if ends(sequence).0 { predecessor.start_s } else { predecessor.finish_s };
+        let (lag_s, clock) = self.lag(sequence, predecessor)?;
+        clock.add(base, lag_s)
+    }
+
     /// The earliest start of a task of this duration that a sequence allows; `None` if it cannot be worked out.
     fn bound_s(&self, sequence: &SequenceRecord, predecessor: TaskDates, duration_s: i64) -> Option<i64> {
-        let (from_start, to_start) = ends(sequence);
-        let base = if from_start { predecessor.start_s } else { predecessor.finish_s };
-        let (lag_s, clock) = self.lag(sequence, predecessor)?;
-        let bound = clock.add(base, lag_s)?;
+        let bound = self.end_bound_s(sequence, predecessor)?;
         let own = self.calendars.clock(self.task_times[sequence.successor as usize].clock);
-        if to_start { Some(bound) } else { own.add(bound, -duration_s) }
+        if ends(sequence).1 { Some(bound) } else { own.add(bound, -duration_s) }
     }
 }
 

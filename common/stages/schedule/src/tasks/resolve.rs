@@ -312,6 +312,10 @@ fn written(tasks: &Tasks<'_>, k: usize) -> Written {
         if let Some(finish) = task_times.actual_finish {
             return dates(actual_s, finish.finish_s(), DateSource::Actual);
         }
+        // The finish of work that goes on is written: no calendar moves it.
+        if let Some(finish_s) = finish_s.filter(|f| start_s == Some(actual_s) && actual_s <= *f) {
+            return dates(actual_s, finish_s, DateSource::Actual);
+        }
         let between = start_s.zip(finish_s).map(|(s, f)| clock.between(s, f));
         let Some(duration_s) = duration_s.or(between) else {
             return Written::Nothing("it has an actual start, but neither a finish nor a duration");

@@ -37,6 +37,8 @@ pub(crate) struct TaskTimes {
     /// The calendar in which its duration counts; day and night without one.
     pub(crate) clock: Option<usize>,
     pub(crate) is_milestone: bool,
+    /// It spans what it depends on.
+    pub(crate) is_span: bool,
     /// One of its texts cannot be read: the task is ignored.
     pub(crate) is_faulty: bool,
     /// It has any date or duration.
@@ -121,6 +123,7 @@ impl TaskTimeReader<'_, '_, '_> {
             calendar,
             clock,
             is_milestone: task.has(task_flags::MILESTONE),
+            is_span: task.has(task_flags::SPAN),
             has_time: [texts.actual_start, texts.actual_finish, texts.start, texts.finish, texts.duration]
                 .iter()
                 .any(|text| !text.is_empty()),
