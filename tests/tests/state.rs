@@ -6,7 +6,7 @@ mod support;
 use serde_json::Value;
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Command, Stdio};
 use std::time::Instant;
 use support::groundplan;
 use support::live::{DEADLINE, Live};
@@ -71,6 +71,34 @@ fn state_files(live: &Live) -> Vec<(PathBuf, Vec<u8>)> {
         files.extend(support::contents(&progress));
     }
     files
+}
+
+#[test]
+fn settings_whose_state_is_damaged_or_removed_stay_in_force_and_that_is_told() {
+    let (home, config) = files();
+    let mut live = Live::of(&support::demo_model(), &config);
+    let profile = home.path().join("other.toml");
+    std::fs::write(&profile, "name = \"second\"\nradius_m = 0.3\n").unwrap();
+    live.text(&[&"robot", &profile]);
+    assert_eq!(live.text(&[&"date", &"2024-04-29T10:00:00"]), "2024-04-29T10:00:00");
+    live.down();
+    let settings = live.home.path().join("state/settings");
+    let robot_file = settings.join("robot.profile.json");
+    let mut bytes = std::fs::read(&robot_file).unwrap();
+    let at = bytes.windows(6).rposition(|word| word == b"second").unwrap();
+    bytes[at] ^= 1;
+    std::fs::write(&robot_file, bytes).unwrap();
+    std::fs::remove_file(settings.join("schedule.plan_time.json")).unwrap();
+    // A warning stands: the site is not healthy, and is not waited for.
+    let up = Command::new(support::client()).arg("up").arg("--config").arg(live.config()).stderr(Stdio::null()).spawn();
+    live.up = Some(up.unwrap());
+    for (daemon, file) in [("rasterize", "robot.profile.json"), ("schedule-eval", "schedule.plan_time.json")] {
+        wait_until("it is told", &live, |status| {
+            status["daemons"][daemon]["warning"].as_str().is_some_and(|warning| warning.contains(file))
+        });
+    }
+    wait_until("the robot stays", &live, |status| status["grids"]["robot"] == "second");
+    assert_eq!(setting(&live, "schedule.plan_time")["value"], "2024-04-29T10:00:00");
 }
 
 #[test]
