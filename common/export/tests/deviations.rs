@@ -8,6 +8,7 @@ use messages::*;
 use quick_xml::events::Event;
 use std::collections::BTreeMap;
 use std::io::{Cursor, Read};
+use std::path::Path;
 
 const WALL: &str = "2O2Fr$t4X7Zf8NOew3FLOH";
 const EARLY: &str = "0xScRe4drECQ4DMSqUjd6d";
@@ -218,6 +219,25 @@ fn only_what_stands_early_is_reported_as_progress() {
     assert_eq!(table, format!("id,start,finish\n{EARLY},,2024-03-09T16:00:00\n"));
 }
 
+/// The document is the one from which MPXJ reads the progress of these tasks: `scripts/check_progress.py` holds its reading against the
+/// same values.
+fn check_golden(text: &str, seen: &str) {
+    let golden = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden/progress.xml");
+    if std::env::var_os("UPDATE_GOLDEN").is_some() {
+        std::fs::write(&golden, text).unwrap();
+    }
+    assert_eq!(text, std::fs::read_to_string(&golden).unwrap_or_default(), "UPDATE_GOLDEN=1 rewrites it");
+    let read = std::fs::read(golden.with_extension("mpxj.json")).unwrap();
+    let read: serde_json::Value = serde_json::from_slice(&read).unwrap();
+    let minute = seen.strip_suffix(":00");
+    let expected = serde_json::json!({
+        "7": [100.0, minute, minute],
+        "8": [50.0, "2024-03-01T07:00", null],
+        "10": [null, null, null],
+    });
+    assert_eq!(read, expected);
+}
+
 /// A plan of four tasks: walls 0 and 1 built, walls 1 and 2 built, wall 0 removed, and one that works on nothing.
 fn plan(site: &Site<'_>) -> ArchiveBuffer {
     let mut b = TasksBuilder::default();
@@ -280,6 +300,7 @@ fn progress_of_the_planners_tasks_is_what_was_seen_of_their_elements() {
     assert_eq!(values(&text, "UID"), ["7", "8", "10"]);
     assert_eq!(values(&text, "PercentComplete"), ["100", "50"]);
     assert_eq!(values(&text, "ActualFinish"), [seen]);
+    check_golden(&text, seen);
     assert!(progress_mspdi(&input, &[]).is_empty());
 }
 
