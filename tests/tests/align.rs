@@ -174,6 +174,23 @@ fn a_map_that_cannot_be_read_is_bad_usage_and_says_which() {
     assert!(String::from_utf8_lossy(&output.stderr).contains("missing.yaml"));
 }
 
+#[test]
+fn a_model_or_a_picture_in_place_of_a_map_is_refused_with_what_to_give_instead() {
+    let home = tempfile::tempdir().unwrap();
+    let [picture, map] = ["robot.pgm", "robot.yaml"].map(|name| home.path().join(name));
+    std::fs::write(&picture, b"P5 2 2 255\n\xfe\xfe\x00\x00").unwrap();
+    std::fs::write(&map, "image: robot.pgm\nresolution: 0.05\norigin: [0, 0, 0]\n").unwrap();
+    let why = |reference: &Path, slam: &Path| {
+        let output = groundplan(&[&"align", &"--reference", &reference, &"--slam", &slam]);
+        assert_eq!(output.status.code(), Some(2));
+        String::from_utf8_lossy(&output.stderr).into_owned()
+    };
+    let model = why(&demo_model(), &map);
+    assert!(model.contains("a building model (IFC), not a map") && model.contains("groundplan convert"), "{model}");
+    let of_picture = why(&map, &picture);
+    assert!(of_picture.contains("a picture, not the description of a map: give the .yaml file"), "{of_picture}");
+}
+
 /// The output of `convert` with the ground floor's map also on the upper floor, and a robot's map of its western half. The maps
 /// differ by a wall in the Director's office, if there is to be one.
 fn twin_storeys(maps: &Maps, home: &Path, has_wall: bool) -> [PathBuf; 2] {

@@ -75,6 +75,9 @@ fn what_is_no_ifc_file_is_named_for_what_it_is() {
     refused([0u8, 159, 146, 150, 255, 254], "no IFC file");
     refused(step("CONFIG_CONTROL_DESIGN", ""), "CONFIG_CONTROL_DESIGN");
     refused(b"PK\x03\x04 not a zip", "zip");
+    refused(b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", "export it with File > Export > IFC");
+    refused("AC1032 drawing", "a drawing of AutoCAD (.dwg)");
+    refused("<?xml version=\"1.0\"?><ifc:ifcXML/>", "ifcXML, which is not read; export the model as IFC");
 }
 
 #[test]

@@ -149,7 +149,7 @@ fn reported_progress_is_on_the_maps_and_survives_its_daemon() {
     live.text(&[&"export", &exported]);
     let model = live.home.path().join("demo.ifc");
     let date = "2024-04-29T10:00:00";
-    let convert: [&dyn AsRef<OsStr>; 8] = [&"convert", &model, &"-o", &converted, &"--date", &date, &"--actual", &csv];
+    let convert: [&dyn AsRef<OsStr>; 8] = [&"convert", &model, &"-o", &converted, &"--date", &date, &"--actuals", &csv];
     assert!(groundplan(&convert).status.success());
     for (one, other) in contents(&exported).iter().zip(&contents(&converted)) {
         assert!(one == other, "{} differs", one.0.display());

@@ -282,7 +282,7 @@ fn delays_and_reported_progress_show_in_states_and_changes() {
     let actual = home.path().join("progress.csv");
     std::fs::write(&actual, "id,start,finish\n1.1,2024-03-06T08:00:00,2024-03-12T12:00:00\n").unwrap();
     assert!(open(&["--actual", actual.to_str().unwrap()]).contains(&"2024-03-12T12:00:00".to_owned()));
-    let states = json(&[&"states", &model, &"--json", &"--date", &"2024-03-05", &"--actual", &actual]);
+    let states = json(&[&"states", &model, &"--json", &"--date", &"2024-03-05", &"--actuals", &actual]);
     assert!(states["elements"].as_object().unwrap().values().all(|s| s == "not_started" || s == "built"));
 }
 

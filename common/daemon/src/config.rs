@@ -222,6 +222,15 @@ pub enum LogFormat {
 /// A configuration that cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum ConfigError {
+    /// There is no such file.
+    #[error(
+        "there is no configuration {}: name that of the site with --config SITE.toml, or start the demo with `groundplan up --demo`",
+        path.display()
+    )]
+    Missing {
+        /// The file.
+        path: PathBuf,
+    },
     /// The file cannot be read.
     #[error("configuration {} cannot be read", path.display())]
     Io {
@@ -313,7 +322,10 @@ impl SiteConfig {
     /// A file that cannot be read, or is no TOML of these keys.
     pub fn read(path: &Path) -> Result<Self, ConfigError> {
         let io = |source| ConfigError::Io { path: path.to_owned(), source };
-        let text = std::fs::read_to_string(path).map_err(io)?;
+        let text = std::fs::read_to_string(path).map_err(|source| match source.kind() {
+            std::io::ErrorKind::NotFound => ConfigError::Missing { path: path.to_owned() },
+            _ => io(source),
+        })?;
         let file = std::fs::canonicalize(path).map_err(io)?;
         let home = file.parent().unwrap_or(Path::new("/")).to_owned();
         let parsed = Self::parse(&text, &home);

@@ -38,13 +38,19 @@ pub enum GridSpecError {
         resolution_m: f64,
     },
     /// More than [`MAX_CELLS`].
-    #[error("a grid of {width} x {height} cells is larger than 2^28 cells")]
+    #[error("a grid of {width} x {height} cells is larger than 2^28 cells{}", finest_text(*finest_m))]
     TooLarge {
         /// Columns.
         width: u64,
         /// Rows.
         height: u64,
+        /// The finest resolution in which the same area has a grid.
+        finest_m: Option<f64>,
     },
+}
+
+fn finest_text(finest_m: Option<f64>) -> String {
+    finest_m.map_or_else(String::new, |finest_m| format!("; the finest resolution that works is {finest_m} m"))
 }
 
 impl GridSpec {
@@ -54,12 +60,17 @@ impl GridSpec {
     /// A resolution that is no whole number of tenths of a millimetre, or too many cells.
     pub fn around(bounds: Bounds, margin_tenths: i32, resolution_m: f64) -> Result<Self, GridSpecError> {
         let cell = Self::cell_tenths_of(resolution_m)?;
-        let (size, margin) = (i64::from(cell), i64::from(margin_tenths));
-        let first = bounds.min.map(|c| (i64::from(c) - margin).div_euclid(size));
-        let last = bounds.max.map(|c| (i64::from(c) + margin).div_euclid(size));
-        let [width, height] = [0, 1].map(|k| (last[k] - first[k] + 1) as u64);
-        if width * height > MAX_CELLS {
-            return Err(GridSpecError::TooLarge { width, height });
+        let margin = i64::from(margin_tenths);
+        let extent = |cell: i32| {
+            let first = bounds.min.map(|c| (i64::from(c) - margin).div_euclid(i64::from(cell)));
+            let last = bounds.max.map(|c| (i64::from(c) + margin).div_euclid(i64::from(cell)));
+            (first, [0, 1].map(|k| (last[k] - first[k] + 1) as u64))
+        };
+        let is_small = |cell: i32| extent(cell).1.iter().product::<u64>() <= MAX_CELLS;
+        let (first, [width, height]) = extent(cell);
+        if !is_small(cell) {
+            let finest_m = (cell + 1..=TENTHS_PER_M as i32).find(|cell| is_small(*cell)).map(metres);
+            return Err(GridSpecError::TooLarge { width, height, finest_m });
         }
         Ok(Self { cell_tenths: cell, first_cell: first.map(|c| c as i32), width: width as u32, height: height as u32 })
     }
@@ -150,12 +161,23 @@ mod tests {
     }
 
     #[test]
+    fn the_finest_resolution_that_is_told_works_and_the_next_finer_one_does_not() {
+        let bounds = Bounds { min: [-70_000, 0], max: [190_000, 170_000] };
+        let Err(GridSpecError::TooLarge { finest_m: Some(finest_m), .. }) = GridSpec::around(bounds, 20_000, 0.001)
+        else {
+            panic!("it is too large")
+        };
+        assert!(GridSpec::around(bounds, 20_000, finest_m).is_ok());
+        assert!(GridSpec::around(bounds, 20_000, finest_m - 0.0001).is_err());
+    }
+
+    #[test]
     fn odd_resolutions_and_huge_grids_are_refused() {
         assert!(matches!(GridSpec::cell_tenths_of(0.033_33), Err(GridSpecError::Resolution { .. })));
         assert!(matches!(GridSpec::cell_tenths_of(0.0), Err(GridSpecError::Resolution { .. })));
         assert!(matches!(GridSpec::cell_tenths_of(f64::NAN), Err(GridSpecError::Resolution { .. })));
         assert_eq!(GridSpec::cell_tenths_of(0.0125), Ok(125));
         let far = Bounds { min: [0, 0], max: [1_000_000_000, 1_000_000_000] };
-        assert!(matches!(GridSpec::around(far, 0, 0.05), Err(GridSpecError::TooLarge { .. })));
+        assert!(matches!(GridSpec::around(far, 0, 0.05), Err(GridSpecError::TooLarge { finest_m: None, .. })));
     }
 }

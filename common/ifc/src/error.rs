@@ -18,6 +18,12 @@ pub enum ReadError {
         /// The first characters.
         begins: String,
     },
+    /// A file of another format, which is known by its first bytes.
+    #[error("this is no IFC file but {what}")]
+    OtherFormat {
+        /// What it is, and what to do instead.
+        what: &'static str,
+    },
     /// The header does not say which schema the data follows.
     #[error("the header has no readable FILE_SCHEMA, so the data cannot be interpreted; export the file again")]
     NoSchema,

@@ -2,6 +2,7 @@
 
 use crate::ReadError;
 use crate::kernel::{Record, Schema};
+use crate::other_formats;
 use diagnostics::{DiagnosticCode, Report, Severity};
 
 /// Real headers are below 2 KiB.
@@ -21,6 +22,9 @@ pub(crate) fn read(bytes: &[u8], report: &mut Report) -> Result<Header, ReadErro
         return Err(ReadError::Empty);
     }
     if !skip_comments(bytes).starts_with(b"ISO-10303-21") {
+        if let Some(what) = other_formats::known(bytes) {
+            return Err(ReadError::OtherFormat { what });
+        }
         let begins = String::from_utf8_lossy(&bytes[..bytes.len().min(24)]).into_owned();
         return Err(ReadError::NotStep { begins });
     }

@@ -28,6 +28,7 @@ mod materials;
 mod memberships;
 mod model;
 mod options;
+mod other_formats;
 mod placement;
 mod products;
 mod property_sets;

@@ -60,6 +60,9 @@ pub enum MapFault {
         /// In the direction of its columns.
         high_m: f64,
     },
+    /// The file is of another kind.
+    #[error("this is {0}")]
+    OtherKind(&'static str),
     /// The description is no YAML, or lacks a key.
     #[error("its description cannot be used: {0}")]
     Description(String),
@@ -105,6 +108,19 @@ fn free_thresh() -> f64 {
 enum Negate {
     Number(u8),
     Word(bool),
+}
+
+/// What is given in place of the description of a map, with what to do instead.
+fn other_kind(bytes: &[u8]) -> Option<&'static str> {
+    let model = "a building model (IFC), not a map: make its maps with `groundplan convert MODEL.ifc -o OUT` and give OUT, or the \
+                 localization.yaml of a storey in it";
+    let picture = "a picture, not the description of a map: give the .yaml file that the map server saved with it, which has its \
+                   resolution and origin";
+    match bytes {
+        _ if bytes.trim_ascii_start().starts_with(b"ISO-10303-21") => Some(model),
+        _ if image::guess_format(bytes).is_ok() => Some(picture),
+        _ => None,
+    }
 }
 
 impl Default for Negate {
@@ -173,7 +189,12 @@ impl OccupancyMap {
 }
 
 fn read(path: &Path) -> Result<(OccupancyMap, MapFileContent), MapFault> {
-    let text = std::fs::read_to_string(path).map_err(|source| MapFault::Io { path: path.to_owned(), source })?;
+    let io = |source| MapFault::Io { path: path.to_owned(), source };
+    let bytes = std::fs::read(path).map_err(io)?;
+    if let Some(what) = other_kind(&bytes) {
+        return Err(MapFault::OtherKind(what));
+    }
+    let text = String::from_utf8(bytes).map_err(|why| io(std::io::Error::new(std::io::ErrorKind::InvalidData, why)))?;
     let description = Description::parse(&text)?;
     let at = path.parent().unwrap_or(Path::new("")).join(&description.image);
     let bytes = std::fs::read(&at).map_err(|source| MapFault::Io { path: at.clone(), source })?;

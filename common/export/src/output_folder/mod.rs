@@ -138,15 +138,15 @@ impl OutputFolder {
         let path = parent.join(format!(".{}.new-{}", self.name(), std::process::id()));
         // A killed run with this process id, common in containers, may have left something.
         if path.join(UNFINISHED).is_file() {
-            fs::remove_dir_all(&path).map_err(at(&path))?;
+            fs::remove_dir_all(&path).map_err(at(&self.path))?;
         } else {
             self.discard(&path);
         }
-        fs::create_dir(&path).map_err(at(&path))?;
+        fs::create_dir(&path).map_err(at(&self.path))?;
         let folders = BTreeSet::from([path.clone()]);
         let beside = FolderBeside { place: self, path, folders, files: Vec::new(), is_swapped: false };
         let mark = beside.path.join(UNFINISHED);
-        File::create(&mark).map_err(at(&mark))?;
+        File::create(&mark).map_err(at(&self.path))?;
         Ok(beside)
     }
 
@@ -233,7 +233,20 @@ impl FolderBeside<'_> {
     /// The file system refuses.
     pub fn write(&mut self, folder: &str, files: &[ExportFile]) -> Result<(), OutputError> {
         let folder = self.path.join(folder);
-        files.iter().try_for_each(|file| self.write_file(&folder.join(&file.path), &file.bytes))
+        let written = files.iter().try_for_each(|file| self.write_file(&folder.join(&file.path), &file.bytes));
+        written.map_err(|error| self.at_its_place(error))
+    }
+
+    /// An error names the place that was asked for, which people know, in place of the folder beside it.
+    fn at_its_place(&self, error: OutputError) -> OutputError {
+        match error {
+            OutputError::Io { path, source } => {
+                let path =
+                    path.strip_prefix(&self.path).map_or_else(|_| path.clone(), |rest| self.place.path.join(rest));
+                OutputError::Io { path, source }
+            }
+            other => other,
+        }
     }
 
     fn write_file(&mut self, path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
@@ -255,10 +268,10 @@ impl FolderBeside<'_> {
     /// The file system refuses; then the place is as it was.
     pub fn swap_in(mut self) -> Result<Option<SetAside>, OutputError> {
         let mark = self.path.join(UNFINISHED);
-        fs::remove_file(&mark).map_err(at(&mark))?;
+        fs::remove_file(&mark).map_err(at(&self.place.path))?;
         // All files together; then what is in a folder first, and its name in the one above.
-        self.files.iter().try_for_each(|file| sync(file))?;
-        self.folders.iter().rev().try_for_each(|folder| sync(folder))?;
+        let synced = self.files.iter().chain(self.folders.iter().rev()).try_for_each(|path| sync(path));
+        synced.map_err(|error| self.at_its_place(error))?;
         swap(&self.path, &self.place.path)?;
         self.is_swapped = true;
         sync(self.place.parent())?;
@@ -464,6 +477,18 @@ mod tests {
             assert_eq!(fs::read_to_string(set_aside.folder.join("notes.txt")).unwrap(), "precious");
             assert_eq!((n_entries(&set_aside.folder), n_entries(&out)), (1, 2));
         }
+    }
+
+    #[test]
+    fn errors_name_the_place_that_was_asked_for() {
+        let home = tempfile::tempdir().unwrap();
+        let out = home.path().join("out");
+        let place = place(&out);
+        let mut beside = place.begin().unwrap();
+        // A file stands where a folder of the output has to be.
+        beside.write("", &output(&["storeys"])).unwrap();
+        let error = beside.write("storeys", &output(&["a.json"])).unwrap_err();
+        assert!(error.to_string().starts_with(&out.join("storeys").display().to_string()), "{error}");
     }
 
     #[test]

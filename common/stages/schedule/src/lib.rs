@@ -33,7 +33,7 @@
 //! groundplan states house.ifc --date 2024-04-15                                   # the midnight, and what differs in the day
 //! groundplan states house.ifc --date 2024-04-15 --until 2024-04-15                # the whole day, as convert draws it
 //! groundplan states house.ifc --date 2024-04-15 --delay 'Partition walls=5d'      # what if
-//! groundplan states house.ifc --date 2024-04-15 --actual progress.csv             # columns id, start, finish
+//! groundplan states house.ifc --date 2024-04-15 --actuals progress.csv            # columns id, start, finish
 //! groundplan states house.ifc --date 2024-04-15 --probability                     # how sure that is, safest days
 //! groundplan tasks house.ifc                                                      # dates, targets, problems
 //! groundplan changes house.ifc                                                    # change instants and their tasks

@@ -31,14 +31,14 @@ pub struct ScheduleArgs {
     delay: Vec<String>,
 
     /// Reported progress, which replaces planned dates: a CSV table with the columns id, start, finish
-    #[arg(long, value_name = "FILE.csv")]
-    actual: Option<PathBuf>,
+    #[arg(long, alias = "actual", value_name = "FILE.csv")]
+    actuals: Option<PathBuf>,
 }
 
 impl ScheduleArgs {
     /// True if dates are not those of the models and rules alone.
     pub(crate) fn changes_dates(&self) -> bool {
-        !self.delay.is_empty() || self.actual.is_some()
+        !self.delay.is_empty() || self.actuals.is_some()
     }
 
     /// True if a planner's schedule is given.
@@ -48,7 +48,7 @@ impl ScheduleArgs {
 
     /// The files that are read.
     pub(crate) fn inputs(&self) -> impl Iterator<Item = &Path> {
-        let single = [&self.schedule, &self.link, &self.actual].into_iter().flatten();
+        let single = [&self.schedule, &self.link, &self.actuals].into_iter().flatten();
         single.chain(&self.schedule_file).map(PathBuf::as_path)
     }
 }
@@ -94,7 +94,7 @@ impl ScheduleInput {
             let text = std::fs::read_to_string(path).map_err(|e| usage(path, e.into()))?;
             Rules::parse(&text).map_err(|e| usage(path, e.into()))
         })?;
-        let actuals = arguments.actual.as_deref().map_or(Ok(Vec::new()), |path| {
+        let actuals = arguments.actuals.as_deref().map_or(Ok(Vec::new()), |path| {
             let bytes = std::fs::read(path).map_err(|e| usage(path, e.into()))?;
             parse_actuals(&bytes).map_err(|e| usage(path, e.into()))
         })?;

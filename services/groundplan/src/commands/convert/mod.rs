@@ -131,7 +131,7 @@ impl Args {
         let until = self.until.as_deref();
         match self.date.as_deref() {
             None if self.schedule.changes_dates() => {
-                Err(Failure::usage("--delay and --actual change dates: say which with --date"))
+                Err(Failure::usage("--delay and --actuals change dates: say which with --date"))
             }
             None => Ok(RequestedMaps::Everything),
             Some("all") if until.is_some() => Err(Failure::usage("--until ends a period, and --date all has none")),

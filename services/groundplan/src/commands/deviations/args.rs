@@ -23,7 +23,7 @@ pub struct Args {
     #[arg(long, requires = "slam")]
     pub(super) allow_boxes: bool,
 
-    /// Folder for deviations.json, actuals.csv (for --actual), deviations.bcfzip (BCF 2.1) and deviations.png;
+    /// Folder for deviations.json, actuals.csv (for --actuals), deviations.bcfzip (BCF 2.1) and deviations.png;
     /// with --schedule-file also progress.csv and progress.xml (MS Project XML), for the planner
     #[arg(short, long, value_name = "OUT")]
     pub(super) out: Option<PathBuf>,
@@ -95,7 +95,7 @@ const AFTER_HELP: &str = "\
 Observed: it stands where the model has it; absent: the robot saw through its place; displaced: it stands beside it;
 unseen: nothing can be said, as of glass, doors, and what does not cross the lidar's plane or was hidden.
 Compared with the planned states at the date: on plan, late, early, displaced, unknown. Nothing changes a map by itself: give
-actuals.csv to --actual, or see [align] apply and `groundplan confirm`.
+actuals.csv to --actuals, or see [align] apply and `groundplan confirm`.
 Goals on the storey of the map are told in the model's map and in the robot's (map, slam), with standard deviations (deviation);
 is_corrected: surfaces around show how the map is bent there; otherwise the pose of the whole map carried them.
 
