@@ -6,7 +6,7 @@ use crate::nesting::parents_first;
 use crate::plan::{
     Dependency, DependencyKind, Finding, FindingKind, PlanDate, PlanFile, PlanLag, PlanTask, PlanTaskKind,
 };
-use crate::projects::WrittenProject;
+use crate::written_project::WrittenProject;
 use std::collections::HashMap;
 
 /// A large site has some ten thousand.

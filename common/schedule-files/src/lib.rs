@@ -16,6 +16,7 @@ mod pmxml;
 mod projects;
 mod read;
 mod values;
+mod written_project;
 mod xer;
 mod xml;
 

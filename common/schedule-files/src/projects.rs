@@ -3,26 +3,12 @@
 use crate::PlanFileError;
 use crate::assemble::WrittenPlan;
 use crate::calendars::WrittenCalendar;
-use crate::plan::{FindingKind, LagCalendar, PlanDate, PlanFile, PlanProject, PlanTaskKind};
+use crate::plan::{FindingKind, LagCalendar, PlanFile, PlanProject, PlanTaskKind};
+use crate::written_project::WrittenProject;
 use std::collections::HashMap;
 
 /// A file has a few.
 const MAX_PROJECTS: usize = 1000;
-
-/// A project as it is written.
-#[derive(Debug, Default)]
-pub(crate) struct WrittenProject {
-    pub(crate) uid: String,
-    pub(crate) name: String,
-    pub(crate) data_date: Option<PlanDate>,
-    pub(crate) start: Option<PlanDate>,
-    /// Identity of the calendar of tasks that name none; empty if it is not said.
-    pub(crate) calendar: String,
-    /// `None`: lags count day and night.
-    pub(crate) lag_calendar: Option<LagCalendar>,
-    /// It is in the file for its relationships with others alone, and no part of the plan.
-    pub(crate) is_outside: bool,
-}
 
 /// Chooses the default calendar: that of the first project of the plan. A project that names none, or one that is not there, has the one
 /// that the file marks.

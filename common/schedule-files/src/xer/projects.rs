@@ -3,7 +3,7 @@
 use super::tables::Tables;
 use crate::assemble::WrittenPlan;
 use crate::p6::Record;
-use crate::projects::WrittenProject;
+use crate::written_project::WrittenProject;
 use crate::{PlanFileError, p6, values};
 use std::collections::HashMap;
 

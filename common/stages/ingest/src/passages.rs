@@ -66,6 +66,18 @@ fn opening_record(
     }
 }
 
+fn door_warning(element: &Element, code: DiagnosticCode, message: String) -> Diagnostic {
+    Diagnostic { severity: Severity::Warning, code, entity: Some(element.id.clone()), source: None, message }
+}
+
+fn width_implausible(element: &Element, why: &ImplausibleWidth) -> Diagnostic {
+    let ImplausibleWidth { told_m, measured_m } = why;
+    let message = format!(
+        "OverallWidth is {told_m:.3} m, opening and body leave {measured_m:.3} m; the door counts as {measured_m:.3} m wide"
+    );
+    door_warning(element, DiagnosticCode::DoorWidthImplausible, message)
+}
+
 fn add_door(
     builder: &mut SiteBuilder,
     floors: &[Option<SpaceFloor>],
@@ -87,18 +99,10 @@ fn add_door(
         None => own(),
     };
     let measured_m = passage.map(|p| measured_width_m(&p, &body));
-    let overall_width_m = match overall_width_m(door.overall_width_m, measured_m) {
-        Ok(width_m) => width_m,
-        Err(ImplausibleWidth { told_m, measured_m }) => {
-            let message = format!(
-                "OverallWidth is {told_m:.3} m, opening and body leave {measured_m:.3} m; the door counts as {measured_m:.3} m wide"
-            );
-            let (entity, code) = (Some(element.id.clone()), DiagnosticCode::DoorWidthImplausible);
-            let diagnostic = Diagnostic { severity: Severity::Warning, code, entity, source: None, message };
-            add_diagnostic(builder, record.source, &diagnostic);
-            measured_m
-        }
-    };
+    let overall_width_m = overall_width_m(door.overall_width_m, measured_m).unwrap_or_else(|why| {
+        add_diagnostic(builder, record.source, &width_implausible(element, &why));
+        why.measured_m
+    });
     let height = door.overall_height_m.filter(|h| *h > 0.0);
     let operation = opens(&door.operation_type, &element.predefined_type);
     let share = moving_share(door);
@@ -107,13 +111,8 @@ fn add_door(
     let passage = passage.map(|p| moving_part(&p, direction(0), door, share));
     if !operation_is_known(&door.operation_type) {
         let message = "the door has no operation type, swing is assumed".to_owned();
-        let entity = Some(element.id.clone());
-        let code = DiagnosticCode::DoorOperationUnknown;
-        add_diagnostic(
-            builder,
-            record.source,
-            &Diagnostic { severity: Severity::Warning, code, entity, source: None, message },
-        );
+        let warning = door_warning(element, DiagnosticCode::DoorOperationUnknown, message);
+        add_diagnostic(builder, record.source, &warning);
     }
     let bottom = opening.map_or(record.min_tenths[2], |(_, o)| o.bottom_z_tenths);
     let level: Vec<(usize, &MultiPolygon)> = floors
