@@ -69,7 +69,7 @@ impl GridSpec {
         let is_small = |cell: i32| extent(cell).1.iter().product::<u64>() <= MAX_CELLS;
         let (first, [width, height]) = extent(cell);
         if !is_small(cell) {
-            let finest_m = (cell + 1..=TENTHS_PER_M as i32).find(|cell| is_small(*cell)).map(metres);
+            let finest_m = (cell + 1..=TENTHS_PER_M).find(|cell| is_small(*cell)).map(metres);
             return Err(GridSpecError::TooLarge { width, height, finest_m });
         }
         Ok(Self { cell_tenths: cell, first_cell: first.map(|c| c as i32), width: width as u32, height: height as u32 })
