@@ -162,7 +162,8 @@ fn lengths_that_are_wrong_are_found_when_nobody_vouches_for_them() {
     std::fs::write(&slam, text.replace("resolution: 0.05", "resolution: 0.0502")).unwrap();
     let (_, found) = align(&maps.path(), &slam, &[]);
     let scale = found["scale"].as_f64().unwrap();
-    assert!((scale - 1.004).abs() < 0.002, "{found}");
+    // The walls of the lift shaft have one side on the localization map, and two on the robot's.
+    assert!((scale - 1.004).abs() < 0.003, "{found}");
 }
 
 #[test]
@@ -234,10 +235,13 @@ fn twin_storeys_are_told_apart_by_a_drive_or_by_a_hint_and_a_wrong_hint_accepts_
     let (code, found) = align(&twins, &slam, &[]);
     assert_eq!((code, found["verdict"].as_str()), (Some(1), Some("ambiguous")), "{found}");
     let reason = found["reason"].as_str().unwrap();
-    assert!(reason.contains("drive through G.15 of storey 0 or U.10 of storey 1 (x "), "{reason}");
+    // Which of the twins comes first nothing tells.
+    let ways = ["G.15 of storey 0 or U.10 of storey 1", "U.10 of storey 1 or G.15 of storey 0"];
+    assert!(ways.iter().any(|way| reason.contains(&format!("drive through {way} (x "))), "{reason}");
     let place = &found["decide"]["places"][0];
-    let rooms = [0, 1].map(|k| place["candidates"][k]["room"]["long_name"].as_str().unwrap());
-    assert_eq!(rooms, ["Director's office", "Board room"]);
+    let mut rooms = [0, 1].map(|k| place["candidates"][k]["room"]["long_name"].as_str().unwrap());
+    rooms.sort_unstable();
+    assert_eq!(rooms, ["Board room", "Director's office"]);
     assert!(place["in_slam"]["x_m"].as_f64().unwrap() > 15.0, "the robot saw what lies west of it: {place}");
     // The robot's map has its corner where that of the model has it, outside; at x 7 m and y 5 m it shows room G.02.
     let pose = home.path().join("amcl.yaml");

@@ -11,6 +11,7 @@ use super::version_history::VersionHistory;
 use crate::layers::cell_flags::{self, BASE_FLOOR, BLOCKED, DOOR, FLOOR, OCCUPIED, OUTLINE, PLANNING, STRUCTURE, WORK};
 use crate::layers::door_passage::{DoorLayers, door_passage};
 use crate::layers::doorway_clearance::CoveredSamples;
+use crate::layers::doorway_connection::SeenCells;
 use crate::layers::floor::{BuiltFloorCache, outline, set_bit};
 use crate::layers::keepout::{Keepout, Margins};
 use crate::layers::localization::Localization;
@@ -50,6 +51,7 @@ pub(crate) struct StoreyGrid {
     doors: Vec<DoorPassageRecord>,
     /// Buffer for the obstacles near a doorway.
     nearby: CoveredSamples,
+    seen_cells: SeenCells,
     difference: StateDifference,
     growth: Growth,
 }
@@ -100,6 +102,7 @@ impl StoreyGrid {
             has_no_floor_yet: false,
             doors: Vec::new(),
             nearby: CoveredSamples::new(),
+            seen_cells: SeenCells::default(),
             difference: StateDifference::default(),
             growth: Growth::default(),
         }
@@ -316,7 +319,7 @@ impl StoreyGrid {
     /// Updates the passages of doors around which cells differ.
     fn update_door_passages(&mut self, inputs: StoreyInputs<'_>, schedule_state: &ScheduleState<'_>) {
         let storey = inputs.storey;
-        let Self { archive, flags, doors, nearby, difference, .. } = self;
+        let Self { archive, flags, doors, nearby, seen_cells, difference, .. } = self;
         let mut writer = GridWriter::resume(archive.bytes_mut(), flags.len());
         let GridLayers { class, floor, .. } = writer.layers();
         let layers = DoorLayers { class, floor };
@@ -328,7 +331,7 @@ impl StoreyGrid {
                 continue;
             }
             let presence = Presence::of(schedule_state.effective(element as usize));
-            let record = door_passage(door, inputs, schedule_state, presence, layers, nearby);
+            let record = door_passage(door, inputs, schedule_state, presence, layers, nearby, seen_cells);
             match doors.get_mut(index) {
                 Some(door) => *door = record,
                 None => doors.push(record),

@@ -1,7 +1,7 @@
 //! Decides whether a robot can pass a door on a map, with every reason against it.
 
 use super::doorway_clearance::{CoveredSamples, DoorwayClearance, doorway_clearance};
-use super::doorway_connection::{joins_sides, outline_of_passage};
+use super::doorway_connection::{SeenCells, joins_sides, outline_of_passage};
 use super::floor::sides_with_floor;
 use crate::model::cell_area::slab_above_floor;
 use crate::model::door::{StoreyDoor, is_wide_enough};
@@ -32,6 +32,7 @@ pub(crate) fn door_passage(
     presence: Presence,
     layers: DoorLayers<'_>,
     nearby: &mut CoveredSamples,
+    seen: &mut SeenCells,
 ) -> DoorPassageRecord {
     let StoreyInputs { robot, storey, .. } = inputs;
     let way = doorway(&door.leaves, door.leaf_index, schedule_state);
@@ -63,9 +64,10 @@ pub(crate) fn door_passage(
     }
     let outline = outline_of_passage(&way.plan, robot, &storey.spec);
     let is_narrow_in_map = record.width_in_map_m < 2.0 * robot.radius_m;
-    let joins =
-        || joins_sides([&way.plan, &outline], record.sides_with_floor, &storey.spec, [layers.class, layers.floor]);
-    if !is_narrow && (is_narrow_in_map || !joins()) {
+    let joins = |seen| {
+        joins_sides([&way.plan, &outline], record.sides_with_floor, &storey.spec, [layers.class, layers.floor], seen)
+    };
+    if !is_narrow && (is_narrow_in_map || !joins(seen)) {
         // The way alone first: what stands beside it matters only where nothing stands in it.
         let mut clearance = doorway_clearance(&way.plan, inputs, schedule_state, nearby);
         if !is_narrow_in_map && clearance.width_m >= 2.0 * robot.radius_m {

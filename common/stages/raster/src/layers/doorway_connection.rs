@@ -9,6 +9,13 @@ use messages::RobotProfile;
 /// The cells at the far end of a side are those within this many cells of it: more than the diagonal of one.
 const END_CELLS: f64 = 1.5;
 
+/// Cells around an outline that were seen, and those that wait; a reused buffer.
+#[derive(Debug, Default)]
+pub(crate) struct SeenCells {
+    is_seen: Vec<bool>,
+    open: Vec<usize>,
+}
+
 /// The outline in which a door is passed: its way, and on both sides as much as a robot needs to leave it.
 ///
 /// What stands across the whole outline within the robot's diameter of the way cannot be passed on any side.
@@ -26,16 +33,20 @@ pub(crate) fn joins_sides(
     n_sides: u32,
     spec: &GridSpec,
     [class, floor]: [&[u8]; 2],
+    buffer: &mut SeenCells,
 ) -> bool {
+    let SeenCells { is_seen, open } = buffer;
     let cells = CellsOfOutline::new(outline, spec);
     let end = outline.half[1] - END_CELLS * cells.cell;
-    let mut is_seen = vec![false; cells.width * cells.height];
+    is_seen.clear();
+    is_seen.resize(cells.width * cells.height, false);
     for start in 0..is_seen.len() {
         if is_seen[start] {
             continue;
         }
         let (mut ends, mut floors) = ([false; 2], [false; 2]);
-        let mut open = vec![start];
+        open.clear();
+        open.push(start);
         while let Some(at) = open.pop() {
             if std::mem::replace(&mut is_seen[at], true) {
                 continue;
