@@ -93,7 +93,7 @@ pub use log::{Log, LogError};
 pub use mesh_process::{in_mesh_process, run_mesh_process};
 pub use process_report::ProcessReport;
 pub use progress::{Progress, Reporter};
-pub use replaced_file::{replace_file, write_durably};
+pub use replaced_file::{folder_of, replace_file, write_durably};
 pub use reported_progress::ReportedProgress;
 pub use request::{Published, Request, RequestError, parse_request};
 pub use requests::{

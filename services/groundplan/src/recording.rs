@@ -121,14 +121,14 @@ impl FinishedRecording {
     pub(crate) fn swap_in(self) -> Result<(), RecordingError> {
         let RecordingFiles { path, beside } = &self.files;
         let flushed = |folder: &Path| File::open(folder).and_then(|folder| folder.sync_all());
-        fs::rename(beside, path).and_then(|()| flushed(folder_of(path))).map_err(|e| self.files.io(e))
+        fs::rename(beside, path).and_then(|()| flushed(daemon::folder_of(path))).map_err(|e| self.files.io(e))
     }
 }
 
 impl RecordingFiles {
     fn at(path: &Path) -> Result<Self, RecordingError> {
         let name = path.file_name().unwrap_or_default().to_string_lossy();
-        let beside = folder_of(path).join(format!(".{name}.new-{}", std::process::id()));
+        let beside = daemon::folder_of(path).join(format!(".{name}.new-{}", std::process::id()));
         let files = Self { path: path.to_owned(), beside };
         match is_mcap(path) {
             Ok(true) => Ok(files),
@@ -155,11 +155,6 @@ impl Drop for RecordingFiles {
         // It is gone once the recording is in its place. Half a file helps nobody, and keeps a full disk full.
         let _ = fs::remove_file(&self.beside);
     }
-}
-
-/// The folder of a file, which a bare name leaves out.
-fn folder_of(path: &Path) -> &Path {
-    path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
 /// True if a file begins as MCAP files do.

@@ -19,8 +19,9 @@ const BELOW: i32 = 4 * TENTHS_PER_M / 10;
 
 /// Marks the rooms on map storeys whose floor is assumed, in the complete model.
 ///
-/// On a storey that is built a room without a slab has floor only if neither floor nor a room, shaft or map storey lies below it: an atrium is a
-/// void, and so is what is named one. On a storey that is not, each room without a slab has. A room with a slab has what is built, and what is outdoors too.
+/// On a storey that is built a room without a slab has floor only if neither floor nor a room, shaft or map storey lies below
+/// it: an atrium is a void, and so is what is named one. On a storey that is not, each room without a slab has. A room with a
+/// slab has what is built, and what is outdoors too.
 pub(crate) fn mark_assumed_rooms(
     builder: &mut SiteBuilder,
     floors: &[Option<SpaceFloor>],

@@ -25,7 +25,8 @@ const BOUNDS_ABOVE: i32 = 3 * TENTHS_PER_M;
 /// Steeper floor is no level of its own.
 const LEVEL_SLOPE_RAD: f64 = 0.01;
 
-/// Finds the storeys to be mapped and their levels from elements and floors of rooms, writes them, and puts the rooms on them.
+/// Finds the storeys to be mapped and their levels from elements and floors of rooms, writes them, and puts the rooms on them. Returns
+/// the floors without those of shafts.
 pub(crate) fn add_storeys(
     builder: &mut SiteBuilder,
     merged: &Merged,
@@ -33,18 +34,17 @@ pub(crate) fn add_storeys(
     frame: SiteFrame,
 ) -> Vec<Option<SpaceFloor>> {
     let shafts = take_shafts(builder, merged, &mut floors);
-    let floors_found = floors;
-    let floors = floors_found.as_slice();
-    let (mut mapped, outcomes) = find_storeys(builder, merged, floors, frame);
-    let n_left_out = find_levels(builder, merged, floors, &mut mapped, &outcomes);
+    let faces = floor_faces_of(builder, merged);
+    let (mut mapped, outcomes) = find_storeys(builder, merged, (&floors, &faces), frame);
+    let n_left_out = find_levels(builder, merged, &floors, &mut mapped, &outcomes);
     if n_left_out > 0 {
         add_diagnostic(builder, NONE, &levels_left_out(n_left_out));
     }
     write_storeys(builder, merged, &mapped, &outcomes, frame);
-    place_spaces(builder, floors);
+    place_spaces(builder, &floors);
     set_bounds(builder, merged);
-    mark_assumed_rooms(builder, floors, &shafts, &floor_faces_of(builder, merged));
-    floors_found
+    mark_assumed_rooms(builder, &floors, &shafts, &faces);
+    floors
 }
 
 /// Takes shafts out of the rooms: those that are named so, and those around a lift.
@@ -73,10 +73,9 @@ fn take_shafts(builder: &mut SiteBuilder, merged: &Merged, floors: &mut [Option<
 fn find_storeys(
     builder: &SiteBuilder,
     merged: &Merged,
-    floors: &[Option<SpaceFloor>],
+    (floors, faces): (&[Option<SpaceFloor>], &FloorFaces),
     frame: SiteFrame,
 ) -> (Vec<MapStorey>, Vec<StoreyOutcome>) {
-    let faces = floor_faces_of(builder, merged);
     let rise = frame.map_from_world.translation_m()[2];
     let is_floor = |e: &(usize, &ElementRecord)| e.1.has(element_flags::FLOOR);
     let bodies = || builder.elements.iter().enumerate().filter(|(_, e)| e.n_parts > 0);
@@ -102,14 +101,11 @@ fn find_storeys(
         })
         .collect();
     let spaces: Vec<SpaceFloor> = floors.iter().flatten().cloned().collect();
-    let elements = &merged.model.elements;
-    let is_wall = |(element, record): &(&ifc::Element, &ElementRecord)| {
-        record.n_parts > 0 && (record.class() == Class::Wall || is_a(element, "IfcCurtainWall"))
-    };
-    let walls = elements.iter().zip(&builder.elements).filter(is_wall);
+    // Most curtain walls have no body of their own: their plates and members stand for them.
+    let walls = bodies().filter(|(_, e)| matches!(e.class(), Class::Wall | Class::CurtainWall));
     let walls: Vec<[i32; 2]> = walls.map(|(_, e)| [e.min_tenths[2], e.max_tenths[2]]).collect();
     let lowest_body = bodies().map(|(_, e)| e.min_tenths[2]).min();
-    map_storeys(&BuildingInputs { candidates: &candidates, spaces: &spaces, faces: &faces, lowest_body, walls: &walls })
+    map_storeys(&BuildingInputs { candidates: &candidates, spaces: &spaces, faces, lowest_body, walls: &walls })
 }
 
 /// Adds the levels of the storeys at other heights; returns how many there are beyond the number of maps.
