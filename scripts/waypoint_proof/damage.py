@@ -131,7 +131,7 @@ def a_wall_in_the_way(copy):
 def a_wall_through_a_room(copy):
     with copy.plan() as plan:
         w = a_scan(plan, lambda w: w["covers_m2"])
-    copy.draw("planning.pgm", [[w["x_m"] + 0.5, w["y_m"] - 1.0], [w["x_m"] + 0.5, w["y_m"] + 1.0]], 0.0, OCCUPIED)
+    copy.draw("planning.pgm", [[w["x_m"] + 0.5, w["y_m"] - 2.0], [w["x_m"] + 0.5, w["y_m"] + 2.0]], 0.0, OCCUPIED)
     return {"faces", "coverage"}
 
 
