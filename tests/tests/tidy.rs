@@ -14,8 +14,9 @@ fn root() -> PathBuf {
 }
 
 /// Crates of the workspace that each crate may depend on.
-const ALLOWED: [(&str, &[&str]); 30] = [
+const ALLOWED: [(&str, &[&str]); 31] = [
     ("diagnostics", &[]),
+    ("input-files", &[]),
     ("frames", &[]),
     ("geometry", &["frames"]),
     ("convex", &["frames", "geometry"]),
@@ -24,10 +25,10 @@ const ALLOWED: [(&str, &[&str]); 30] = [
     ("grid", &["frames", "geometry"]),
     ("messages", &["diagnostics", "frames", "geometry", "grid"]),
     ("bus", &["messages"]),
-    ("daemon", &["messages", "bus"]),
+    ("daemon", &["bus", "input-files", "messages"]),
     ("export", &["frames", "geometry", "grid", "messages"]),
     ("world", &["convex", "export", "frames", "geometry", "grid", "messages"]),
-    ("occupancy", &["grid", "messages"]),
+    ("occupancy", &["grid", "input-files", "messages"]),
     ("ros", &["export", "frames", "geometry", "grid", "messages"]),
     ("ingest", &["frames", "geometry", "grid", "messages", "ifc"]),
     ("tasks", &["frames", "messages", "schedule-files"]),
@@ -36,8 +37,8 @@ const ALLOWED: [(&str, &[&str]); 30] = [
     ("waypoints", &["frames", "geometry", "grid", "messages"]),
     ("alignment", &["frames", "grid", "messages", "occupancy", "raster"]),
     ("deviations", &["frames", "geometry", "grid", "messages", "occupancy"]),
-    ("ifc-ingest", &["bus", "daemon", "export", "ingest", "messages", "schedule"]),
-    ("schedule-eval", &["bus", "daemon", "frames", "messages", "schedule", "tasks"]),
+    ("ifc-ingest", &["bus", "daemon", "export", "ingest", "input-files", "messages", "schedule"]),
+    ("schedule-eval", &["bus", "daemon", "frames", "input-files", "messages", "schedule", "tasks"]),
     ("rasterize", &["bus", "daemon", "grid", "messages", "raster"]),
     ("waypoint-gen", &["bus", "daemon", "messages", "waypoints"]),
     ("ros-bridge", &["bus", "daemon", "export", "frames", "grid", "messages", "ros", "world"]),
@@ -56,6 +57,7 @@ const ALLOWED: [(&str, &[&str]); 30] = [
             "geometry",
             "grid",
             "ingest",
+            "input-files",
             "messages",
             "occupancy",
             "raster",

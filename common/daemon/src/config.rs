@@ -4,6 +4,7 @@ use crate::known_places::{KnownPlaces, PointInRoom};
 use crate::ros_config::RosConfig;
 use crate::web_config::WebConfig;
 use bus::{Domain, DomainError};
+use input_files::{MAX_CONFIGURATION_BYTES, read_regular_text};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
@@ -322,7 +323,7 @@ impl SiteConfig {
     /// A file that cannot be read, or is no TOML of these keys.
     pub fn read(path: &Path) -> Result<Self, ConfigError> {
         let io = |source| ConfigError::Io { path: path.to_owned(), source };
-        let text = std::fs::read_to_string(path).map_err(|source| match source.kind() {
+        let text = read_regular_text(path, MAX_CONFIGURATION_BYTES).map_err(|source| match source.kind() {
             std::io::ErrorKind::NotFound => ConfigError::Missing { path: path.to_owned() },
             _ => io(source),
         })?;
@@ -332,8 +333,8 @@ impl SiteConfig {
         let toml = |path: &Path, source| ConfigError::Toml { path: path.to_owned(), source: Box::new(source) };
         let config = parsed.map_err(|source| toml(path, source))?;
         let Some(options) = config.ros.options.clone() else { return Ok(Self { file, ..config }) };
-        let text =
-            std::fs::read_to_string(&options).map_err(|source| ConfigError::Io { path: options.clone(), source })?;
+        let text = read_regular_text(&options, MAX_CONFIGURATION_BYTES)
+            .map_err(|source| ConfigError::Io { path: options.clone(), source })?;
         let ros = config.ros.with_options(&text).map_err(|source| toml(&options, source))?;
         Ok(Self { file, ros, ..config })
     }

@@ -1,5 +1,6 @@
 //! Files of configuration: reading, parsing, and errors that name the file.
 
+use input_files::{MAX_CONFIGURATION_BYTES, read_regular_text};
 use std::error::Error;
 use std::path::{Path, PathBuf};
 
@@ -37,7 +38,10 @@ pub fn read_parsed<T, E: Error + Send + Sync + 'static>(
     path: &Path,
     parse: impl FnOnce(&str) -> Result<T, E>,
 ) -> Result<T, ConfigFileError> {
-    let text =
-        std::fs::read_to_string(path).map_err(|source| ConfigFileError::Io { what, path: path.to_owned(), source })?;
+    let text = read_regular_text(path, MAX_CONFIGURATION_BYTES).map_err(|source| ConfigFileError::Io {
+        what,
+        path: path.to_owned(),
+        source,
+    })?;
     parse(&text).map_err(|source| ConfigFileError::Content { what, path: path.to_owned(), source: source.into() })
 }

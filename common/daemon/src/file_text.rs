@@ -3,6 +3,7 @@
 use crate::config_file::ConfigFileError;
 use crate::failure::Failure;
 use crate::setting::Configured;
+use input_files::{MAX_CONFIGURATION_BYTES, read_regular_text};
 use serde::{Deserialize, Serialize};
 use std::error::Error;
 use std::path::{Path, PathBuf};
@@ -27,7 +28,7 @@ impl FileText {
         path: &Path,
         parse: impl FnOnce(&str) -> Result<T, E>,
     ) -> Result<(Self, T), ConfigFileError> {
-        let text = std::fs::read_to_string(path);
+        let text = read_regular_text(path, MAX_CONFIGURATION_BYTES);
         let text = text.map_err(|source| ConfigFileError::Io { what, path: path.to_owned(), source })?;
         let file = Self { path: path.to_owned(), text };
         let parsed = file.parse(what, parse)?;

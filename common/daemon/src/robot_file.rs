@@ -3,6 +3,7 @@
 use crate::failure::Failure;
 use crate::file_text::FileText;
 use crate::setting::Configured;
+use input_files::{MAX_CONFIGURATION_BYTES, read_regular_text};
 use messages::{DoorCapability, RobotProfile};
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
@@ -88,8 +89,8 @@ impl Robot {
     /// # Errors
     /// As [`Self::read`].
     pub fn read_with_text(path: &Path) -> Result<(Self, FileText), RobotFileError> {
-        let text =
-            std::fs::read_to_string(path).map_err(|source| RobotFileError::Io { path: path.to_owned(), source })?;
+        let text = read_regular_text(path, MAX_CONFIGURATION_BYTES)
+            .map_err(|source| RobotFileError::Io { path: path.to_owned(), source })?;
         Ok((Self::parse(&text, path)?, FileText { path: path.to_owned(), text }))
     }
 

@@ -8,8 +8,9 @@ use crate::file_text::FileText;
 use crate::reported_progress::ReportedProgress;
 use crate::sealed_file::sealed_content;
 use crate::setting::{SettingKey, would_be_in_force};
+use input_files::read_regular_file;
 use std::error::Error;
-use std::io::{self, Read};
+use std::io;
 use std::path::{Path, PathBuf};
 
 /// Bytes of the largest table of progress.
@@ -37,12 +38,7 @@ pub const OBSERVED_TABLE: &str = "observed.csv";
 /// # Errors
 /// A file that cannot be read, or is larger than any table.
 pub fn read_progress(path: &Path) -> io::Result<Vec<u8>> {
-    let mut bytes = Vec::new();
-    std::fs::File::open(path)?.take(MAX_TABLE_BYTES + 1).read_to_end(&mut bytes)?;
-    if bytes.len() as u64 > MAX_TABLE_BYTES {
-        return Err(io::Error::other(format!("it has more than {MAX_TABLE_BYTES} bytes")));
-    }
-    Ok(bytes)
+    read_regular_file(path, MAX_TABLE_BYTES)
 }
 
 /// Progress that is in force, of both sources, as `parse` reads a table.

@@ -4,6 +4,7 @@
 //! `free_thresh: 0.25` a map server reads it as free, so that unobserved walls would seem to be seen through.
 
 use crate::Cell;
+use input_files::read_regular_file;
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
 
@@ -78,6 +79,9 @@ pub enum MapFault {
 
 /// Of the largest map, with all its margins: 550 x 550 m.
 const MAX_AREA_M2: f64 = 300_000.0;
+
+/// Bytes of the largest image, and of a description: one that is an image is told so.
+const MAX_IMAGE_BYTES: u64 = 512 << 20;
 
 #[derive(Deserialize)]
 struct Description {
@@ -190,14 +194,14 @@ impl OccupancyMap {
 
 fn read(path: &Path) -> Result<(OccupancyMap, MapFileContent), MapFault> {
     let io = |source| MapFault::Io { path: path.to_owned(), source };
-    let bytes = std::fs::read(path).map_err(io)?;
+    let bytes = read_regular_file(path, MAX_IMAGE_BYTES).map_err(io)?;
     if let Some(what) = other_kind(&bytes) {
         return Err(MapFault::OtherKind(what));
     }
     let text = String::from_utf8(bytes).map_err(|why| io(std::io::Error::new(std::io::ErrorKind::InvalidData, why)))?;
     let description = Description::parse(&text)?;
     let at = path.parent().unwrap_or(Path::new("")).join(&description.image);
-    let bytes = std::fs::read(&at).map_err(|source| MapFault::Io { path: at.clone(), source })?;
+    let bytes = read_regular_file(&at, MAX_IMAGE_BYTES).map_err(|source| MapFault::Io { path: at.clone(), source })?;
     let map = description.map_of(&bytes, at)?;
     Ok((map, MapFileContent { description: text, image: bytes }))
 }

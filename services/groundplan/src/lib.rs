@@ -10,6 +10,7 @@ mod alignment_report;
 mod alignment_request;
 mod date_argument;
 mod film;
+mod input_document;
 mod load_progress;
 mod maps;
 mod monitor;

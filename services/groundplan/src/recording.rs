@@ -1,5 +1,6 @@
 //! MCAP files of stamped ROS 2 messages. Only this module knows the format.
 
+use input_files::open_regular_file;
 use mcap::records::MessageHeader;
 use mcap::{Compression, McapError, Writer};
 use ros::{CdrError, RosMessage};
@@ -160,7 +161,7 @@ impl Drop for RecordingFiles {
 /// True if a file begins as MCAP files do.
 fn is_mcap(path: &Path) -> io::Result<bool> {
     let mut begin = Vec::new();
-    File::open(path)?.take(mcap::MAGIC.len() as u64).read_to_end(&mut begin)?;
+    open_regular_file(path)?.take(mcap::MAGIC.len() as u64).read_to_end(&mut begin)?;
     Ok(begin == mcap::MAGIC)
 }
 

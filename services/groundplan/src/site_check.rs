@@ -5,6 +5,7 @@ use bus::DomainError;
 use daemon::{Configured, FileText, Robot, SettingKey, SiteConfig, check_setting, line_of_key};
 use frames::PlanTime;
 use grid::GridSpec;
+use input_files::{MAX_CONFIGURATION_BYTES, open_regular_file, read_regular_text};
 use occupancy::OccupancyMap;
 use schedule::Rules;
 use std::fmt;
@@ -55,7 +56,7 @@ pub(crate) fn refuse_unusable(config: &SiteConfig) -> Result<(), Failure> {
 ///
 /// A file that cannot be used any more is a warning where its content of before is in force.
 pub(crate) fn findings(config: &SiteConfig) -> Vec<ConfigFinding> {
-    let text = std::fs::read_to_string(&config.file).unwrap_or_default();
+    let text = read_regular_text(&config.file, MAX_CONFIGURATION_BYTES).unwrap_or_default();
     let mut found = Findings { file: &config.file, text, findings: Vec::new() };
     let domain = config.domain();
     let is_of_relay = matches!(domain, Err(DomainError::RelayFolder { .. }));
@@ -79,13 +80,10 @@ pub(crate) fn findings(config: &SiteConfig) -> Vec<ConfigFinding> {
 }
 
 fn models(found: &mut Findings<'_>, config: &SiteConfig) {
-    let unreadable = config.models.iter().find_map(|path| {
-        let opened = std::fs::File::open(path).and_then(|file| file.metadata());
-        match opened {
-            Err(why) => Some(format!("{} cannot be read: {why}", path.display())),
-            Ok(metadata) if !metadata.is_file() => Some(format!("{} is no file: name the IFC files", path.display())),
-            Ok(_) => None,
-        }
+    let unreadable = config.models.iter().find_map(|path| match open_regular_file(path) {
+        Err(_) if path.is_dir() => Some(format!("{} is a folder: name the IFC files in it", path.display())),
+        Err(why) => Some(format!("{} cannot be read: {why}", path.display())),
+        Ok(_) => None,
     });
     let Some(why) = unreadable else { return };
     let is_as_before = models_before(&config.state).as_ref() == Some(&config.models);
@@ -193,7 +191,8 @@ mod tests {
         std::fs::write(home.path().join("w.toml"), "scan = 3\n").unwrap();
         for (toml, start, word) in [
             ("models = [\"none.ifc\"]", "! site.toml, line 2: models: none.ifc cannot be read", ""),
-            ("models = [\".\"]", "! site.toml, line 2: models: ", "is no file"),
+            ("models = [\".\"]", "! site.toml, line 2: models: ", "is a folder"),
+            ("models = [\"/dev/zero\"]", "! site.toml, line 2: models: ", "it is a device, not a regular file"),
             ("[robot]\nprofile = \"none.toml\"", "! site.toml, line 3: robot.profile: robot profile none.toml", "read"),
             ("[robot]\nprofile = \"robot.toml\"", "! site.toml, line 3: robot.profile: ", "radius_m"),
             ("[robot]\nresolution_m = 0.0", "! site.toml, line 3: robot.resolution_m: ", "0"),

@@ -1,7 +1,8 @@
 //! Files of models: how they look on disk without being read, and their bytes.
 
 use daemon::Failure;
-use ingest::SourceFile;
+use ingest::{MAX_MODEL_BYTES, SourceFile};
+use input_files::read_regular_file;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 use std::time::UNIX_EPOCH;
@@ -27,10 +28,11 @@ fn stamp(path: &Path) -> Option<FileStamp> {
 /// The bytes of files.
 ///
 /// # Errors
-/// A file that cannot be read, with its path.
+/// A file that cannot be read, is no regular one or is too large, with its path.
 pub(crate) fn read_files(models: &[PathBuf]) -> Result<Vec<SourceFile>, Failure> {
     let read = |path: &PathBuf| -> Result<SourceFile, Failure> {
-        let bytes = std::fs::read(path).map_err(|e| format!("{} cannot be read: {e}", path.display()))?;
+        let bytes =
+            read_regular_file(path, MAX_MODEL_BYTES).map_err(|e| format!("{} cannot be read: {e}", path.display()))?;
         Ok(SourceFile { path: path.clone(), bytes })
     };
     models.iter().map(read).collect()

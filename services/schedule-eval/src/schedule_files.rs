@@ -3,17 +3,16 @@
 //! What is in force is kept in the state folder: a file that is removed or spoilt later changes nothing, and is a warning.
 
 use daemon::{Failure, SiteConfig, chain, write_durably};
+use input_files::read_regular_file;
 use jiff::Timestamp;
 use schedule::Rules;
 use serde::{Deserialize, Serialize};
 use std::fs;
-use std::io::{self, Read};
+use std::io;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
-use tasks::{ScheduleFile, TableLink, parse_link_table};
+use tasks::{MAX_SCHEDULE_FILE_BYTES, ScheduleFile, TableLink, parse_link_table};
 
-/// Bytes of the largest schedule file or table of links.
-const MAX_BYTES: u64 = 512 << 20;
 /// The contents in force, in the state folder.
 const KEPT: &str = "schedule-files.bin";
 
@@ -201,12 +200,7 @@ fn name_of(path: &Path) -> String {
 
 fn read(path: &Path) -> Result<Vec<u8>, Failure> {
     let unreadable = |e: io::Error| format!("{} cannot be read: {e}", path.display());
-    let mut bytes = Vec::new();
-    fs::File::open(path).and_then(|file| file.take(MAX_BYTES + 1).read_to_end(&mut bytes)).map_err(unreadable)?;
-    if bytes.len() as u64 > MAX_BYTES {
-        return Err(format!("{} has more than {MAX_BYTES} bytes", path.display()).into());
-    }
-    Ok(bytes)
+    Ok(read_regular_file(path, MAX_SCHEDULE_FILE_BYTES).map_err(unreadable)?)
 }
 
 fn read_kept(path: &Path) -> Result<Option<Contents>, Failure> {

@@ -6,6 +6,9 @@ use frames::{UprightRigid3, World};
 use messages::SiteOutline;
 use std::path::PathBuf;
 
+/// Bytes of the largest file of a model that a caller has to read: STEP has less, and nothing larger fits an index.
+pub const MAX_MODEL_BYTES: u64 = 4 << 30;
+
 /// A file of the site, read.
 #[derive(Debug)]
 pub struct SourceFile {

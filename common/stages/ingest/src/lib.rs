@@ -50,7 +50,7 @@ mod walkable;
 
 pub use error::IngestError;
 pub use ifc::{Isolation, MeshPool, mesh_task};
-pub use input::{FilePlacement, IngestOptions, MAX_SPACES, SourceFile};
+pub use input::{FilePlacement, IngestOptions, MAX_MODEL_BYTES, MAX_SPACES, SourceFile};
 pub use progress::{Progress, Stage};
 pub use site_frame::SiteFrame;
 

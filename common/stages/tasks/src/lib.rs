@@ -33,5 +33,5 @@ pub use linking::{LinkError, link};
 pub use links::{Link, LinkOrigin, Links, Target};
 pub use matches::{ClassShare, MAX_COMPARED_TASKS, MAX_COMPARED_VALUES, Matches, NearMiss, matches};
 pub use records::tasks_of;
-pub use schedule_file::{ScheduleFile, ScheduleFileError};
+pub use schedule_file::{MAX_SCHEDULE_FILE_BYTES, ScheduleFile, ScheduleFileError};
 pub use task_values::PlannedTask;

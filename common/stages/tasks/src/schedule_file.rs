@@ -3,6 +3,9 @@
 use schedule_files::{PlanFile, PlanFileError, ReadOptions};
 use sha2::{Digest, Sha256};
 
+/// Bytes of the largest schedule file or table of links.
+pub const MAX_SCHEDULE_FILE_BYTES: u64 = 512 << 20;
+
 /// A schedule file that was read.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ScheduleFile {

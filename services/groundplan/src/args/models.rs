@@ -2,7 +2,8 @@
 
 use crate::failure::Failure;
 use crate::progress_line::ProgressLine;
-use ingest::{FilePlacement, IngestOptions, MeshPool, SiteFrame, SourceFile};
+use ingest::{FilePlacement, IngestOptions, MAX_MODEL_BYTES, MeshPool, SiteFrame, SourceFile};
+use input_files::read_regular_file;
 use messages::{ArchiveBuffer, nearest_names_hint};
 use std::num::NonZero;
 use std::path::PathBuf;
@@ -87,8 +88,8 @@ impl ModelArgs {
             if path.is_dir() {
                 return Err(Failure::work(format!("{} is a folder: name the IFC files in it", path.display())));
             }
-            let bytes =
-                std::fs::read(path).map_err(|e| Failure::work(format!("{} cannot be read: {e}", path.display())))?;
+            let bytes = read_regular_file(path, MAX_MODEL_BYTES)
+                .map_err(|e| Failure::work(format!("{} cannot be read: {e}", path.display())))?;
             Ok(SourceFile { path: path.clone(), bytes })
         };
         self.models.iter().map(read).collect()

@@ -3,11 +3,12 @@
 use super::models::ModelArgs;
 use crate::failure::Failure;
 use crate::progress_line::ProgressLine;
+use input_files::{MAX_CONFIGURATION_BYTES, read_regular_file, read_regular_text};
 use jiff::tz::TimeZone;
 use messages::{ArchiveBuffer, Site, Tasks};
 use schedule::{Delay, Overrides, Probabilities, Rules, Timeline, parse_actuals};
 use std::path::{Path, PathBuf};
-use tasks::{LinkRules, Links, ScheduleFile, TableLink};
+use tasks::{LinkRules, Links, MAX_SCHEDULE_FILE_BYTES, ScheduleFile, TableLink};
 
 /// Rules of dates, and overrides of the schedule.
 #[derive(Debug, Clone, clap::Args)]
@@ -91,16 +92,16 @@ impl ScheduleInput {
     /// Files that cannot be read or mean nothing, delays of another form.
     pub(crate) fn read(arguments: &ScheduleArgs) -> Result<Self, Failure> {
         let rules = arguments.schedule.as_deref().map_or(Ok(Rules::default()), |path| {
-            let text = std::fs::read_to_string(path).map_err(|e| usage(path, e.into()))?;
+            let text = read_regular_text(path, MAX_CONFIGURATION_BYTES).map_err(|e| usage(path, e.into()))?;
             Rules::parse(&text).map_err(|e| usage(path, e.into()))
         })?;
         let actuals = arguments.actuals.as_deref().map_or(Ok(Vec::new()), |path| {
-            let bytes = std::fs::read(path).map_err(|e| usage(path, e.into()))?;
+            let bytes = daemon::read_progress(path).map_err(|e| usage(path, e.into()))?;
             parse_actuals(&bytes).map_err(|e| usage(path, e.into()))
         })?;
         let files = read_files(&arguments.schedule_file, &rules)?;
         let table = arguments.link.as_deref().map_or(Ok(Vec::new()), |path| {
-            let bytes = std::fs::read(path).map_err(|e| usage(path, e.into()))?;
+            let bytes = read_regular_file(path, MAX_SCHEDULE_FILE_BYTES).map_err(|e| usage(path, e.into()))?;
             tasks::parse_link_table(&bytes).map_err(|e| usage(path, e.into()))
         })?;
         let delays = arguments.delay.iter().map(|text| Delay::parse(text)).collect::<Result<_, _>>();
@@ -198,7 +199,7 @@ fn usage(path: &Path, source: Box<dyn std::error::Error + Send + Sync>) -> Failu
 
 fn read_files(paths: &[PathBuf], rules: &Rules) -> Result<Vec<ScheduleFile>, Failure> {
     let file = |path: &PathBuf| {
-        let bytes = std::fs::read(path).map_err(|e| usage(path, e.into()))?;
+        let bytes = read_regular_file(path, MAX_SCHEDULE_FILE_BYTES).map_err(|e| usage(path, e.into()))?;
         let name = path.file_name().map(|name| name.to_string_lossy()).unwrap_or_default();
         ScheduleFile::read(&name, &bytes, &rules.reading).map_err(Failure::usage)
     };

@@ -6,6 +6,7 @@ use super::slam_frame;
 use crate::alignment_report;
 use crate::args::report_set_aside;
 use crate::failure::Failure;
+use crate::input_document::read_document;
 use crate::run::Outcome;
 use alignment::{
     AlignmentSources, Looks, PlaceHint, PreparedMap, align_maps_at_any_scale, align_maps_within, overlay,
@@ -86,7 +87,7 @@ pub(super) fn align(arguments: &Args, reference: &Path, slam: &Path) -> Result<O
 
 /// Evidence of earlier looks; `None` if there is no file yet.
 fn evidence_at(path: &Path) -> Result<Option<ArchiveBuffer>, Failure> {
-    match std::fs::read(path) {
+    match read_document(path) {
         Ok(bytes) => Ok(Some(ArchiveBuffer::copy_of(&bytes))),
         Err(error) if error.kind() == ErrorKind::NotFound => Ok(None),
         Err(error) => Err(Failure::usage(format!("{}: {error}", path.display()))),
@@ -118,7 +119,7 @@ fn storeys(reference: &Path, wanted: Option<u32>, free_scale: bool) -> Result<(V
     }
     let path = reference.join("manifest.json");
     let unusable = |why: String| Failure::usage(format!("{}: {why}", path.display()));
-    let bytes = std::fs::read(&path).map_err(|error| unusable(error.to_string()))?;
+    let bytes = read_document(&path).map_err(|error| unusable(error.to_string()))?;
     let manifest: Manifest = serde_json::from_slice(&bytes).map_err(|error| unusable(error.to_string()))?;
     let storeys: Vec<StoreyMap> = manifest
         .storeys
@@ -154,6 +155,6 @@ struct ManifestStorey {
 fn sha256(path: &Path) -> Result<String, Failure> {
     // A folder is identified by its manifest, which has the sums of all its files.
     let path = if path.is_dir() { path.join("manifest.json") } else { path.to_owned() };
-    let bytes = std::fs::read(path).map_err(Failure::work)?;
+    let bytes = read_document(&path).map_err(Failure::work)?;
     Ok(export::hex(&Sha256::digest(bytes)))
 }

@@ -2,7 +2,9 @@
 
 use crate::alignment_report::evidence;
 use crate::failure::Failure;
+use crate::input_document::MAX_DOCUMENT_BYTES;
 use alignment::{AlignedPose, Alignment, Contrast, Looks, PreparedMap, align_maps_within, references_hash};
+use input_files::read_regular_text;
 use messages::{AlignmentEvidence, ArchiveBuffer, NONE};
 use occupancy::OccupancyMap;
 use rustix::time::{ClockId, clock_gettime};
@@ -28,7 +30,7 @@ struct Pair {
 /// A list or a map that cannot be used.
 pub(super) fn pairs(folder: &Path) -> Result<String, Failure> {
     let list = folder.join("pairs.jsonl");
-    let text = std::fs::read_to_string(&list)
+    let text = read_regular_text(&list, MAX_DOCUMENT_BYTES)
         .map_err(|error| Failure::usage(format!("{} cannot be read: {error}", list.display())))?;
     let mut out = String::new();
     let mut drives: BTreeMap<String, ArchiveBuffer> = BTreeMap::new();

@@ -2,6 +2,7 @@
 
 use crate::alignment_report::{why_not_accepted, why_not_effective};
 use crate::failure::Failure;
+use crate::input_document::read_document;
 use daemon::write_durably;
 use messages::{Alignment, AlignmentVerdict, PoseRecord};
 use std::path::{Path, PathBuf};
@@ -44,7 +45,7 @@ impl PoseFile {
 
     /// Renames an earlier file of this program to its new name; files of others stay.
     fn set_aside(&self, path: &Path) -> std::io::Result<Option<PathBuf>> {
-        if !std::fs::read(path).is_ok_and(|bytes| bytes.starts_with(self.first_words.as_bytes())) {
+        if !read_document(path).is_ok_and(|bytes| bytes.starts_with(self.first_words.as_bytes())) {
             return Ok(None);
         }
         let mut name = path.as_os_str().to_owned();

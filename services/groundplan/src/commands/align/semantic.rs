@@ -1,6 +1,7 @@
 //! Rooms, stairs and lifts of the maps of a folder that `convert` wrote, from its `semantic.json`.
 
 use crate::failure::Failure;
+use crate::input_document::read_document;
 use alignment::{Portal, Room, SitePlaces, joined};
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -15,7 +16,7 @@ pub(super) fn site_places(reference: &Path, floors: impl Iterator<Item = (u32, f
     let floors = floors.collect();
     let path = reference.join("semantic.json");
     let unusable = |why: String| Failure::usage(format!("{}: {why}", path.display()));
-    let bytes = match std::fs::read(&path) {
+    let bytes = match read_document(&path) {
         Err(error) if [ErrorKind::NotFound, ErrorKind::NotADirectory].contains(&error.kind()) => {
             return Ok(SitePlaces { floors, ..SitePlaces::default() });
         }

@@ -1,6 +1,7 @@
 //! Resamples a storey's maps, route graph and waypoints into the SLAM frame.
 
 use crate::failure::Failure;
+use crate::input_document::read_document;
 use export::{ExportFile, nav2_poses, rounded, with_manifest};
 use frames::{Map, Rigid2, Slam, wrapped};
 use grid::{MapMode, MapYaml, OCCUPIED, UNKNOWN, encode_pgm, pixel_of, resampled, spec_around_moved};
@@ -64,7 +65,7 @@ pub(super) fn files(reference: &Path, map: &Path, pose: &PoseRecord) -> Result<V
 }
 
 fn read(path: &Path) -> Result<Value, Failure> {
-    let bytes = std::fs::read(path).map_err(|error| Failure::work(format!("{}: {error}", path.display())))?;
+    let bytes = read_document(path).map_err(|error| Failure::work(format!("{}: {error}", path.display())))?;
     serde_json::from_slice(&bytes).map_err(|error| Failure::work(format!("{}: {error}", path.display())))
 }
 

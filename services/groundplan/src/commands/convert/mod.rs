@@ -11,6 +11,7 @@ mod summary;
 use crate::args::ScheduleInput;
 use crate::date_argument;
 use crate::failure::Failure;
+use crate::input_document::read_document;
 use crate::progress_line::ProgressLine;
 use crate::run::{Outcome, Run};
 pub use args::Args;
@@ -165,7 +166,7 @@ impl Args {
         let earlier = self.out.as_ref().map(|out| out.join("site-frame.json")).filter(|path| path.is_file());
         let Some(path) = self.frame.as_ref().or(earlier.as_ref()) else { return Ok(None) };
         let unusable = |e: &dyn std::fmt::Display| Failure::usage(format!("frame file {}: {e}", path.display()));
-        let bytes = std::fs::read(path).map_err(|e| unusable(&e))?;
+        let bytes = read_document(path).map_err(|e| unusable(&e))?;
         let file = SiteFrameFile::parse(&bytes).map_err(|e| unusable(&format!("{:#}", Failure::usage(e))))?;
         Ok(Some(SiteFrame { map_from_world: file.motion(), frame_epoch: file.frame_epoch }))
     }

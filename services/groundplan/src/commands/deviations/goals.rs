@@ -1,6 +1,7 @@
 //! Goals of the model carried into the robot's map.
 
 use crate::failure::Failure;
+use crate::input_document::read_document;
 use ::deviations::LocalTransform;
 use export::{ExportFile, rounded};
 use serde::{Deserialize, Serialize};
@@ -65,7 +66,7 @@ impl GoalPose {
 /// A file that cannot be read, or holds no waypoints.
 pub(super) fn carried(path: &Path, storey: usize, transform: &LocalTransform) -> Result<ExportFile, Failure> {
     let fault = |error: &dyn std::fmt::Display| Failure::usage(format!("{}: {error}", path.display()));
-    let bytes = std::fs::read(path).map_err(|error| fault(&error))?;
+    let bytes = read_document(path).map_err(|error| fault(&error))?;
     let file: GoalFile = serde_json::from_slice(&bytes).map_err(|error| fault(&error))?;
     let here = file.waypoints.into_iter().filter(|goal| goal.storey.is_none_or(|of| of as usize == storey));
     let goals = here.map(|goal| carried_goal(goal, transform)).collect();
