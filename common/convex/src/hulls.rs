@@ -1,6 +1,8 @@
 //! Convex hulls, approximate convex decomposition and its error. The only module of this crate that uses parry.
 
+use crate::lattice_hull::{LATTICE_PER_M, LatticeHull, lattice_hull};
 use crate::piece::{Hull, length, sub};
+use crate::soundness::is_closed_and_convex;
 use frames::TENTHS_PER_M;
 use geometry::MeshView;
 use parry3d_f64::math::Vector;
@@ -8,7 +10,7 @@ use parry3d_f64::query::PointQuery;
 use parry3d_f64::shape::{ConvexPolyhedron, TriMesh, TriMeshFlags};
 use parry3d_f64::transformation::try_convex_hull;
 use parry3d_f64::transformation::vhacd::{VHACD, VHACDParameters};
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 /// Preferred edge of the voxels of a decomposition, in metres.
 const VOXEL_M: f64 = 0.02;
@@ -25,39 +27,31 @@ const MIN_VOLUME_M3: f64 = 1e-9;
 /// Spacing of the points for comparing surfaces, in metres.
 const SPACING_M: f64 = 0.05;
 
-/// Lattice of hull points per metre: hundredths of a millimetre, the resolution of files.
-const LATTICE: f64 = 1e5;
-
 /// Maximum depth of subdividing a triangle into four.
 const MAX_SUBDIVISIONS: usize = 5;
 
-/// The convex hull of points in metres, each corner on the lattice; `None` if they lie in a plane.
+/// The convex hull of points in metres, each corner on the lattice of files; `None` if they lie in a plane.
 ///
-/// The result is checked, because for flat bodies the library may return a hull that is open or not convex. Then the points
-/// are scaled to a cube, which does not change the topology of the hull.
+/// The library merges triangles of one plane to faces, but for flat bodies it may return a hull that is open or not convex.
+/// Then the points are scaled to a cube, which does not change the topology of the hull; what is not sound either is computed
+/// by exact integers.
 pub(crate) fn hull_of(points_m: &[[f64; 3]]) -> Option<Hull> {
     let mut points: Vec<[f64; 3]> = points_m.iter().map(|p| p.map(on_lattice)).collect();
     points.sort_by(|a, b| a.partial_cmp(b).unwrap_or(std::cmp::Ordering::Equal));
     points.dedup();
-    let sides = sides_m(&points).map(|side| side.max(1.0 / LATTICE));
-    let mut best: Option<Hull> = None;
-    for scale in [[1.0; 3], sides.map(|s| 1.0 / s)] {
-        let Some(plain) = triangulated(&points, scale) else { continue };
+    let sides = sides_m(&points).map(|side| side.max(1.0 / LATTICE_PER_M));
+    let scales = [[1.0; 3], sides.map(|s| 1.0 / s)];
+    let sound = scales.into_iter().find_map(|scale| {
+        let plain = triangulated(&points, scale)?;
         let triangles: Vec<[u32; 3]> = plain.faces.iter().map(|f| [f[0], f[1], f[2]]).collect();
         let merged = ConvexPolyhedron::from_convex_mesh(vectors(&plain.vertices_m), &triangles).map(hull);
-        let sound = merged.into_iter().chain([plain.clone()]).find(|h| is_sound(h, sides));
-        if let Some(sound) = sound {
-            return (sound.volume_m3() > MIN_VOLUME_M3).then_some(sound);
-        }
-        if best.as_ref().is_none_or(|b| b.volume_m3() < plain.volume_m3()) {
-            best = Some(plain);
-        }
-    }
-    best.filter(|b| b.volume_m3() > MIN_VOLUME_M3)
+        merged.into_iter().chain([plain]).find(is_sound)
+    });
+    sound.or_else(|| exact_hull(&points)).filter(|hull| hull.volume_m3() > MIN_VOLUME_M3)
 }
 
 fn on_lattice(metres: f64) -> f64 {
-    (metres * LATTICE).round() / LATTICE
+    (metres * LATTICE_PER_M).round() / LATTICE_PER_M
 }
 
 /// The hull of scaled points; its faces are triangles.
@@ -69,31 +63,23 @@ fn triangulated(points_m: &[[f64; 3]], scale: [f64; 3]) -> Option<Hull> {
     Some(Hull { vertices_m: vertices.iter().map(back).collect(), faces })
 }
 
-/// True if every edge of a hull is used once in each direction, edges of a face do not cross, every face is convex, and no
-/// corner lies in front of a face, except for rounding.
-fn is_sound(hull: &Hull, sides_m: [f64; 3]) -> bool {
-    let mut passed: BTreeSet<(u32, u32)> = BTreeSet::new();
-    let is_new = |face: &Vec<u32>| (0..face.len()).all(|k| passed.insert((face[k], face[(k + 1) % face.len()])));
-    let is_new = hull.faces.iter().all(is_new);
-    // Corners that are not adjacent on a face share no edge, and a face has each corner once.
-    let is_whole = |face: &Vec<u32>| {
-        let n = face.len();
-        let apart = (0..n).flat_map(|i| (i + 2..n).map(move |j| (i, j))).filter(|(i, j)| (i + n - j) % n > 1);
-        apart.map(|(i, j)| (face[i], face[j])).all(|(a, b)| a != b && !passed.contains(&(a, b)))
-    };
-    if !is_new || !passed.iter().all(|(a, b)| passed.contains(&(*b, *a))) || !hull.faces.iter().all(is_whole) {
-        return false;
-    }
-    let extent_m = length(sides_m);
-    let is_right = |face: &Vec<u32>| {
-        let Some(plane) = hull.plane_of(face) else { return true };
-        let max_m = (1.0 + extent_m / plane.width_m) * 2.0 / LATTICE;
-        let corner = |k: usize| hull.vertices_m[face[k % face.len()] as usize];
-        let bulges = (0..face.len()).map(|k| plane.bulge_m([corner(k), corner(k + 1), corner(k + 2)]));
-        bulges.fold(f64::INFINITY, f64::min) >= -2.0 / LATTICE
-            && hull.vertices_m.iter().all(|v| plane.before_m(*v) <= max_m)
-    };
-    hull.faces.iter().all(is_right)
+/// The hull of points on the lattice by exact integers; `None` if they lie in a plane.
+fn exact_hull(points_m: &[[f64; 3]]) -> Option<Hull> {
+    let LatticeHull { vertices, triangles } = lattice_hull(&on_lattice_of(points_m))?;
+    let metres = |v: &[i64; 3]| v.map(|c| c as f64 / LATTICE_PER_M);
+    Some(Hull {
+        vertices_m: vertices.iter().map(metres).collect(),
+        faces: triangles.iter().map(|t| t.to_vec()).collect(),
+    })
+}
+
+/// True if a hull with corners on the lattice is closed and convex there.
+fn is_sound(hull: &Hull) -> bool {
+    is_closed_and_convex(&on_lattice_of(&hull.vertices_m), &hull.faces)
+}
+
+fn on_lattice_of(points_m: &[[f64; 3]]) -> Vec<[i64; 3]> {
+    points_m.iter().map(|p| p.map(|c| (c * LATTICE_PER_M).round() as i64)).collect()
 }
 
 /// Convex hulls whose union approximates the body.
@@ -257,6 +243,7 @@ mod tests {
     use super::*;
     use crate::testing::cuboid;
     use proptest::prelude::*;
+    use std::collections::BTreeSet;
 
     #[test]
     fn a_hull_has_each_face_once() {
@@ -286,7 +273,7 @@ mod tests {
             [0.5427, 0.0, -0.0059],
         ];
         let found = hull_of(&points).unwrap();
-        assert!(is_sound(&found, [1.0, 2.12, 0.012]), "{found:?}");
+        assert!(is_sound(&found), "{found:?}");
         // The area of the plan, a millimetre thick.
         assert!((found.volume_m3() - 0.00188).abs() < 0.0001, "{}", found.volume_m3());
     }
@@ -301,7 +288,7 @@ mod tests {
         #[test]
         fn a_hull_is_closed_and_convex_and_holds_its_points(
             places in prop::collection::vec(prop::array::uniform3(0..5_i32), 4..30),
-            sides in prop::array::uniform3(prop::sample::select(vec![0.001, 0.13, 2.7])),
+            sides in prop::array::uniform3(prop::sample::select(vec![1e-5, 0.000_3, 0.001, 0.13, 2.7])),
             tilt in prop::sample::select(vec![0.0, 0.003, 0.4]),
         ) {
             let point = |p: &[i32; 3]| {

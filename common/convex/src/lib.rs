@@ -8,16 +8,20 @@ mod components;
 mod convex_partition;
 mod facets;
 mod hulls;
+mod lattice_hull;
 mod options;
 mod piece;
 mod piece_merging;
 mod pieces;
 mod plates;
 mod prisms;
+mod soundness;
 #[cfg(test)]
 mod testing;
 
 pub use convex_partition::convex_partition;
+pub use lattice_hull::{LATTICE_PER_M, LatticeHull, PLATE_M, lattice_hull, lattice_plate};
 pub use options::PieceOptions;
 pub use piece::{ConvexBox, Hull, Made, Piece, Shape};
 pub use pieces::convex_pieces;
+pub use soundness::{dents_m, is_closed_and_convex};

@@ -2,7 +2,8 @@
 
 use crate::components::{Mesh, components, shells};
 use crate::facets::{FLAT, Facet, dot, facets};
-use crate::hulls::{ComparedBody, decomposed, hull_of, voxel_m};
+use crate::hulls::{ComparedBody, decomposed, hull_of, longest_m, voxel_m};
+use crate::lattice_hull::{LATTICE_PER_M, LatticeHull, lattice_plate};
 use crate::options::PieceOptions;
 use crate::piece::{Hull, Made, Piece, Shape, cross, length};
 use crate::piece_merging::merge_pieces;
@@ -26,7 +27,8 @@ const MAX_PLANES: usize = 256;
 /// The convex pieces of a body, part by part, connected part by connected part.
 ///
 /// The first possible of: the convex part itself; exact prisms; the hull within the tolerance; an approximate decomposition;
-/// thin plates along the surface. Open surfaces become thin plates. If there are too many pieces, neighbours are merged.
+/// thin plates along the surface. Open surfaces become thin plates. If there are too many pieces, neighbours are merged. A
+/// body of which none of this leaves anything is a plate of 2 mm if it is small, else nothing.
 pub fn convex_pieces<'a>(parts: impl IntoIterator<Item = MeshView<'a>>, options: &PieceOptions) -> Vec<Piece> {
     let outward = |mesh: Mesh| if mesh.view().volume_m3() < 0.0 { mesh.flipped() } else { mesh };
     let parts: Vec<Mesh> = parts.into_iter().map(|part| outward(Mesh::welded(part))).collect();
@@ -55,7 +57,23 @@ pub fn convex_pieces<'a>(parts: impl IntoIterator<Item = MeshView<'a>>, options:
             surface(open, options, &mut pieces);
         }
     }
+    if pieces.is_empty() {
+        pieces.extend(small_plate(&parts, options));
+    }
     merge_pieces(pieces, parts, options)
+}
+
+/// A plate for what is too small to be anything else.
+fn small_plate(parts: &[Mesh], options: &PieceOptions) -> Option<Piece> {
+    let units = LATTICE_PER_M / f64::from(TENTHS_PER_M);
+    let corners = parts.iter().flat_map(|part| &part.vertices);
+    let corners: Vec<[i64; 3]> = corners.map(|v| v.map(|c| (f64::from(c) * units).round() as i64)).collect();
+    let LatticeHull { vertices, triangles } = lattice_plate(&corners, 1)?;
+    let vertices_m: Vec<[f64; 3]> = vertices.iter().map(|v| v.map(|c| c as f64 / LATTICE_PER_M)).collect();
+    // Nothing of it is farther from the body than the body is long.
+    let deviation_m = longest_m(&vertices_m);
+    let hull = Hull { vertices_m, faces: triangles.iter().map(|t| t.to_vec()).collect() };
+    (deviation_m <= options.worst_m).then(|| Piece { shape: Shape::of(hull), made: Made::Sheet, deviation_m })
 }
 
 /// Decomposes a closed shell; one without volume is a two-sided sheet.
@@ -326,6 +344,13 @@ mod tests {
         ]));
         assert_eq!(found.len(), 3);
         assert!(found.iter().all(|p| p.made == Made::Exact && matches!(p.shape, Shape::Box(_))));
+    }
+
+    #[test]
+    fn a_body_too_small_for_any_piece_is_a_small_plate() {
+        let tiny = Mesh { vertices: vec![[0; 3], [3, 0, 0], [0, 3, 0]], triangles: vec![[0, 1, 2]], closed: false };
+        let found = pieces(&tiny);
+        assert!(found.len() == 1 && found[0].made == Made::Sheet && found[0].deviation_m < 0.01, "{found:?}");
     }
 
     #[test]

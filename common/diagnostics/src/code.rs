@@ -203,6 +203,12 @@ codes! {
     ScanNotJoined = "scan_not_joined",
     /// A start where the robot cannot stand.
     StartBlocked = "start_blocked",
+
+    // Making simulation worlds: `world`.
+    /// A piece of an element that is not closed and convex as a file has it, so that another stands in.
+    CollisionReplaced = "collision_replaced",
+    /// An element that stands and is not in the world.
+    NotInWorld = "not_in_world",
 }
 
 #[cfg(test)]

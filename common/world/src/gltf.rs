@@ -303,7 +303,7 @@ fn normal(t: &[[f64; 3]; 3]) -> Option<[f64; 3]> {
 fn unit_cube() -> Solid {
     let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     let hull = ConvexBox { centre_m: [0.0; 3], axes, size_m: [1.0; 3] }.hull();
-    Solid::of_metres(&hull.vertices_m, hull.faces)
+    Solid::of_piece(&hull)
 }
 
 #[cfg(test)]

@@ -20,17 +20,20 @@
 //! Collision shapes are convex pieces, because physics engines replace other meshes by their hulls: a wall with a door is
 //! two piers and a lintel, so that every doorway is open; boxes where a piece is a box. An element of more than 64 pieces,
 //! such as a tree or a cabinet of boards, has fewer: neighbours become their common hull where that lies within 5 cm of them
-//! (foliage 40 cm), see [`Pieces`].
+//! (foliage 40 cm), see [`Pieces`]. Each mesh that collides is checked as it is written: it is closed, and convex but for
+//! rounding. The hull of its corners stands in for one that is not, which a warning tells with the element.
 //!
 //! World coordinates are map coordinates: a waypoint is where the robot stands in the world, and `robot_spawn` is the first.
 //! Every link is named by class and GlobalId, models carry the class as label for segmentation cameras, and `lookup.json`
 //! has the element, the accuracy of the pieces and the motion of each door. `scripts/check_world.py OUT` compares the rays
 //! of the world with the maps.
 
+mod collision_meshes;
 mod door_links;
 mod door_operations;
 mod doors;
 mod element_pieces;
+mod findings;
 mod gltf;
 mod joint_limits;
 mod lookup;
@@ -48,12 +51,22 @@ pub use lookup::Lookup;
 pub use options::{DoorMode, DoorOptions, Materials, Pieces, WorldOptions, WorldOptionsError};
 
 use export::{ExportFile, ExportInput, json_text};
+use messages::Diagnostic;
 use scene::Scene;
 use std::collections::{BTreeMap, BTreeSet};
 use visuals::Rgba;
 
-/// The files of a world, in `world/`.
-pub fn files(input: &ExportInput<'_>, options: &WorldOptions) -> Vec<ExportFile> {
+/// The files of a world, and what is to be told about it.
+#[derive(Debug, Default)]
+pub struct WorldFiles {
+    /// The files, in `world/`.
+    pub files: Vec<ExportFile>,
+    /// Elements that are not in it, or not quite as they are cut; `lookup.json` has them, too.
+    pub diagnostics: Vec<Diagnostic>,
+}
+
+/// The files of a world.
+pub fn files(input: &ExportInput<'_>, options: &WorldOptions) -> WorldFiles {
     let scene = Scene::of(input, options);
     let mut files = vec![
         ExportFile::new("world/world.sdf", sdf::world(&scene)),
@@ -74,7 +87,7 @@ pub fn files(input: &ExportInput<'_>, options: &WorldOptions) -> Vec<ExportFile>
     };
     let sizes = [bytes(&[".sdf", ".obj", ".mtl"]), bytes(&[".glb"])];
     files.push(ExportFile::new("world/lookup.json", json_text(&Lookup::of(&scene, sizes))));
-    files
+    WorldFiles { files, diagnostics: scene.diagnostics }
 }
 
 /// The world as one model for viewers: the bytes of `world/site.glb`.

@@ -5,6 +5,7 @@ use crate::doors::WorldDoor;
 use crate::scene::{Model, Part, Scene, StaticLink};
 use convex::Made;
 use export::{rounded, text_or_null};
+use messages::Diagnostic;
 use schemars::JsonSchema;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -36,6 +37,20 @@ pub struct Lookup {
     doors: BTreeMap<String, Door>,
     /// Doors that hang and are not in the world, by GlobalId: `passable` or `barred`.
     doors_left_out: BTreeMap<String, &'static str>,
+    /// Elements that are not in the world, and pieces for which others stand in.
+    diagnostics: Vec<Finding>,
+}
+
+#[derive(Debug, Serialize, JsonSchema)]
+struct Finding {
+    /// `collision_replaced` or `not_in_world`.
+    code: &'static str,
+    /// GlobalId of the element; null for a stand-in.
+    global_id: Option<String>,
+    /// Its name; of a stand-in that of its link.
+    name: Option<String>,
+    /// One sentence for people.
+    message: String,
 }
 
 #[derive(Debug, Serialize, JsonSchema)]
@@ -192,6 +207,19 @@ impl Lookup {
             stand_ins,
             doors: scene.doors.iter().map(|d| (id(d.element), Door::of(d))).collect(),
             doors_left_out: left_out.collect(),
+            diagnostics: scene.diagnostics.iter().map(Finding::of).collect(),
+        }
+    }
+}
+
+impl Finding {
+    fn of(diagnostic: &Diagnostic) -> Self {
+        let entity = diagnostic.entity.as_ref();
+        Self {
+            code: diagnostic.code.name(),
+            global_id: entity.and_then(|e| text_or_null(&e.global_id)),
+            name: entity.and_then(|e| text_or_null(&e.name)),
+            message: diagnostic.message.clone(),
         }
     }
 }

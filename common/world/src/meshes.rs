@@ -1,17 +1,17 @@
 //! Mesh store of the world: repeated meshes that differ by translation and quarter turns are stored once.
 
-use crate::triangle_fans::fans;
+use convex::LATTICE_PER_M;
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
 /// Units per metre of the coordinates here: hundredths of a millimetre.
-pub(crate) const UNITS_PER_M: f64 = 1e5;
+pub(crate) const UNITS_PER_M: f64 = LATTICE_PER_M;
 
 /// A mesh at its own origin.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Solid {
     pub(crate) vertices: Vec<[i64; 3]>,
-    /// Faces as corners, counter-clockwise from outside; plane and convex.
+    /// Faces as corners, counter-clockwise from outside; plane and convex, and fanned by readers from their first corners.
     pub(crate) faces: Vec<Vec<u32>>,
 }
 
@@ -71,29 +71,6 @@ impl MeshStore {
 }
 
 impl Solid {
-    /// From corners in metres; those that are one when they are rounded become one, and faces that lose their area go.
-    pub(crate) fn of_metres(vertices_m: &[[f64; 3]], mut faces: Vec<Vec<u32>>) -> Self {
-        let unit = |v: &[f64; 3]| v.map(|c| (c * UNITS_PER_M).round() as i64);
-        let mut known = BTreeMap::new();
-        let mut vertices = Vec::new();
-        let mut place = |v: &[f64; 3]| {
-            *known.entry(unit(v)).or_insert_with(|| {
-                vertices.push(unit(v));
-                vertices.len() as u32 - 1
-            })
-        };
-        let places: Vec<u32> = vertices_m.iter().map(&mut place).collect();
-        for face in &mut faces {
-            face.iter_mut().for_each(|k| *k = places[*k as usize]);
-            face.dedup();
-            if face.len() > 1 && face.first() == face.last() {
-                face.pop();
-            }
-        }
-        faces.retain(|face| face.len() >= 3);
-        Self { vertices, faces }
-    }
-
     /// Number of triangles of its faces.
     pub(crate) fn n_triangles(&self) -> usize {
         self.faces.iter().map(|f| f.len() - 2).sum()
@@ -109,7 +86,7 @@ impl Solid {
             let [x, y, z] = v.map(|c| number(c as f64 / UNITS_PER_M));
             writeln!(out, "v {x} {y} {z}").expect("memory does not fail");
         }
-        for face in self.faces.iter().flat_map(|face| fans(face, |k| self.vertices[k as usize])) {
+        for face in &self.faces {
             out.push('f');
             face.iter().for_each(|k| write!(out, " {}", k + 1).expect("memory does not fail"));
             out.push('\n');

@@ -1,14 +1,17 @@
 //! The content of a world: static models by class and storey, doors, meshes, start of the robot.
 
+use crate::collision_meshes::{CollisionMesh, Replacement};
 use crate::doors::{self, WorldDoor, is_door, is_hung};
+use crate::findings;
 use crate::meshes::{MeshStore, PlacedMesh, Solid};
 use crate::options::{DoorMode, WorldOptions};
 use crate::stand_ins;
 use crate::static_elements::{self, StaticElement};
 use crate::visuals::{self, Rgba, class_colour};
-use convex::{ConvexBox, Made, Piece, Shape};
+use convex::{ConvexBox, LATTICE_PER_M, Made, Piece, Shape};
 use export::{ExportInput, rounded};
 use grid::Class;
+use messages::Diagnostic;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Exact boxes up to which an element is also shown as boxes.
@@ -27,6 +30,8 @@ pub(crate) struct Scene<'a> {
     pub(crate) doors: Vec<WorldDoor>,
     /// Doors that hang and are not in the world, and why.
     pub(crate) left_out: Vec<(u32, &'static str)>,
+    /// Elements that are not, or not quite, in the world as they are cut.
+    pub(crate) diagnostics: Vec<Diagnostic>,
     pub(crate) spawn: Option<SpawnPose>,
     pub(crate) markers_m: Vec<[f64; 3]>,
 }
@@ -59,6 +64,7 @@ pub(crate) struct PieceInfo {
 }
 
 /// A shape in `map`.
+#[derive(Clone, Copy)]
 pub(crate) enum Part {
     Box(ConvexBox),
     Mesh(PlacedMesh),
@@ -91,6 +97,7 @@ impl<'a> Scene<'a> {
             models: Vec::new(),
             doors,
             left_out,
+            diagnostics: Vec::new(),
             spawn: spawn(input),
             markers_m: Vec::new(),
         };
@@ -123,34 +130,52 @@ impl<'a> Scene<'a> {
     fn link(&mut self, part: StaticElement) -> StaticLink {
         let StaticElement { element, link, class, pieces, .. } = part;
         let info = |p: &Piece| PieceInfo { made: p.made, is_box: p.shape.is_box(), deviation_m: p.deviation_m };
-        let infos: Vec<PieceInfo> = pieces.iter().map(info).collect();
+        let mut infos: Vec<PieceInfo> = pieces.iter().map(info).collect();
         let are_boxes = infos.iter().all(|f| f.is_box && f.made == Made::Exact) && infos.len() <= BOXES_SHOWN_MAX;
         let coloured_meshes = match element {
             Some(k) => visuals::coloured_meshes(self.input, self.options, &self.input.site.elements[k as usize]),
             None => Vec::new(),
         };
         let shown = coloured_meshes.iter().map(|l| (self.shown.place(l.solid.clone()), l.colour)).collect();
-        let visuals = match coloured_meshes.as_slice() {
+        let looks_like_mesh = !coloured_meshes.is_empty();
+        let mut visuals: Vec<(Part, Rgba)> = match coloured_meshes.as_slice() {
             // Boxes look like the mesh that they are, and are less to load.
             [look] if are_boxes => boxes(&pieces).map(|b| (b, look.colour)).collect(),
-            [] => {
-                let colour = class_colour(class);
-                pieces.iter().map(|p| (self.part(p), colour)).collect()
-            }
             _ => coloured_meshes
                 .into_iter()
                 .map(|l| (Part::Mesh(self.place(l.solid, Some(l.colour))), l.colour))
                 .collect(),
         };
-        let collisions = pieces.iter().map(|p| self.part(p)).collect();
+        let mut replaced = BTreeMap::new();
+        let shapes = pieces.iter().zip(&mut infos);
+        let collisions: Vec<Part> = shapes.filter_map(|(p, info)| self.part(p, info, &mut replaced)).collect();
+        if !looks_like_mesh {
+            visuals = collisions.iter().map(|part| (*part, class_colour(class))).collect();
+        }
+        self.diagnostics.extend(findings::of_link(self.input, element, &link, pieces.len(), &replaced));
         StaticLink { element, name: link, visuals, shown, collisions, pieces: infos }
     }
 
-    fn part(&mut self, piece: &Piece) -> Part {
-        match &piece.shape {
-            Shape::Box(b) => Part::Box(*b),
-            Shape::Hull(hull) => Part::Mesh(self.place(Solid::of_metres(&hull.vertices_m, hull.faces.clone()), None)),
+    /// The shape of a piece that collides; what stands in for it is counted.
+    fn part(
+        &mut self,
+        piece: &Piece,
+        info: &mut PieceInfo,
+        replaced: &mut BTreeMap<Replacement, usize>,
+    ) -> Option<Part> {
+        let hull = match &piece.shape {
+            // A side that the lattice does not hold would be a side of nothing.
+            Shape::Box(b) if b.size_m.iter().all(|side| *side >= 1.0 / LATTICE_PER_M) => return Some(Part::Box(*b)),
+            Shape::Box(b) => b.hull(),
+            Shape::Hull(hull) => hull.clone(),
+        };
+        let mesh = CollisionMesh::of(&hull)?;
+        info.is_box = false;
+        info.deviation_m += mesh.more_deviation_m;
+        if let Some(replacement) = mesh.replaced {
+            *replaced.entry(replacement).or_default() += 1;
         }
+        Some(Part::Mesh(self.place(mesh.solid, None)))
     }
 
     fn place(&mut self, solid: Solid, colour: Option<Rgba>) -> PlacedMesh {

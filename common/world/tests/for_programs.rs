@@ -12,7 +12,7 @@ use world::WorldOptions;
 
 /// The JSON documents of the smallest building, by path.
 fn documents() -> BTreeMap<String, Value> {
-    let made = |input: &ExportInput<'_>| export::files(input, world::files(input, &WorldOptions::default()));
+    let made = |input: &ExportInput<'_>| export::files(input, world::files(input, &WorldOptions::default()).files);
     let files = support::house().with_input(made);
     let json = files.iter().filter(|f| f.path.ends_with("json"));
     json.map(|f| (f.path.clone(), serde_json::from_slice(&f.bytes).unwrap())).collect()

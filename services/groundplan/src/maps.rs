@@ -3,16 +3,16 @@
 use crate::failure::Failure;
 use crate::progress_line::ProgressLine;
 use daemon::Robot;
-use export::{ExportFile, ExportInput};
+use export::ExportInput;
 use geometry::LazyFootprint;
 use messages::{ArchiveBuffer, Grid, Grids, HeldGrid, MapGrids, MissionPlan, ScheduleState, Site};
 use raster::Rasterizer;
 use waypoints::{MissionPlanInput, MissionPlanOptions, MissionPlanner, Start};
-use world::WorldOptions;
+use world::{WorldFiles, WorldOptions};
 
 /// The files of the simulation world, if there is to be one.
-pub(crate) fn world_files(input: &ExportInput<'_>, options: Option<&WorldOptions>) -> Vec<ExportFile> {
-    options.map_or_else(Vec::new, |options| world::files(input, options))
+pub(crate) fn world_files(input: &ExportInput<'_>, options: Option<&WorldOptions>) -> WorldFiles {
+    options.map_or_else(WorldFiles::default, |options| world::files(input, options))
 }
 
 /// Maps of all storeys at a schedule state.

@@ -247,7 +247,7 @@ fn exported(
         with_geometry: world,
         probability: None,
     };
-    let worlds = if world { world::files(&input, &options) } else { Vec::new() };
+    let worlds = if world { world::files(&input, &options).files } else { Vec::new() };
     let made = files(&input, worlds);
     assert!(made.iter().any(|file| file.path == "manifest.json"));
 }

@@ -1,8 +1,8 @@
-//! Notices on standard output after a conversion, one per kind of diagnostic; `report.json` has all.
+//! Notices on standard output after a conversion, one per kind of diagnostic; `report.json` and `world/lookup.json` have all.
 
 use export::ExportInput;
 use frames::{counted, metres};
-use messages::{DiagnosticRecord, DoorPassageRecord, FloorKind, Grid, NONE, ScheduleState, Severity, Site};
+use messages::{Diagnostic, DiagnosticRecord, DoorPassageRecord, FloorKind, Grid, NONE, ScheduleState, Severity, Site};
 
 /// The notice about a model from which no floor can be made.
 const NO_FLOOR: &str = "warning: the model holds no floor (slab, covering, ramp), no space and no wall: its maps show obstacles, \
@@ -12,7 +12,7 @@ const NO_FLOOR: &str = "warning: the model holds no floor (slab, covering, ramp)
 const MAX_ROOMS: usize = 6;
 
 /// The notices, worst first.
-pub(super) fn notices(input: &ExportInput<'_>) -> Vec<String> {
+pub(super) fn notices(input: &ExportInput<'_>, world_diagnostics: &[Diagnostic]) -> Vec<String> {
     let site = input.site;
     let mut kinds = Kinds::default();
     if input.grids.heads().any(|head| head.floor == FloorKind::Missing) {
@@ -38,6 +38,12 @@ pub(super) fn notices(input: &ExportInput<'_>) -> Vec<String> {
     for diagnostic in input.mission_plan.diagnostics.iter().filter(|d| d.severity == Severity::Error) {
         let message = input.mission_plan.text(diagnostic.message);
         kinds.add(diagnostic.code.get().name(), format!("error: {message}"));
+    }
+    for diagnostic in world_diagnostics {
+        let Diagnostic { severity, code, entity, message, .. } = diagnostic;
+        let entity = entity.as_ref();
+        let who = entity.map_or(["", ""], |e| [&e.global_id, &e.name]);
+        kinds.add(code.name(), format!("{}: {}", severity.name(), about(&who, message)));
     }
     let doors = export::each_door(site, input.index.doors);
     for record in doors.into_iter().filter(|d| input.writes(d.map_storey)) {

@@ -17,7 +17,7 @@ use schedule::{Period, Timeline};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use waypoints::MissionPlanOptions;
-use world::WorldOptions;
+use world::{WorldFiles, WorldOptions};
 
 /// What became of the maps of a schedule state.
 struct Written {
@@ -177,10 +177,13 @@ impl Job<'_> {
             film.add_at_plan_time(&input)?;
         }
         let mut sums = BTreeMap::new();
+        let mut world_diagnostics = Vec::new();
         if let Some((beside, directory)) = place {
             let write = |file| beside.write(directory, &[file]);
-            sums = export::each_file(&input, world_files(&input, world), write).map_err(Failure::work)?;
+            let WorldFiles { files, diagnostics } = world_files(&input, world);
+            sums = export::each_file(&input, files, write).map_err(Failure::work)?;
+            world_diagnostics = diagnostics;
         }
-        Ok(Written { sums, summary: PlanTimeSummary::of(&input), start })
+        Ok(Written { sums, summary: PlanTimeSummary::of(&input, &world_diagnostics), start })
     }
 }

@@ -4,7 +4,7 @@ use super::notices::notices;
 use super::rooms::RoomLine;
 use export::{ExportInput, FloorReach, ScanSummary, text_or_null};
 use frames::{counted, metres};
-use messages::{DoorPassageRecord, Grid};
+use messages::{Diagnostic, DoorPassageRecord, Grid};
 use serde::Serialize;
 
 /// The maps of one plan time.
@@ -41,7 +41,8 @@ struct StoreyLine {
 }
 
 impl PlanTimeSummary {
-    pub(super) fn of(input: &ExportInput<'_>) -> Self {
+    /// Of these archives, and of what is to be told about their world.
+    pub(super) fn of(input: &ExportInput<'_>, world_diagnostics: &[Diagnostic]) -> Self {
         let head = input.schedule_state.head;
         Self {
             plan_time: head.plan_time().map(|t| t.to_string()),
@@ -51,7 +52,7 @@ impl PlanTimeSummary {
             scans: ScanSummary::of(input.mission_plan),
             schedule_ignored: export::schedule_ignored(input.site, input.schedule_state),
             rooms: export::spaces_not_mapped(input).into_iter().map(|room| RoomLine::of(input.site, room)).collect(),
-            notices: notices(input),
+            notices: notices(input, world_diagnostics),
         }
     }
 

@@ -5,9 +5,10 @@ use crate::maps::world_files;
 use bus::{Bus, SiteSet, SiteSetReader, SiteViews};
 use daemon::SiteConfig;
 use export::{ExportFile, ExportInput};
-use messages::{GridSlotRecord, RobotProfile};
+use messages::{Diagnostic, GridSlotRecord, RobotProfile};
 use raster::Rasterizer;
-use world::WorldOptions;
+use tracing::warn;
+use world::{WorldFiles, WorldOptions};
 
 /// The newest site set with its mission plan.
 pub(super) struct Sets {
@@ -75,7 +76,12 @@ impl Sets {
             with_geometry: false,
             probability: None,
         };
-        Ok(export::files(&input, world_files(&input, world)))
+        let WorldFiles { files, diagnostics } = world_files(&input, world);
+        for Diagnostic { code, entity, message, .. } in &diagnostics {
+            let global_id = entity.as_ref().map(|e| e.global_id.as_str());
+            warn!(code = code.name(), global_id, %message, "finding about the world");
+        }
+        Ok(export::files(&input, files))
     }
 }
 
