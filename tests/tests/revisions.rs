@@ -234,10 +234,10 @@ fn a_revision_that_was_refused_is_read_again_after_a_restart_and_when_its_files_
     let cured = site(&live);
     assert_ne!(cured.1, before.1, "the rules were corrected while nothing ran");
 
-    let other = live.home.path().join("other.ifc");
-    std::fs::write(&other, "no IFC file at all").unwrap();
-    assert_eq!(live.run(&[&"load", &other]).status.code(), Some(1));
-    write(&dated_house("09/04/2024"), &other);
+    let model = live.home.path().join("demo.ifc");
+    std::fs::write(&model, "no IFC file at all").unwrap();
+    wait_until(&live, |live| says(live, "ifc-ingest", "error").contains("demo.ifc"));
+    write(&dated_house("09/04/2024"), &model);
     wait_until(&live, |live| site(live).1 != cured.1);
     live.wait_until_healthy();
     live.down();
@@ -264,19 +264,44 @@ fn rules_that_the_site_cannot_be_evaluated_with_leave_its_maps_also_across_a_res
 }
 
 #[test]
-fn a_failed_load_keeps_the_site_its_time_stamps_and_the_reason() {
+fn a_refused_request_is_an_answer_and_the_site_stays_healthy() {
+    let (mut live, _folder) = start(&house(0));
+    live.wait_until_healthy();
+    let robot = live.home.path().join("robot.toml");
+    std::fs::write(&robot, "name = \"x\"\nradius_m = -1.0\n").unwrap();
+    let missing = live.home.path().join("missing.ifc");
+    let requests: [&[&dyn AsRef<std::ffi::OsStr>]; 4] = [
+        &[&"load", &missing],
+        &[&"robot", &robot],
+        &[&"date", &"--next"],
+        &[&"waypoints", &"--space", &"no such room"],
+    ];
+    for request in requests {
+        let refused = live.run(request);
+        assert!(!refused.status.success() && !refused.stderr.is_empty());
+        // A report later than the answer.
+        let asked = Instant::now();
+        wait_until(&live, |_| asked.elapsed() > Duration::from_millis(1_200));
+        let status = live.status().unwrap();
+        assert_eq!(status["healthy"], true, "{status}");
+    }
+    live.down();
+}
+
+#[test]
+fn a_failed_load_is_answered_and_keeps_the_site_and_its_time_stamps() {
     let (mut live, _folder) = start(&house(0));
     let before = site(&live);
     let broken = live.home.path().join("broken.ifc");
     std::fs::write(&broken, "no IFC file at all").unwrap();
     let failed = live.run(&[&"load", &broken]);
     assert_eq!(failed.status.code(), Some(1));
-    live.text(&[&"date", &"2024-05-01"]);
-    let why = says(&live, "ifc-ingest", "error");
+    let why = errors_of(&failed);
     assert!(why.contains("broken.ifc") && why.contains("the site of demo.ifc stays in force"), "{why}");
-    // It stands across a restart, and the files in force are not taken for changed.
+    live.text(&[&"date", &"2024-05-01"]);
+    assert_eq!(says(&live, "ifc-ingest", "error"), "");
+    // The files in force are not taken for changed after a restart.
     kill(&live, "ifc-ingest");
-    wait_until(&live, |live| says(live, "ifc-ingest", "error").contains("broken.ifc"));
     let heartbeats = Instant::now();
     wait_until(&live, |_| heartbeats.elapsed() > Duration::from_millis(2_500));
     assert_eq!(site(&live).1, before.1);

@@ -8,7 +8,7 @@ use messages::StatusRecord;
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::time::Duration;
-use tracing::{debug, warn};
+use tracing::{debug, info, warn};
 
 /// What a daemon tells of itself.
 pub(crate) struct SelfReport {
@@ -58,6 +58,11 @@ impl SelfReport {
             warn!(service = self.daemon.name(), error = text, "{what}");
         }
         self.failed = Some(text);
+    }
+
+    /// A request was refused: an answer to its client, and no error of the daemon.
+    pub(crate) fn refused_request(&self, why: &(dyn std::error::Error + 'static)) {
+        info!(service = self.daemon.name(), reason = crate::chain(why), "a request is refused");
     }
 
     /// The service has done something with success.
@@ -119,11 +124,13 @@ impl SelfReport {
         self.input = Some((topic, epoch, stamp));
     }
 
-    /// The service published.
-    pub(crate) fn set_output(&mut self, epoch: u64) {
-        if self.epochs.insert(output(self.daemon), epoch) != Some(epoch) {
+    /// The service published; true if it had not published this before.
+    pub(crate) fn set_output(&mut self, epoch: u64) -> bool {
+        let is_new = self.epochs.insert(output(self.daemon), epoch) != Some(epoch);
+        if is_new {
             self.output_stamp = Some(Stamp::now());
         }
+        is_new
     }
 
     /// Tells everybody; without a bus, only the board and systemd.

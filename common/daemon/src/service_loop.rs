@@ -309,15 +309,14 @@ impl<R: Request> ServiceLoop<R> {
             Ok(done) => {
                 self.wake_at = done.wake_in.map(|time| Instant::now() + time);
                 let epoch = done.published.epoch;
-                if epoch > 0 {
-                    self.report.set_output(epoch);
-                }
+                let is_new = epoch > 0 && self.report.set_output(epoch);
                 if is_configuration {
                     self.next_try = None;
                     self.report.configured(Ok(()));
                 }
-                // An error stays until the service has done something with success; ticks do nothing.
-                if epoch > 0 || self.requests.is_one_underway() {
+                // An error of an event stays until one brings an output, or a request a new one; ticks do nothing.
+                let is_cured = if self.requests.is_one_underway() { is_new } else { epoch > 0 };
+                if is_cured {
                     self.report.succeeded();
                 }
                 Ok(done.answer)
@@ -332,7 +331,11 @@ impl<R: Request> ServiceLoop<R> {
                 } else {
                     // The next tick tries again what is pending.
                     self.wake_at = None;
-                    self.report.failed("the event cannot be handled", failure.as_ref());
+                    match self.requests.is_one_underway() {
+                        // The client is told. What is in force is as it was, and only what is wrong with that stands.
+                        true => self.report.refused_request(failure.as_ref()),
+                        false => self.report.failed("the event cannot be handled", failure.as_ref()),
+                    }
                 }
                 Err(chain(failure.as_ref()))
             }

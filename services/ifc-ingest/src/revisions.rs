@@ -96,18 +96,27 @@ impl Revisions {
         SettingInForce::now(SettingKey::Models, names_of(models), source, by_uid)
     }
 
+    /// True before the first site.
+    pub(crate) fn is_without_site(&self) -> bool {
+        self.stamps.is_empty()
+    }
+
+    /// Why files cannot be used, and what stays in force.
+    pub(crate) fn stays(&self, why: &str) -> String {
+        if self.is_without_site() {
+            format!("{why}; there is no site yet")
+        } else {
+            format!("{why}; the site of {} stays in force", names_of(&self.models))
+        }
+    }
+
     /// What an operator has to know of revisions that are not in force.
     pub(crate) fn standing(&self) -> Standing {
-        let in_force = if self.stamps.is_empty() {
-            "there is no site yet".to_owned()
-        } else {
-            format!("the site of {} stays in force", names_of(&self.models))
-        };
-        let error = self.refused.as_ref().map(|refused| format!("{}; {in_force}", refused.why));
+        let error = self.refused.as_ref().map(|refused| self.stays(&refused.why));
         let warning = self.waiting.as_ref().map(|waiting| {
             let Revision { models, comparison } = &waiting.revision;
             let (names, why) = (names_of(models), comparison.objections.join("; "));
-            format!("the revision {names} waits for `groundplan confirm` ({why}); {in_force}")
+            self.stays(&format!("the revision {names} waits for `groundplan confirm` ({why})"))
         });
         Standing { error, warning }
     }

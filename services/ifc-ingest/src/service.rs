@@ -202,7 +202,8 @@ impl IngestService {
         !(is_confirmed || is_in_force || revision.comparison.objections.is_empty())
     }
 
-    /// Keeps why a revision cannot take effect; returns the error for who asked.
+    /// Keeps why a revision cannot take effect; returns the error for who asked. Of files that a client asked for, and that are not those
+    /// in force, it is the answer alone.
     fn refuse(
         &mut self,
         models: Vec<PathBuf>,
@@ -211,6 +212,12 @@ impl IngestService {
         by: Option<Caller>,
     ) -> Failure {
         let refused = Refused { why: chain(why), models, stamps: stamps.to_vec() };
+        let is_of_site = self.revisions.is_without_site() || self.revisions.models == refused.models;
+        if by.is_some() && !is_of_site {
+            let names = names_of(&refused.models);
+            self.record(HistoryKind::Revision, by, format!("{names} refused: {}", refused.why));
+            return self.revisions.stays(&refused.why).into();
+        }
         self.revisions.see(&refused.models, stamps);
         if self.revisions.refused.as_ref() != Some(&refused) {
             self.record(HistoryKind::Revision, by, format!("{} refused: {}", names_of(&refused.models), refused.why));
