@@ -6,6 +6,7 @@ mod support;
 use bus::{Bus, Daemon, Domain};
 use daemon::{IngestAnswer, IngestRequest, RequestTimeouts, RevisionEffect};
 use serde_json::Value;
+use std::io::{Seek, SeekFrom, Write};
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
@@ -260,6 +261,75 @@ fn rules_that_the_site_cannot_be_evaluated_with_leave_its_maps_also_across_a_res
         kill(&live, "schedule-eval");
         wait_until(&live, |live| says(live, "schedule-eval", "error").contains("date_format"));
     }
+    live.down();
+}
+
+/// Lines of the history that hold this.
+fn events(live: &Live, words: &str) -> usize {
+    let months = std::fs::read_dir(live.home.path().join("state/history")).unwrap();
+    let text: String = months.map(|month| std::fs::read_to_string(month.unwrap().path()).unwrap()).collect();
+    text.lines().filter(|line| line.contains(words)).count()
+}
+
+/// Waits until the daemons have had the time to take what is on disk, if they were to.
+fn let_them_look(live: &Live) {
+    let begun = Instant::now();
+    wait_until(live, |_| begun.elapsed() > Duration::from_secs(4));
+}
+
+#[test]
+fn a_revision_that_is_written_over_the_model_in_place_is_in_force_once_and_whole() {
+    let (mut live, _folder) = start(&dated_house("2024-04-08"));
+    let before = site(&live);
+    let n_before = events(&live, "in force");
+    let model = live.home.path().join("demo.ifc");
+    let folder = tempfile::tempdir().unwrap();
+    let mut larger = dated_house("2024-05-08");
+    larger.add("IFCWALL", "More", PLAIN, [[6.0, 0.0, 0.0], [6.2, 2.5, 3.0]]);
+    let bytes = std::fs::read(larger.write(folder.path())).unwrap();
+    for (k, block) in bytes.chunks(bytes.len() / 6).enumerate() {
+        let mut file = std::fs::OpenOptions::new().write(true).open(&model).unwrap();
+        file.seek(SeekFrom::Start((k * (bytes.len() / 6)) as u64)).unwrap();
+        file.write_all(block).unwrap();
+        let written = Instant::now();
+        while written.elapsed() < Duration::from_millis(600) {
+            assert!(k > 4 || site(&live).1 == before.1, "after {k} blocks another site is published");
+        }
+    }
+    wait_until(&live, |live| site(live).1 != before.1);
+    live.wait_until_healthy();
+    assert_eq!((site(&live).0, events(&live, "in force"), events(&live, "refused")), (before.0 + 1, n_before + 1, 0));
+    live.down();
+}
+
+#[test]
+fn a_file_of_two_versions_waits_for_an_operator_and_a_cut_one_is_refused_once() {
+    let (mut live, _folder) = start(&house(0));
+    let before = site(&live);
+    let model = live.home.path().join("demo.ifc");
+    let folder = tempfile::tempdir().unwrap();
+    let text = std::fs::read_to_string(house(0).write(folder.path())).unwrap();
+    // The slab's solid is of a version that has it under another id.
+    let solid = text.lines().find(|line| line.contains("IFCEXTRUDEDAREASOLID")).unwrap();
+    let (id, rest) = solid.split_once('=').unwrap();
+    let mixed = text.replace(solid, &format!("#9999={rest}"));
+    assert!(mixed.contains(&format!("({id})")));
+    std::fs::write(&model, &mixed).unwrap();
+    wait_until(&live, |live| says(live, "ifc-ingest", "warning").contains("groundplan confirm"));
+    let warning = says(&live, "ifc-ingest", "warning");
+    assert!(warning.contains("refer to what is not there"), "{warning}");
+    assert_eq!(site(&live), before);
+
+    let refused = |live: &Live| events(live, "demo.ifc refused");
+    for n_bytes in [text.len() / 2, text.len() / 2 - 1, text.len() / 2 - 2] {
+        std::fs::write(&model, &text[..n_bytes]).unwrap();
+        let_them_look(&live);
+        assert_eq!((site(&live), refused(&live)), (before.clone(), 1));
+    }
+    assert_eq!(live.status().unwrap()["healthy"], false, "the file in force is spoilt");
+    std::fs::write(&model, &text).unwrap();
+    live.wait_until_healthy();
+    assert_eq!(site(&live).1, before.1);
     live.down();
 }
 

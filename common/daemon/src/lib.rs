@@ -73,6 +73,7 @@ mod systemd;
 #[cfg(test)]
 mod testing;
 mod web_config;
+mod whole_files;
 
 pub use caller::Caller;
 pub use client::{Answer, Client, ClientError, OpenRequest, RequestTimeouts, ask};
@@ -119,3 +120,4 @@ pub use status_board::{Report, StatusBoard};
 pub use stop::{ReloadSignal, StopSignal};
 pub use systemd::{alive, ready, stopping};
 pub use web_config::WebConfig;
+pub use whole_files::{FileStamp, FileWatch, WholeFiles, stamps_of};

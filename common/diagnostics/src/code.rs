@@ -67,6 +67,8 @@ codes! {
     ProxyNotDrawn = "proxy_not_drawn",
     /// A record that is no STEP.
     RecordMalformed = "record_malformed",
+    /// A record that refers to one that is not in the file.
+    ReferenceDangling = "reference_dangling",
     /// A schema of before IFC4.
     SchemaOlder = "schema_older",
     /// A sequence whose tasks are not in the file.

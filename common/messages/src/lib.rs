@@ -95,7 +95,7 @@ pub use schedule_state::{
 pub use site::Site;
 pub use site_builder::SiteBuilder;
 pub use site_comparison::{Difference, SiteComparison, StoreyDifference, StoreyPresence, is_same_building};
-pub use site_outline::{ElementOutline, GeoreferenceOutline, SiteOutline, StoreyOutline};
+pub use site_outline::{ElementOutline, GeoreferenceOutline, MapStoreyOutline, SiteOutline, StoreyOutline};
 pub use site_records::*;
 pub use slam_map::{SlamMap, SlamMapHead};
 pub use status::{Activity, StatusRecord};

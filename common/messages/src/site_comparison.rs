@@ -1,6 +1,6 @@
 //! Compares a revision of a site with the one before, and says what about it an operator has to confirm.
 
-use crate::site_outline::{ElementOutline, GeoreferenceOutline, SiteOutline, StoreyOutline};
+use crate::site_outline::{ElementOutline, GeoreferenceOutline, MapStoreyOutline, SiteOutline, StoreyOutline};
 use frames::counted;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -12,6 +12,12 @@ const SAME_SCALE: f64 = 1e-7;
 
 /// An element of which a corner moved by more than this lies elsewhere: a decimetre.
 const MOVED_TENTHS: u32 = 1_000;
+
+/// A map storey whose floor lies within this is the one of before, whatever its name: a decimetre.
+const SAME_FLOOR_TENTHS: u32 = 1_000;
+
+/// A revision may have this many warnings more than twice those of before.
+const MORE_WARNINGS: usize = 10;
 
 /// How a revision differs from the site before it.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -26,8 +32,14 @@ pub struct SiteComparison {
     pub n_moved: usize,
     /// Rooms by GlobalId.
     pub rooms: Difference,
+    /// Names of storeys that had a map and have none.
+    #[serde(default)]
+    pub unmapped: Vec<String>,
     /// Warnings and errors about the files, before and after.
     pub warnings: [usize; 2],
+    /// Records that cannot be read, ids that are used again and references to nothing, before and after.
+    #[serde(default)]
+    pub damages: [usize; 2],
     /// True if the model lies elsewhere on earth, or it is no longer, or only now, known where.
     pub other_georeference: bool,
     /// What an operator has to confirm before the revision takes effect; nothing for one that does so by itself.
@@ -60,6 +72,12 @@ pub struct StoreyDifference {
     pub presence: StoreyPresence,
     /// Its elements; `shared` are those that it had and that the revision has, on any storey.
     pub elements: Difference,
+    /// Those of its elements that had a body.
+    #[serde(default)]
+    pub n_bodies: usize,
+    /// Those of them that have none any more, or are gone.
+    #[serde(default)]
+    pub n_bodies_lost: usize,
 }
 
 /// Which of two sites has a storey.
@@ -92,7 +110,9 @@ impl SiteComparison {
             n_changed: shared().filter(|(old, new)| old != new).count(),
             n_moved: shared().filter(|(old, new)| is_moved(old, new)).count(),
             rooms: Difference::of(&before.rooms, &after.rooms),
+            unmapped: unmapped(&before.map_storeys, &after.map_storeys),
             warnings: [before.n_warnings, after.n_warnings],
+            damages: [before.n_damages, after.n_damages],
             other_georeference: !is_same_georeference(before.georeference.as_ref(), after.georeference.as_ref()),
             objections: Vec::new(),
         };
@@ -115,17 +135,45 @@ impl SiteComparison {
         let is_moved = !is_other && 2 * self.n_moved > n_bodies;
         let moved =
             is_moved.then(|| format!("{} of {n_bodies} shared elements lie more than 0.1 m from before", self.n_moved));
-        let emptied = self.storeys.iter().filter(|s| !is_other && 2 * s.elements.removed > s.elements.before);
-        let emptied = emptied.map(|s| {
+        let rest = if is_other { Vec::new() } else { self.losses() };
+        other.into_iter().chain(earth).chain(moved).chain(rest).collect()
+    }
+
+    /// What a revision of a building seldom loses, and a file that is not whole does.
+    fn losses(&self) -> Vec<String> {
+        let most = |storey: &StoreyDifference| {
+            let StoreyDifference { name, elements, n_bodies, n_bodies_lost, .. } = storey;
+            if 2 * elements.removed > elements.before {
+                let of = counted(elements.before, "element");
+                return Some(format!("it removes {} of {of} of storey {name}", elements.removed));
+            }
+            let lost = || format!("{n_bodies_lost} of {n_bodies} elements of storey {name} that had a body have none");
+            (2 * n_bodies_lost > *n_bodies).then(lost)
+        };
+        let unmapped = self.unmapped.iter().map(|name| format!("storey {name} has no map any more"));
+        let [before, after] = self.warnings;
+        let warnings = (after > 2 * before + MORE_WARNINGS)
+            .then(|| format!("it has {}, the site in force has {before}", counted(after, "warning")));
+        let [before, after] = self.damages;
+        let damages = (after > before).then(|| {
             format!(
-                "it removes {} of {} of storey {}",
-                s.elements.removed,
-                counted(s.elements.before, "element"),
-                s.name
+                "{} of it cannot be read, have an id that is used again, or refer to what is not there; in the site in force {before}",
+                counted(after, "record")
             )
         });
-        other.into_iter().chain(earth).chain(moved).chain(emptied).collect()
+        self.storeys.iter().filter_map(most).chain(unmapped).chain(warnings).chain(damages).collect()
     }
+}
+
+/// Map storeys of before that have none of their name and storey, nor one at their height.
+fn unmapped(before: &[MapStoreyOutline], after: &[MapStoreyOutline]) -> Vec<String> {
+    let is_kept = |old: &&MapStoreyOutline| {
+        after.iter().any(|new| {
+            let is_same = new.global_id == old.global_id && new.name == old.name;
+            is_same || new.floor_z_tenths.abs_diff(old.floor_z_tenths) <= SAME_FLOOR_TENTHS
+        })
+    };
+    before.iter().filter(|old| !is_kept(old)).map(|old| old.name.clone()).collect()
 }
 
 impl Difference {
@@ -142,10 +190,14 @@ fn storeys(before: &SiteOutline, after: &SiteOutline) -> Vec<StoreyDifference> {
     let difference = |storey: &StoreyOutline| {
         let [old, new] = [before, after].map(|outline| at(outline, &storey.global_id));
         let is_on = |element: &ElementOutline, k: Option<usize>| k.is_some() && element.storey.map(|s| s as usize) == k;
-        let mut elements = Difference::default();
-        for (id, _) in before.elements.iter().filter(|(_, e)| is_on(e, old)) {
+        let (mut elements, mut n_bodies, mut n_bodies_lost) = (Difference::default(), 0, 0);
+        for (id, element) in before.elements.iter().filter(|(_, e)| is_on(e, old)) {
             elements.before += 1;
-            elements.shared += usize::from(after.elements.contains_key(id));
+            let same = after.elements.get(id);
+            elements.shared += usize::from(same.is_some());
+            let has_body = |element: &ElementOutline| element.bounds_tenths.is_some();
+            n_bodies += usize::from(has_body(element));
+            n_bodies_lost += usize::from(has_body(element) && !same.is_some_and(has_body));
         }
         elements.removed = elements.before - elements.shared;
         for (id, _) in after.elements.iter().filter(|(_, e)| is_on(e, new)) {
@@ -158,7 +210,7 @@ fn storeys(before: &SiteOutline, after: &SiteOutline) -> Vec<StoreyDifference> {
             (None, _) => StoreyPresence::Added,
             (_, None) => StoreyPresence::Removed,
         };
-        StoreyDifference { global_id: storey.global_id.clone(), name, presence, elements }
+        StoreyDifference { global_id: storey.global_id.clone(), name, presence, elements, n_bodies, n_bodies_lost }
     };
     let new = after.storeys.iter().filter(|s| at(before, &s.global_id).is_none());
     before.storeys.iter().chain(new).map(difference).collect()
@@ -199,8 +251,14 @@ mod tests {
             storeys: (0..2).map(storey).collect(),
             elements: elements.into_iter().map(element).collect(),
             rooms: BTreeMap::new(),
+            map_storeys: (0..2).map(|k| map_storey(&format!("Level {k}"), k * 30_000)).collect(),
             n_warnings: 0,
+            n_damages: 0,
         }
+    }
+
+    fn map_storey(name: &str, floor_z_tenths: i32) -> MapStoreyOutline {
+        MapStoreyOutline { global_id: name.to_lowercase(), name: name.to_owned(), floor_z_tenths }
     }
 
     fn objections(before: &SiteOutline, after: &SiteOutline) -> Vec<String> {
@@ -238,6 +296,39 @@ mod tests {
         // Everything is on the ground floor now: nothing is gone.
         renumbered.elements.values_mut().for_each(|e| e.storey = Some(0));
         assert_eq!(objections(&before, &renumbered), Vec::<String>::new());
+    }
+
+    #[test]
+    fn a_revision_that_takes_the_bodies_of_most_of_a_storey_waits() {
+        let before = outline((0..10).chain(100..110));
+        let mut after = before.clone();
+        after
+            .elements
+            .iter_mut()
+            .filter(|(id, _)| *id >= &"e0104".to_owned())
+            .for_each(|(_, e)| e.bounds_tenths = None);
+        assert_eq!(objections(&before, &after), ["6 of 10 elements of storey Level 1 that had a body have none"]);
+    }
+
+    #[test]
+    fn a_revision_without_the_map_of_a_storey_waits_and_one_that_renames_or_raises_it_does_not() {
+        let before = outline(0..10);
+        let with = |map_storeys: Vec<MapStoreyOutline>| SiteOutline { map_storeys, ..before.clone() };
+        let ground = || map_storey("Level 0", 0);
+        assert_eq!(objections(&before, &with(vec![ground()])), ["storey Level 1 has no map any more"]);
+        for upper in [map_storey("First floor", 30_500), map_storey("Level 1", 36_000)] {
+            assert_eq!(objections(&before, &with(vec![ground(), upper])), Vec::<String>::new());
+        }
+    }
+
+    #[test]
+    fn a_revision_with_many_more_warnings_or_with_damaged_records_waits() {
+        let before = SiteOutline { n_warnings: 5, n_damages: 1, ..outline(0..10) };
+        let with = |n_warnings, n_damages| SiteOutline { n_warnings, n_damages, ..before.clone() };
+        assert_eq!(objections(&before, &with(20, 1)), Vec::<String>::new());
+        assert_eq!(objections(&before, &with(21, 1)), ["it has 21 warnings, the site in force has 5"]);
+        let damaged = objections(&before, &with(6, 2));
+        assert!(damaged.len() == 1 && damaged[0].starts_with("2 records of it cannot be read"), "{damaged:?}");
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use crate::archive::NONE;
 use crate::site::Site;
-use diagnostics::Severity;
+use diagnostics::{DiagnosticCode, Severity};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -18,8 +18,15 @@ pub struct SiteOutline {
     pub elements: BTreeMap<String, ElementOutline>,
     /// Names of rooms by GlobalId.
     pub rooms: BTreeMap<String, String>,
+    /// Storeys that have a map, from low to high; earlier versions did not keep them.
+    #[serde(default)]
+    pub map_storeys: Vec<MapStoreyOutline>,
     /// Warnings and errors about the files.
     pub n_warnings: usize,
+    /// Those of them that a file has of which two versions are mixed, or of which a part is missing: records that cannot be read,
+    /// ids that are used again, references to nothing. Earlier versions did not count them.
+    #[serde(default)]
+    pub n_damages: usize,
 }
 
 /// A map conversion: metres in the projected system.
@@ -44,6 +51,17 @@ pub struct StoreyOutline {
     pub name: String,
 }
 
+/// A storey that has a map.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct MapStoreyOutline {
+    /// GlobalId of the storey it is named after.
+    pub global_id: String,
+    /// Name.
+    pub name: String,
+    /// Height of the finished floor in `map`, in tenths of a millimetre.
+    pub floor_z_tenths: i32,
+}
+
 /// An element.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ElementOutline {
@@ -52,6 +70,10 @@ pub struct ElementOutline {
     /// Lower and upper corner of its body in `map`, in tenths of a millimetre; `None` without one.
     pub bounds_tenths: Option<[[i32; 3]; 2]>,
 }
+
+/// What is found in a file of which two versions are mixed, or a part is missing.
+const DAMAGES: [DiagnosticCode; 3] =
+    [DiagnosticCode::DuplicateId, DiagnosticCode::RecordMalformed, DiagnosticCode::ReferenceDangling];
 
 impl SiteOutline {
     /// The outline of a site.
@@ -69,6 +91,12 @@ impl SiteOutline {
             bounds_tenths: (e.n_parts > 0).then_some([e.min_tenths, e.max_tenths]),
         };
         let is_warning = |severity: Option<Severity>| severity.is_some_and(|s| s != Severity::Info);
+        let map_storey = |s: &crate::MapStoreyRecord| MapStoreyOutline {
+            global_id: text(s.global_id),
+            name: text(s.name),
+            floor_z_tenths: s.floor_z_tenths,
+        };
+        let is_damage = |code: Option<DiagnosticCode>| code.is_some_and(|code| DAMAGES.contains(&code));
         Self {
             georeference,
             storeys: site
@@ -78,6 +106,8 @@ impl SiteOutline {
                 .collect(),
             elements: site.elements.iter().map(|e| (text(e.global_id), element(e))).collect(),
             rooms: site.spaces.iter().map(|s| (text(s.global_id), text(s.name))).collect(),
+            map_storeys: site.map_storeys.iter().map(map_storey).collect(),
+            n_damages: site.diagnostics.iter().filter(|d| is_damage(d.code.known())).count(),
             n_warnings: site.diagnostics.iter().filter(|d| is_warning(d.severity.known())).count(),
         }
     }

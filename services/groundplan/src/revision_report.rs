@@ -75,6 +75,8 @@ mod tests {
             name: name.to_owned(),
             presence,
             elements,
+            n_bodies: 0,
+            n_bodies_lost: 0,
         };
         let comparison = SiteComparison {
             storeys: vec![
@@ -86,6 +88,8 @@ mod tests {
             n_moved: 1,
             rooms: difference(3, 3, 0, 0),
             warnings: [1, 2],
+            unmapped: Vec::new(),
+            damages: [0, 0],
             other_georeference: false,
             objections: vec!["it removes 4 of 4 elements of storey Roof".to_owned()],
         };

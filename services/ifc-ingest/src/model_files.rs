@@ -1,41 +1,23 @@
-//! Files of models: how they look on disk without being read, and their bytes.
+//! Files of models: found whole on disk, and named for people.
 
-use daemon::Failure;
-use ingest::{MAX_MODEL_BYTES, SourceFile};
-use input_files::read_regular_file;
-use serde::{Deserialize, Serialize};
-use std::path::{Path, PathBuf};
-use std::time::UNIX_EPOCH;
+use daemon::{FileStamp, WholeFiles};
+use ingest::SourceFile;
+use std::path::PathBuf;
 
-/// How a file looks without reading it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub(crate) struct FileStamp {
-    length: u64,
-    modified_ns: u64,
+/// Files of models that were found whole.
+pub(crate) struct ModelFiles {
+    pub(crate) models: Vec<PathBuf>,
+    /// What they looked like when they were read.
+    pub(crate) stamps: Vec<Option<FileStamp>>,
+    pub(crate) sources: Vec<SourceFile>,
 }
 
-/// How files look now; `None` for a file that is not there.
-pub(crate) fn stamps_of(models: &[PathBuf]) -> Vec<Option<FileStamp>> {
-    models.iter().map(|path| stamp(path)).collect()
-}
-
-fn stamp(path: &Path) -> Option<FileStamp> {
-    let metadata = std::fs::metadata(path).ok()?;
-    let modified = metadata.modified().ok()?.duration_since(UNIX_EPOCH).ok()?;
-    Some(FileStamp { length: metadata.len(), modified_ns: u64::try_from(modified.as_nanos()).ok()? })
-}
-
-/// The bytes of files.
-///
-/// # Errors
-/// A file that cannot be read, is no regular one or is too large, with its path.
-pub(crate) fn read_files(models: &[PathBuf]) -> Result<Vec<SourceFile>, Failure> {
-    let read = |path: &PathBuf| -> Result<SourceFile, Failure> {
-        let bytes =
-            read_regular_file(path, MAX_MODEL_BYTES).map_err(|e| format!("{} cannot be read: {e}", path.display()))?;
-        Ok(SourceFile { path: path.clone(), bytes })
-    };
-    models.iter().map(read).collect()
+impl ModelFiles {
+    pub(crate) fn of(models: Vec<PathBuf>, whole: WholeFiles) -> Self {
+        let source = |(path, bytes): (&PathBuf, Vec<u8>)| SourceFile { path: path.clone(), bytes };
+        let sources = models.iter().zip(whole.contents).map(source).collect();
+        Self { stamps: whole.stamps, sources, models }
+    }
 }
 
 /// Names of files for people.

@@ -1,9 +1,11 @@
 //! Reads files as a revision of a site that could take effect: the site, its schedule as it will be evaluated, and how it
 //! differs from the site in force.
 
-use crate::model_files::{FileStamp, names_of, read_files};
+use crate::model_files::{ModelFiles, names_of};
 use bus::give_back_freed_memory;
-use daemon::{CurrentActivity, Failure, Reporter, Revision, SiteConfig, chain, progress_in_force, rules_in_force};
+use daemon::{
+    CurrentActivity, Failure, FileStamp, Reporter, Revision, SiteConfig, chain, progress_in_force, rules_in_force,
+};
 use ingest::{IngestOptions, SiteFrame, ingest};
 use messages::{Activity, Checked, SiteComparison, SiteOutline, Tasks, TasksBuilder, TasksHead, payload};
 use schedule::{Overrides, Rules, evaluate, parse_actuals};
@@ -39,7 +41,7 @@ pub(crate) struct InForce<'a> {
 /// A revision that could take effect.
 pub(crate) struct ReadRevision {
     pub(crate) models: Vec<PathBuf>,
-    /// What the files looked like before they were read.
+    /// What the files looked like when they were read.
     pub(crate) stamps: Vec<Option<FileStamp>>,
     pub(crate) site: Checked<payload::Site>,
     pub(crate) outline: SiteOutline,
@@ -72,20 +74,18 @@ impl RevisionReader {
         Ok(())
     }
 
-    /// Reads files, which looked like `stamps` before that.
+    /// Reads files.
     ///
     /// # Errors
     /// Files that cannot be read as a site, and a schedule that cannot be evaluated with the rules and progress in force.
     pub(crate) fn read(
         &self,
-        models: &[PathBuf],
-        stamps: Vec<Option<FileStamp>>,
+        files: ModelFiles,
         in_force: InForce<'_>,
         reporter: &Reporter,
     ) -> Result<ReadRevision, Failure> {
         self.activity.set(Activity::Reading);
-        reporter.report("reading files", 0.0);
-        let files = read_files(models)?;
+        let ModelFiles { models, stamps, sources } = files;
         let activity = self.activity.clone();
         // A robot is localised in the frame of its site: a revision keeps it, another building has another.
         let options = IngestOptions {
@@ -105,19 +105,19 @@ impl RevisionReader {
             },
         };
         reporter.report("reading files", FILES_READ);
-        let site = Checked::<payload::Site>::new(ingest(&files, &options)?)?;
-        drop(files);
+        let site = Checked::<payload::Site>::new(ingest(&sources, &options)?)?;
+        drop(sources);
         give_back_freed_memory();
         self.activity.set(Activity::Writing);
         reporter.report("evaluating the schedule", SITE_MADE);
-        self.check_schedule(models, &site)?;
+        self.check_schedule(&models, &site)?;
         reporter.report("comparing with the site in force", SCHEDULE_EVALUATED);
         let outline = SiteOutline::of(&site.view());
         let comparison = match in_force.outline {
             Some(before) => SiteComparison::of(before, &outline),
             None => SiteComparison::of_first(&outline),
         };
-        Ok(ReadRevision { models: models.to_vec(), stamps, site, outline, comparison })
+        Ok(ReadRevision { models, stamps, site, outline, comparison })
     }
 
     /// Evaluates what the models say of the schedule as schedule-eval will: their dates and their tasks. Where schedule files are in

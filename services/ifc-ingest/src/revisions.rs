@@ -1,7 +1,7 @@
 //! Revisions of a site: the one in force, and one that was refused or waits for an operator; they survive the daemon.
 
-use crate::model_files::{FileStamp, names_of};
-use daemon::{Revision, SettingInForce, SettingKey, SettingSource, Standing};
+use crate::model_files::names_of;
+use daemon::{FileStamp, Revision, SettingInForce, SettingKey, SettingSource, Standing};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
@@ -54,6 +54,13 @@ pub(crate) struct Waiting {
     pub(crate) revision: Revision,
     /// sha256 of each file: only what was compared is confirmed.
     pub(crate) sha256: Vec<[u8; 32]>,
+}
+
+impl Refused {
+    /// True if another refusal tells nothing new: of the same files for the same reason.
+    pub(crate) fn is_same(&self, other: &Self) -> bool {
+        self.models == other.models && self.why == other.why
+    }
 }
 
 impl Revisions {

@@ -4,17 +4,18 @@
 //! progress in force, and it is compared with the site in force; one that is refused, or that waits for an operator, changes
 //! nothing.
 
-use crate::model_files::{FileStamp, names_of, stamps_of};
+use crate::model_files::{ModelFiles, names_of};
 use crate::revision_reader::{InForce, ReadRevision, RevisionReader};
 use crate::revisions::{Refused, Revisions, Waiting};
 use crate::site_store::{CachedSite, SiteStore};
 use bus::{Bus, topics};
 use daemon::facts::{IngestFacts, ModelFile};
 use daemon::{
-    Asked, Caller, CurrentActivity, Done, Epochs, Event, Failure, History, HistoryEvent, HistoryKind, IngestAnswer,
-    IngestRequest, LatchedOutput, NoInput, Reporter, Revision, RevisionEffect, Service, SiteConfig, Standing, chain,
+    Asked, Caller, CurrentActivity, Done, Epochs, Event, Failure, FileStamp, FileWatch, History, HistoryEvent,
+    HistoryKind, IngestAnswer, IngestRequest, LatchedOutput, NoInput, Reporter, Revision, RevisionEffect, Service,
+    SiteConfig, Standing, WholeFiles, chain, stamps_of,
 };
-use ingest::SiteFrame;
+use ingest::{MAX_MODEL_BYTES, SiteFrame};
 use messages::{Activity, Checked, InputHashes, SiteOutline, payload};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
@@ -38,6 +39,8 @@ pub(crate) struct IngestService {
     epochs: Epochs,
     activity: CurrentActivity,
     output: LatchedOutput<topics::Site>,
+    /// Files that changed, until they are whole.
+    watch: FileWatch,
     /// Files to be read as soon as the daemon is attached: the configuration names others.
     to_read: Option<Vec<PathBuf>>,
     /// Why the configuration, or the map frame, cannot be used.
@@ -82,6 +85,7 @@ impl IngestService {
             epochs: Epochs::at(&config.state, "ifc-ingest-epochs.json")?,
             activity,
             output: LatchedOutput::new(topics::Site),
+            watch: FileWatch::new(MAX_MODEL_BYTES),
             to_read: None,
             error: None,
             next_try: None,
@@ -158,7 +162,7 @@ impl IngestService {
         }
     }
 
-    /// Reads files and does with them as is intended. What cannot take effect leaves the site in force where it is.
+    /// Waits until files are whole, and does with them as is intended.
     fn load(
         &mut self,
         models: Vec<PathBuf>,
@@ -166,13 +170,27 @@ impl IngestService {
         by: Option<Caller>,
         reporter: &Reporter,
     ) -> Result<Done<IngestAnswer>, Failure> {
-        // A file that changes while it is read is read again.
-        let stamps = stamps_of(&models);
+        reporter.report("reading files", 0.0);
+        let whole = self.watch.wait(&models, || reporter.report("waiting until the files are written", 0.0));
+        self.load_whole(models, whole, intent, by, reporter)
+    }
+
+    /// Does with files as is intended. What cannot take effect leaves the site in force where it is.
+    fn load_whole(
+        &mut self,
+        models: Vec<PathBuf>,
+        whole: Result<WholeFiles, Failure>,
+        intent: &Intent,
+        by: Option<Caller>,
+        reporter: &Reporter,
+    ) -> Result<Done<IngestAnswer>, Failure> {
+        let stamps = whole.as_ref().map_or_else(|_| stamps_of(&models), |whole| whole.stamps.clone());
         let frame = self.frame_in_force(self.frame());
-        let read = frame.and_then(|frame| {
+        let read = whole.and_then(|whole| {
+            let frame = frame?;
             let last_epoch = frame.map_or(0, |frame| frame.frame_epoch).max(self.last_frame_epoch());
             let in_force = InForce { frame, last_epoch, outline: self.outline.as_ref() };
-            self.reader.read(&models, stamps.clone(), in_force, reporter)
+            self.reader.read(ModelFiles::of(models.clone(), whole), in_force, reporter)
         });
         let result = match read {
             Err(why) if *intent == Intent::Compare => Err(why),
@@ -219,10 +237,10 @@ impl IngestService {
             return self.revisions.stays(&refused.why).into();
         }
         self.revisions.see(&refused.models, stamps);
-        if self.revisions.refused.as_ref() != Some(&refused) {
+        if !self.revisions.refused.as_ref().is_some_and(|before| before.is_same(&refused)) {
             self.record(HistoryKind::Revision, by, format!("{} refused: {}", names_of(&refused.models), refused.why));
-            self.revisions.refused = Some(refused);
         }
+        self.revisions.refused = Some(refused);
         if let Err(why) = self.store.save_revisions(&self.revisions) {
             warn!(service = "ifc-ingest", error = chain(&why), "the refusal is not kept");
         }
@@ -320,7 +338,7 @@ impl IngestService {
         if let Some(Refused { models, stamps, .. }) = &self.revisions.refused
             && (is_due || *stamps != stamps_of(models))
         {
-            return self.load_unasked(models.clone());
+            return self.load_once_whole(models.clone());
         }
         let now = stamps_of(&self.revisions.models);
         if self.revisions.models.is_empty() || self.revisions.are_seen(&now) {
@@ -331,12 +349,26 @@ impl IngestService {
             self.activity.set(Activity::Published);
             return Ok(self.done());
         }
-        self.load_unasked(self.revisions.models.clone())
+        let models = self.revisions.models.clone();
+        if self.revisions.is_without_site() { self.load_unasked(models) } else { self.load_once_whole(models) }
     }
 
-    /// Loads files that no client asked for: what comes of it stands in the status.
+    /// Loads files that were written to, once a later look finds them as this one.
+    fn load_once_whole(&mut self, models: Vec<PathBuf>) -> Result<Done, Failure> {
+        let Some(whole) = self.watch.look(&models) else { return Ok(Done::default()) };
+        let loaded = self.load_whole(models, whole, &Intent::Load, None, &Reporter::default());
+        self.settle(loaded)
+    }
+
+    /// Loads files that no client asked for.
     fn load_unasked(&mut self, models: Vec<PathBuf>) -> Result<Done, Failure> {
-        match self.load(models, &Intent::Load, None, &Reporter::default()) {
+        let loaded = self.load(models, &Intent::Load, None, &Reporter::default());
+        self.settle(loaded)
+    }
+
+    /// What comes of a load that no client asked for stands in the status.
+    fn settle(&self, loaded: Result<Done<IngestAnswer>, Failure>) -> Result<Done, Failure> {
+        match loaded {
             Ok(done) => Ok(done.answered(())),
             // It is kept, and shown until it is cured.
             Err(_) if self.revisions.refused.is_some() => Ok(Done::default()),

@@ -3,9 +3,8 @@
 //! The frame and the outline are files of their own, because the cache of the site may be lost, or be of another version: a
 //! robot is localised in the frame, and a revision is compared with the outline.
 
-use crate::model_files::FileStamp;
 use crate::revisions::Revisions;
-use daemon::{Failure, StateError, StateFile, write_durably};
+use daemon::{Failure, FileStamp, StateError, StateFile, write_durably};
 use export::SiteFrameFile;
 use ingest::SiteFrame;
 use messages::{ArchiveBuffer, Checked, SiteOutline, payload, upgrade_site};

@@ -2,15 +2,13 @@
 //!
 //! What is in force is kept in the state folder: a file that is removed or spoilt later changes nothing, and is a warning.
 
-use daemon::{Failure, SiteConfig, chain, write_durably};
-use input_files::read_regular_file;
+use daemon::{Failure, FileStamp, FileWatch, SiteConfig, WholeFiles, chain, stamps_of, write_durably};
 use jiff::Timestamp;
 use schedule::Rules;
 use serde::{Deserialize, Serialize};
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
-use std::time::SystemTime;
 use tasks::{MAX_SCHEDULE_FILE_BYTES, ScheduleFile, TableLink, parse_link_table};
 
 /// The contents in force, in the state folder.
@@ -37,14 +35,13 @@ struct Named {
     links: Option<PathBuf>,
 }
 
-type Stamps = Vec<Option<(u64, SystemTime)>>;
-
 /// The schedule files of the site.
 pub(crate) struct ScheduleFiles {
     named: Named,
-    /// How the files looked when they were read last, and at the last look.
-    read_as: Stamps,
-    seen_as: Stamps,
+    /// How the files looked when they were read last.
+    read_as: Vec<Option<FileStamp>>,
+    /// Files that changed, until they are whole.
+    watch: FileWatch,
     contents: Contents,
     plans: Plans,
     since: Timestamp,
@@ -60,10 +57,12 @@ impl ScheduleFiles {
     pub(crate) fn open(config: &SiteConfig, rules: &Rules) -> Result<Self, Failure> {
         let kept = config.state.join(KEPT);
         let named = Named::of(config);
-        let read_as = named.stamps();
+        let mut watch = FileWatch::new(MAX_SCHEDULE_FILE_BYTES);
+        let read_as = stamps_of(&named.paths());
+        let read = named.read(&mut watch).and_then(|(stamps, contents)| Ok((stamps, contents.plans(rules)?, contents)));
         let mut files = Self {
-            read_as: read_as.clone(),
-            seen_as: read_as,
+            read_as,
+            watch,
             contents: Contents::default(),
             plans: Plans::default(),
             since: Timestamp::now(),
@@ -71,8 +70,11 @@ impl ScheduleFiles {
             kept,
             named,
         };
-        match files.named.read().and_then(|contents| Ok((contents.plans(rules)?, contents))) {
-            Ok((plans, contents)) => files.take(plans, contents)?,
+        match read {
+            Ok((stamps, plans, contents)) => {
+                files.read_as = stamps;
+                files.take(plans, contents)?;
+            }
             Err(why) => {
                 let earlier = read_kept(&files.kept)?.filter(|contents| contents.names() == files.named.names());
                 let Some(contents) = earlier else { return Err(why) };
@@ -90,29 +92,28 @@ impl ScheduleFiles {
     /// Files that cannot be used: those in force stay.
     pub(crate) fn configure(&mut self, config: &SiteConfig, rules: &Rules) -> Result<(), Failure> {
         let named = Named::of(config);
-        let stamps = named.stamps();
-        let contents =
-            if named == self.named && stamps == self.read_as { self.contents.clone() } else { named.read()? };
+        let is_read = named == self.named && stamps_of(&named.paths()) == self.read_as;
+        let (stamps, contents) =
+            if is_read { (self.read_as.clone(), self.contents.clone()) } else { named.read(&mut self.watch)? };
         let plans = contents.plans(rules)?;
         self.take(plans, contents)?;
-        (self.named, self.read_as, self.seen_as) = (named, stamps.clone(), stamps);
+        (self.named, self.read_as) = (named, stamps);
         Ok(())
     }
 
-    /// Looks whether the files have changed, and reads them again: once they look the same twice, so that nothing is read while it
-    /// is written. True if what they hold is new.
+    /// Looks whether the files have changed, and reads them again once they are whole. True if what they hold is new.
     ///
     /// # Errors
     /// The state folder cannot be written.
     pub(crate) fn look(&mut self, rules: &Rules) -> Result<bool, Failure> {
-        let now = self.named.stamps();
-        let is_settled = now == self.seen_as;
-        self.seen_as.clone_from(&now);
-        if now == self.read_as || !is_settled {
+        let paths = self.named.paths();
+        if stamps_of(&paths) == self.read_as {
             return Ok(false);
         }
-        self.read_as = now;
-        match self.named.read().and_then(|contents| Ok((contents.plans(rules)?, contents))) {
+        let Some(whole) = self.watch.look(&paths) else { return Ok(false) };
+        self.read_as = whole.as_ref().map_or_else(|_| stamps_of(&paths), |whole| whole.stamps.clone());
+        let read = whole.map(|whole| self.named.contents(whole));
+        match read.and_then(|contents| Ok((contents.plans(rules)?, contents))) {
             Ok((_, contents)) if contents == self.contents => self.warning = None,
             Ok((plans, contents)) => {
                 self.take(plans, contents)?;
@@ -163,21 +164,26 @@ impl Named {
         Self { files: config.schedule.files.clone(), links: config.schedule.links.clone() }
     }
 
-    fn stamps(&self) -> Stamps {
-        let stamp = |path: &PathBuf| {
-            let metadata = fs::metadata(path).ok()?;
-            Some((metadata.len(), metadata.modified().ok()?))
-        };
-        self.files.iter().chain(&self.links).map(stamp).collect()
+    /// The files, and behind them the table of links.
+    fn paths(&self) -> Vec<PathBuf> {
+        self.files.iter().chain(&self.links).cloned().collect()
     }
 
     fn names(&self) -> Vec<String> {
         self.files.iter().map(|path| name_of(path)).collect()
     }
 
-    fn read(&self) -> Result<Contents, Failure> {
-        let files = self.files.iter().map(|path| Ok((name_of(path), read(path)?))).collect::<Result<_, Failure>>()?;
-        Ok(Contents { files, table: self.links.as_deref().map(read).transpose()? })
+    /// Reads the files once they are whole.
+    fn read(&self, watch: &mut FileWatch) -> Result<(Vec<Option<FileStamp>>, Contents), Failure> {
+        let whole = watch.wait(&self.paths(), || {})?;
+        Ok((whole.stamps.clone(), self.contents(whole)))
+    }
+
+    fn contents(&self, whole: WholeFiles) -> Contents {
+        let mut bytes = whole.contents.into_iter();
+        let names = self.files.iter().map(|path| name_of(path));
+        let files = names.zip(bytes.by_ref()).collect();
+        Contents { files, table: bytes.next() }
     }
 }
 
@@ -196,11 +202,6 @@ impl Contents {
 
 fn name_of(path: &Path) -> String {
     path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
-}
-
-fn read(path: &Path) -> Result<Vec<u8>, Failure> {
-    let unreadable = |e: io::Error| format!("{} cannot be read: {e}", path.display());
-    Ok(read_regular_file(path, MAX_SCHEDULE_FILE_BYTES).map_err(unreadable)?)
 }
 
 fn read_kept(path: &Path) -> Result<Option<Contents>, Failure> {
@@ -227,6 +228,7 @@ fn keep(path: &Path, contents: &Contents) -> Result<(), Failure> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::time::{Duration, Instant};
 
     const PLAN: &str = "id,name,start,finish\nA1,Walls,2024-03-04,2024-03-08\n";
 
@@ -246,7 +248,10 @@ mod tests {
         assert!(!files.look(&rules).unwrap());
         fs::write(home.path().join("plan.csv"), format!("{PLAN}A2,Doors,2024-03-11,2024-03-12\n")).unwrap();
         assert!(!files.look(&rules).unwrap(), "it may not be whole yet");
-        assert!(files.look(&rules).unwrap());
+        let begun = Instant::now();
+        while !files.look(&rules).unwrap() {
+            assert!(begun.elapsed() < Duration::from_secs(30));
+        }
         assert_eq!(files.plans().files[0].plan.tasks.len(), 2);
     }
 
@@ -259,8 +264,11 @@ mod tests {
         fs::write(&path, PLAN).unwrap();
         let mut files = ScheduleFiles::open(&config, &rules).unwrap();
         fs::write(&path, b"%PDF-1.7 no schedule at all").unwrap();
-        assert!(!files.look(&rules).unwrap() && !files.look(&rules).unwrap());
-        assert!(files.warning().is_some() && files.plans().files.len() == 1);
+        let begun = Instant::now();
+        while files.warning().is_none() {
+            assert!(!files.look(&rules).unwrap() && begun.elapsed() < Duration::from_secs(30));
+        }
+        assert!(files.plans().files.len() == 1);
         fs::remove_file(&path).unwrap();
         let again = ScheduleFiles::open(&config, &rules).unwrap();
         assert!(again.warning().unwrap().contains("plan.csv") && again.plans().files.len() == 1);

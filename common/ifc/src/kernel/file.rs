@@ -7,7 +7,7 @@ use ifc_lite_core::EntityScanner;
 use frames::counted;
 
 use super::record_index::{RecordIndex, Row, Span};
-use super::{Record, Schema};
+use super::{Record, Schema, references};
 use crate::ReadError;
 use diagnostics::{DiagnosticCode, Named, Report, Severity};
 
@@ -104,6 +104,7 @@ impl<'a> File<'a> {
             let message = format!("#{} is used more than once; its last record counts", span.id);
             report.add(Severity::Warning, DiagnosticCode::DuplicateId, Some(Named::of_id(span.id)), message);
         }
+        references::report_dangling(bytes, &index, report);
         for entity in unknown {
             entity.report(bytes, report);
         }
