@@ -141,6 +141,8 @@ codes! {
     ScheduleFileReference = "schedule_file_reference",
     /// A value in a schedule file that cannot be read or used.
     ScheduleFileValue = "schedule_file_value",
+    /// Tasks of a schedule file that are still ahead and that it plans before its data date.
+    TaskBeforeDataDate = "task_before_data_date",
     /// Tasks of schedule files that work on nothing.
     TasksWithoutLinks = "tasks_without_links",
 
@@ -171,6 +173,8 @@ codes! {
     DurationInDays = "duration_in_days",
     /// A construction phase without dates.
     ConstructionPhaseUnknown = "phase_unknown",
+    /// A task that has an actual finish and 0 per cent complete.
+    FinishWithoutCompletion = "finish_without_completion",
     /// Reported progress of elements or tasks that a revision of the model no longer has.
     ReportedProgressGone = "reported_progress_gone",
     /// A room without the date that rules look for.

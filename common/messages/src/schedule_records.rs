@@ -220,8 +220,12 @@ pub struct SequenceRecord {
     pub step_id: u32,
     /// Index of its file.
     pub source: u32,
+    /// Calendar in whose working time the lag is counted, or `NONE`: that of the successor.
+    pub lag_calendar: u32,
+    /// Zero.
+    pub reserved: u32,
 }
-const _: () = assert!(size_of::<SequenceRecord>() == 48);
+const _: () = assert!(size_of::<SequenceRecord>() == 56);
 
 /// How two tasks depend on each other: which end of the predecessor bounds which end of the successor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, CheckedBitPattern, NoUninit)]

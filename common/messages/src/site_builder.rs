@@ -176,6 +176,7 @@ mod tests {
             builder.schedule.sequences.push(SequenceRecord {
                 successor: 1,
                 kind: SequenceKind::FinishStart.into(),
+                lag_calendar: NONE,
                 ..SequenceRecord::zeroed()
             });
             change(&mut builder);
@@ -186,6 +187,7 @@ mod tests {
         assert!(refused(|b| b.schedule.tasks[0].calendar = 0));
         assert!(refused(|b| b.schedule.tasks[1].actual_finish = Text { offset: 1, length: 1 }.into()));
         assert!(refused(|b| b.schedule.sequences[0].predecessor = 2));
+        assert!(refused(|b| b.schedule.sequences[0].lag_calendar = 0));
         assert!(refused(|b| b.schedule.task_links.push(TaskLinkRecord {
             task: 0,
             kind: LinkKind::Element.into(),

@@ -113,7 +113,11 @@ impl<'a> WorkSchedule<'a> {
             };
             (l.task as usize) < n_tasks && (l.target as usize) < n_targets
         };
-        let sequence = |s: &SequenceRecord| (s.predecessor as usize) < n_tasks && (s.successor as usize) < n_tasks;
+        let sequence = |s: &SequenceRecord| {
+            (s.predecessor as usize) < n_tasks
+                && (s.successor as usize) < n_tasks
+                && optional(s.lag_calendar, self.calendars.len())
+        };
         let n_sources = self.sources.len();
         let whole = self.tasks.iter().all(task)
             && self.diagnostics.iter().all(|d| optional(d.source, n_sources))

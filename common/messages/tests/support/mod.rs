@@ -73,7 +73,13 @@ pub(crate) fn site() -> ArchiveBuffer {
     let task = TaskRecord { name: text.into(), parent: NONE, control: NONE, calendar: NONE, ..Zeroable::zeroed() };
     b.schedule.tasks = vec![task, TaskRecord { parent: 0, ..task }, TaskRecord { parent: 1, ..task }];
     let kind = SequenceKind::FinishStart.into();
-    b.schedule.sequences.push(SequenceRecord { global_id: text.into(), successor: 1, kind, ..Zeroable::zeroed() });
+    b.schedule.sequences.push(SequenceRecord {
+        global_id: text.into(),
+        successor: 1,
+        kind,
+        lag_calendar: NONE,
+        ..Zeroable::zeroed()
+    });
     b.schedule.task_links.push(TaskLinkRecord { task: 0, kind: LinkKind::Element.into(), target: 1, flags: 0 });
     b.schedule.uncertainties.push(TaskUncertaintyRecord {
         duration_optimistic_s: 3_600,

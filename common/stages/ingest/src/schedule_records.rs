@@ -109,6 +109,8 @@ fn sequence_record(texts: &mut TextPool, sequence: &ifc::Sequence, source: u32) 
         lag_kind: sequence.lag.as_ref().map_or(DurationKind::NotDefined, |lag| duration_kind(lag.duration_type)).into(),
         step_id: sequence.id.step_id,
         source,
+        lag_calendar: NONE,
+        reserved: 0,
     }
 }
 

@@ -105,6 +105,7 @@ fn add_task(b: &mut SiteBuilder, k: usize) {
                 predecessor: (k - back) as u32,
                 successor: k as u32,
                 kind: SequenceKind::FinishStart.into(),
+                lag_calendar: NONE,
                 ..SequenceRecord::zeroed()
             });
         }

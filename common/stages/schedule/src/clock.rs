@@ -22,7 +22,7 @@ const MAX_STEPS: i64 = 100_000_000;
 
 /// The working times of all calendars of a site.
 pub(crate) struct Calendars {
-    /// By calendar; `None` for calendars without tasks.
+    /// By calendar; `None` for calendars without tasks and lags.
     times: Vec<Option<WorkingTime>>,
     duration_day: DurationDay,
 }
@@ -49,7 +49,9 @@ impl Calendars {
         let first = dates_s.start.div_euclid(DAY_S) - DAYS_BEFORE;
         let last = dates_s.end.div_euclid(DAY_S).saturating_add(DAYS_AFTER).min(first + MAX_DAYS);
         let mut used = vec![false; site.schedule.calendars.len()];
-        site.schedule.tasks.iter().filter(|t| t.calendar != NONE).for_each(|t| used[t.calendar as usize] = true);
+        let of_lags = site.schedule.sequences.iter().map(|s| s.lag_calendar);
+        let of_all = site.schedule.tasks.iter().map(|t| t.calendar).chain(of_lags);
+        of_all.filter(|calendar| *calendar != NONE).for_each(|calendar| used[calendar as usize] = true);
         let mut steps_left = MAX_STEPS;
         let times = site.schedule.calendars.iter().zip(used).map(|(calendar, used)| {
             if !used {

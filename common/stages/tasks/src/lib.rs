@@ -11,6 +11,7 @@ mod calendar_records;
 mod cells;
 mod contradictions;
 mod effect;
+mod file_findings;
 mod folded;
 mod link_rules;
 mod link_table;

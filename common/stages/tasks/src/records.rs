@@ -1,19 +1,19 @@
 //! Writes tasks of schedule files and their links as a work schedule.
 //!
 //! A task keeps the dates of its file: the current plan, else the planned dates, as its schedule; early, late and actual dates as
-//! these. A task that has begun and not ended ends when the current plan says. Lags count in the calendar of the task that waits.
+//! these. A task that has begun and not ended ends when the current plan says. Each lag names the calendar in which the file counts it.
 
 use crate::calendar_records::add_calendars;
+use crate::file_findings::{add_findings, first_names, named};
 use crate::link_rules::LinkRules;
 use crate::links::{LinkOrigin, Links, Target};
 use crate::schedule_file::ScheduleFile;
 use crate::task_values::{all_tasks, is_work, task_ids};
 use frames::counted;
 use messages::*;
-use schedule_files::{Dependency, DependencyKind, FindingKind, Length, PlanDate, PlanLag, PlanTask, PlanTaskKind};
-
-/// Most names in a diagnostic.
-const MAX_NAMES: usize = 5;
+use schedule_files::{
+    Dependency, DependencyKind, LagCalendar, Length, PlanDate, PlanFile, PlanLag, PlanTask, PlanTaskKind,
+};
 
 /// The `tasks` archive of schedule files that were linked with a site by [`crate::link`].
 pub fn tasks_of(site: &Site<'_>, plans: &[ScheduleFile], rules: &LinkRules, links: &Links) -> TasksBuilder {
@@ -81,7 +81,12 @@ fn add_file(builder: &mut TasksBuilder, plan: &ScheduleFile, source: u32, first_
         builder.schedule.uncertainties.extend(three_point);
     }
     for dependency in &plan.dependencies {
-        let record = sequence_record(builder, dependency, first_task, source);
+        let record = SequenceRecord {
+            predecessor: first_task + dependency.predecessor as u32,
+            successor: first_task + dependency.successor as u32,
+            source,
+            ..sequence_record(builder, plan, dependency, first_calendar)
+        };
         builder.schedule.sequences.push(record);
     }
     add_findings(builder, plan, source, &ids[first_task as usize..]);
@@ -92,8 +97,7 @@ fn task_record(builder: &mut TasksBuilder, task: &PlanTask) -> TaskRecord {
     let [actual_start, actual_finish] = dates.actual;
     // What has begun and not ended lasts from its beginning until the finish of the current plan.
     let has_begun = actual_start.is_some() && actual_finish.is_none();
-    let start = if has_begun { actual_start } else { dates.current[0].or(dates.planned[0]) };
-    let finish = dates.current[1].or(dates.remaining[1]).or(dates.planned[1]);
+    let [start, finish] = shown_dates(task);
     let has_dates = start.is_some() && finish.is_some();
     let duration = task.duration.filter(|_| !task.is_inactive).filter(|_| !(has_begun && has_dates));
     let mut date = |date: Option<PlanDate>| text_of(builder, date.filter(|_| !task.is_inactive));
@@ -141,8 +145,16 @@ fn task_record(builder: &mut TasksBuilder, task: &PlanTask) -> TaskRecord {
     }
 }
 
+/// Start and finish that the file plans: those of the current plan, and the actual start of what has begun.
+pub(crate) fn shown_dates(task: &PlanTask) -> [Option<PlanDate>; 2] {
+    let dates = &task.dates;
+    let has_begun = dates.actual[0].is_some() && dates.actual[1].is_none();
+    let start = if has_begun { dates.actual[0] } else { dates.current[0].or(dates.planned[0]) };
+    [start, dates.current[1].or(dates.remaining[1]).or(dates.planned[1])]
+}
+
 /// The three-point durations of a task, if it has any.
-fn three_point_record(task: &PlanTask, at: u32) -> Option<TaskUncertaintyRecord> {
+pub(crate) fn three_point_record(task: &PlanTask, at: u32) -> Option<TaskUncertaintyRecord> {
     let [optimistic, likely, pessimistic] = task.three_point.filter(|_| !task.is_inactive)?;
     Some(TaskUncertaintyRecord {
         duration_optimistic_s: optimistic.seconds,
@@ -155,9 +167,9 @@ fn three_point_record(task: &PlanTask, at: u32) -> Option<TaskUncertaintyRecord>
 
 fn sequence_record(
     builder: &mut TasksBuilder,
+    plan: &PlanFile,
     dependency: &Dependency,
-    first_task: u32,
-    source: u32,
+    first_calendar: u32,
 ) -> SequenceRecord {
     let kind = match dependency.kind {
         DependencyKind::FinishStart => SequenceKind::FinishStart,
@@ -170,17 +182,34 @@ fn sequence_record(
         Some(PlanLag::Length(length)) => (length_text(builder, length), 0.0, length.is_elapsed),
         Some(PlanLag::Ratio { ratio, is_elapsed }) => (ScheduleText::default(), ratio, is_elapsed),
     };
+    let calendar = lag_calendar(plan, dependency);
+    // Without a calendar there is no working time.
+    let is_elapsed = is_elapsed || calendar.is_none();
     SequenceRecord {
         global_id: ScheduleText::default(),
         lag,
         lag_ratio,
-        predecessor: first_task + dependency.predecessor as u32,
-        successor: first_task + dependency.successor as u32,
+        predecessor: 0,
+        successor: 0,
         kind: kind.into(),
         lag_kind: if is_elapsed { DurationKind::ElapsedTime } else { DurationKind::WorkTime }.into(),
         step_id: 0,
-        source,
+        source: 0,
+        lag_calendar: calendar.filter(|_| !is_elapsed).map_or(NONE, |calendar| first_calendar + calendar as u32),
+        reserved: 0,
     }
+}
+
+/// Index of the calendar of the file in which a lag is counted.
+fn lag_calendar(plan: &PlanFile, dependency: &Dependency) -> Option<usize> {
+    let usual = || plan.calendars.iter().position(|calendar| calendar.is_default);
+    let of_task = |task: usize| plan.tasks[task].calendar;
+    let own = match plan.lag_calendar_of(dependency) {
+        LagCalendar::Successor => of_task(dependency.successor),
+        LagCalendar::Predecessor => of_task(dependency.predecessor),
+        LagCalendar::Project => plan.project_calendar_of(&plan.tasks[dependency.successor]),
+    };
+    own.or_else(usual)
 }
 
 /// A date as the archive has it: with its offset, and without a time of day if none was written.
@@ -224,43 +253,6 @@ fn add_links(builder: &mut TasksBuilder, rules: &LinkRules, links: &Links) {
     }
 }
 
-fn add_findings(builder: &mut TasksBuilder, plan: &schedule_files::PlanFile, source: u32, ids: &[String]) {
-    let mut report = Report::default();
-    // Circles of dependencies are reported with the dates that they leave open, when the schedule is evaluated.
-    for finding in plan.findings.iter().filter(|finding| finding.kind != FindingKind::Circle) {
-        let code = match finding.kind {
-            FindingKind::UnreadableValue => DiagnosticCode::ScheduleFileValue,
-            FindingKind::DuplicateTask => DiagnosticCode::ScheduleFileDuplicateTask,
-            FindingKind::MissingReference => DiagnosticCode::ScheduleFileReference,
-            FindingKind::NestedInItself => DiagnosticCode::ScheduleFileNesting,
-            FindingKind::EndsBeforeStart => DiagnosticCode::TaskReversed,
-            FindingKind::Circle => DiagnosticCode::TaskCycle,
-            FindingKind::NotUnderstood => DiagnosticCode::ScheduleFileNotUnderstood,
-        };
-        let entity = finding.task.map(|k| named(&ids[k], &plan.tasks[k].name));
-        let (severity, message) = (Severity::Warning, finding.message.clone());
-        report.push(Diagnostic { severity, code, entity, source: Some(source), message });
-    }
-    for (task, id) in plan.tasks.iter().zip(ids) {
-        if three_point_record(task, 0).is_some_and(|record| !record.is_ascending()) {
-            report.push(Diagnostic {
-                severity: Severity::Warning,
-                code: DiagnosticCode::ScheduleFileValue,
-                entity: Some(named(id, &task.name)),
-                source: Some(source),
-                message: "its optimistic, likely and pessimistic durations do not ascend; they are not used".to_owned(),
-            });
-        }
-    }
-    for diagnostic in report.finish() {
-        builder.diagnostics.push(DiagnosticRecord::of(&diagnostic, &mut builder.texts));
-    }
-}
-
-fn named(id: &str, name: &str) -> Named {
-    Named { step_id: 0, global_id: id.to_owned(), name: name.to_owned() }
-}
-
 /// Reports what was linked with nothing, and why.
 fn report_links(
     report: &mut Report,
@@ -288,10 +280,8 @@ fn report_links(
     let is_work = is_work(&tasks, plans);
     let unlinked: Vec<usize> = (0..tasks.len()).filter(|k| is_work[*k] && !linked[*k]).collect();
     if !unlinked.is_empty() && !links.links.is_empty() {
-        let names: Vec<&str> = unlinked.iter().take(MAX_NAMES).map(|k| ids[*k].as_str()).collect();
-        let more = if unlinked.len() > MAX_NAMES { ", .." } else { "" };
-        let n = counted(unlinked.len(), "task");
-        let message = format!("{n} without an element or space: {}{more}; they change no map", names.join(", "));
+        let (n, names) = (counted(unlinked.len(), "task"), first_names(&unlinked, ids));
+        let message = format!("{n} without an element or space: {names}; they change no map");
         add(Severity::Warning, DiagnosticCode::TasksWithoutLinks, None, message);
     }
     for &(task, rule) in &links.untold_effects {

@@ -53,13 +53,14 @@ impl Tasks<'_> {
             .unwrap_or_else(|| self.calendars.clock(task_times.clock).between(dates.start_s, dates.finish_s))
     }
 
-    /// The lag of a sequence in seconds, and the clock on which it passes: that of the successor's calendar.
+    /// The lag of a sequence in seconds, and the clock on which it passes: that of its calendar, else of the successor's.
     pub(crate) fn lag(
         &self,
         sequence: &SequenceRecord,
         predecessor: TaskDates,
     ) -> Option<(i64, crate::clock::Clock<'_>)> {
-        let calendar = self.task_times[sequence.successor as usize].calendar;
+        let own = Some(sequence.lag_calendar).filter(|calendar| *calendar != NONE).map(|calendar| calendar as usize);
+        let calendar = own.or(self.task_times[sequence.successor as usize].calendar);
         let elapsed = sequence.lag_kind == messages::DurationKind::ElapsedTime;
         let clock = self.calendars.clock(calendar.filter(|_| !elapsed));
         let text = self.site.schedule.text(sequence.lag);

@@ -144,16 +144,24 @@ impl TaskTimeReader<'_, '_, '_> {
         task_times.start = date("the planned start", texts.start);
         task_times.finish = date("the planned finish", texts.finish);
         task_times.planned = task_times.start.or(task_times.finish).map(|_| texts.planned);
-        if task.completion >= 1.0 && task_times.actual_finish.is_none() {
-            let message = "the task is complete, but has no ActualFinish; its planned finish counts".to_owned();
-            self.diagnostics.add(
-                Severity::Warning,
-                DiagnosticCode::CompletionWithoutFinish,
-                Some(Entity::task(task)),
-                message,
-            );
-        }
+        self.report_completion(task, &task_times);
         task_times
+    }
+
+    /// Reports progress that contradicts the actual finish.
+    fn report_completion(&mut self, task: &TaskRecord, task_times: &TaskTimes) {
+        let (code, message) = match task_times.actual_finish {
+            None if task.completion >= 1.0 => (
+                DiagnosticCode::CompletionWithoutFinish,
+                "the task is complete, but has no ActualFinish; its planned finish counts",
+            ),
+            Some(_) if task.completion == 0.0 => (
+                DiagnosticCode::FinishWithoutCompletion,
+                "the task has an actual finish, but is 0 per cent complete; its actual finish counts",
+            ),
+            _ => return,
+        };
+        self.diagnostics.add(Severity::Warning, code, Some(Entity::task(task)), message.to_owned());
     }
 
     /// Reads a text; one that cannot be read makes the task faulty.

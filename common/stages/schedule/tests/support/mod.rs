@@ -91,6 +91,7 @@ impl ScheduledSite {
             successor: successor as u32,
             kind: kind.into(),
             lag_kind: DurationKind::WorkTime.into(),
+            lag_calendar: NONE,
             ..SequenceRecord::zeroed()
         });
         self.builder.schedule.sequences.len() - 1
