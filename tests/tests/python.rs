@@ -6,7 +6,7 @@ mod support;
 use serde_json::Value;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::{Child, Command, Stdio};
 use support::live::Live;
 use support::{announce, root};
 
@@ -30,6 +30,72 @@ with groundplan.Bus(sys.argv[1], sys.argv[2]) as bus:
     assert (held == copied).all(), "an array that is held does not change"
     assert not held.flags.writeable
 "#;
+
+/// Reads all maps of a site until its standard input ends.
+const READER: &str = r#"
+import sys, threading, groundplan
+
+with groundplan.Bus(sys.argv[1], sys.argv[2]) as bus:
+    reader = groundplan.SiteReader(bus)
+    print(len(reader.wait(60).grids), flush=True)
+    ended = threading.Event()
+    threading.Thread(target=lambda: (sys.stdin.read(), ended.set()), daemon=True).start()
+    while not ended.is_set():
+        reader.current()
+        ended.wait(0.2)
+"#;
+
+/// Joins with one reader after the other until there is no place; says how many have one, and why the next has none.
+const CROWD: &str = r#"
+import sys, groundplan
+
+readers = []
+try:
+    while len(readers) < 100:
+        readers.append(groundplan.SiteReader(groundplan.Bus(sys.argv[1], sys.argv[2])))
+        readers[-1].wait(60)
+except groundplan.BusFull as error:
+    print(len(readers), error, flush=True)
+    sys.stdin.read()
+"#;
+
+/// Starts a Python program on the bus of a site; the first line that it prints is the second of both.
+fn started(live: &Live, program: &str) -> (Child, String) {
+    let mut command = python().unwrap();
+    command.args(["-c", program]).arg(live.root.path()).arg(&live.prefix);
+    let mut child = command.stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().unwrap();
+    let mut line = String::new();
+    BufReader::new(child.stdout.as_mut().unwrap()).read_line(&mut line).unwrap();
+    (child, line.trim().to_owned())
+}
+
+#[test]
+fn readers_do_not_keep_the_operator_out() {
+    if python().is_none() {
+        return;
+    }
+    let mut live = Live::start();
+    let mut readers = Vec::new();
+    for (n, date) in [(7, "2024-04-27T00:00:00"), (20, "2024-04-29T10:00:00")] {
+        while readers.len() < n {
+            let (reader, n_grids) = started(&live, READER);
+            assert!(n_grids.parse::<usize>().unwrap() > 1, "{n_grids} grids");
+            readers.push(reader);
+        }
+        assert_eq!(live.text(&[&"date", &date]), date);
+        assert_eq!(live.index()["content"]["plan_time"], date);
+    }
+    let (crowd, refusal) = started(&live, CROWD);
+    assert!(refusal.contains("places are kept for daemons and commands"), "{refusal}");
+    assert_eq!(live.text(&[&"date", &"2024-05-13T00:00:00"]), "2024-05-13T00:00:00");
+    assert_eq!(live.index()["content"]["plan_time"], "2024-05-13T00:00:00");
+    live.wait_until_healthy();
+    for mut reader in readers.into_iter().chain([crowd]) {
+        drop(reader.stdin.take());
+        assert!(reader.wait().unwrap().success());
+    }
+    live.down();
+}
 
 /// Python with what the package needs, which it takes from the sources; `None`, and a loud word, where it cannot be had.
 fn python() -> Option<Command> {

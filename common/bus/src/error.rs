@@ -113,6 +113,14 @@ pub enum DomainError {
         /// Its folder, or the name of the double.
         root: String,
     },
+    /// As many processes as there may be.
+    #[error(
+        "{max} processes are on the bus, as many as there can be: stop one, such as a robot's program or a monitor"
+    )]
+    Full {
+        /// How many.
+        max: usize,
+    },
     /// Shared memory is full.
     #[error("only {free_bytes} bytes of shared memory are free, the bus needs {needed_bytes} to start")]
     SharedMemoryFull {
@@ -186,13 +194,19 @@ pub enum PortError {
     },
     /// As many as the service was made for.
     #[error(
-        "`{what}` has {max} participants, as many as it can have: stop one, such as a monitor or an export that follows"
+        "`{what}` has {max} participants, as many as it can have: stop one, such as a robot's program, a monitor or an export that follows"
     )]
     Full {
         /// Which topic or command.
         what: String,
         /// How many.
         max: usize,
+    },
+    /// The keeper's end is not there: it died, and the next one creates it.
+    #[error("`{what}` is not there at the moment: the bus is being created anew")]
+    Missing {
+        /// Which topic, command or event.
+        what: String,
     },
     /// Shared memory is full.
     #[error("only {free_bytes} bytes of shared memory are free")]

@@ -2,13 +2,18 @@
 //!
 //! | of | at most |
 //! |---|---|
-//! | processes of the bus's user on the bus, the keeper, the daemons and the relay among them | 32 |
-//! | subscribers of a topic, of each grid too; one of them is the relay, however many clients it has | 16 |
-//! | subscribers of the status stream | 16 |
+//! | processes of the bus's user on the bus, the keeper, the daemons and the relay among them | 64 |
+//! | subscribers of a topic, of each grid too; one of them is the relay, however many clients it has | 40 |
+//! | subscribers of the status stream | 40 |
+//! | of these, kept for daemons and commands: guests do not take them | 12 |
 //! | processes that send commands to a daemon at once | 16 |
 //! | clients of each socket of the relay | 64, the last 16 of them for users who have none yet |
 //! | of them, of one user | 16 |
 //! | bytes of outdated samples that clients of one user of the relay have not taken for 10 s | 256 MiB |
+//!
+//! Guests are robots' programs: those that join as [`Daemon::Robot`](crate::Daemon::Robot), and those of the package for Python.
+//! A guest has one listener for each daemon whose topics it reads, however many these are. A program that uses the bus library alone
+//! knows of no guests.
 //!
 //! A monitor, an `export --watch` and a robot's program are one subscriber each of the topics that they follow.
 
@@ -27,7 +32,10 @@ pub const MAX_COMMAND_BYTES: usize = 16 << 20;
 pub const MAX_OPEN: usize = 2;
 
 /// Processes that may take part in one service: the keeper, the daemons, clients.
-pub(crate) const MAX_NODES: usize = 32;
+pub(crate) const MAX_NODES: usize = 64;
+
+/// Places of every topic and event service that guests leave to daemons and commands; `common/python` has the same number.
+pub(crate) const KEPT_PLACES: usize = 12;
 
 /// Clients of each socket of the relay.
 pub(crate) const MAX_CONNECTIONS: usize = 64;
@@ -46,7 +54,7 @@ pub(crate) const MAX_OUTDATED_BYTES: u64 = 256 << 20;
 pub(crate) const TAKE_TIMEOUT: Duration = Duration::from_secs(10);
 
 /// Readers of one topic or of the status stream.
-pub(crate) const MAX_SUBSCRIBERS: usize = 16;
+pub(crate) const MAX_SUBSCRIBERS: usize = 40;
 
 /// Samples of a topic that a subscriber has in hand: what its owner holds, the next one, and a look beyond.
 pub(crate) const MAX_BORROWED: usize = MAX_HELD + 2;

@@ -5,7 +5,7 @@
 
 mod common;
 
-use bus::{Bus, CommandError, Daemon, Domain, DomainError, Keeper, PublishError, Wake, topics};
+use bus::{Bus, CommandError, Daemon, Domain, DomainError, Keeper, PortError, PublishError, Wake, topics};
 use common::{Attended, DEADLINE, Fixture, eventually, origin, publish, sample_of, schedule_state, until};
 use std::io::{BufRead, BufReader, Write};
 use std::process::{Child, Command, Stdio};
@@ -455,4 +455,44 @@ fn full_memory(domain: &Domain) {
     std::fs::remove_file(filler).unwrap();
     publisher.publish_copy(schedule_state(2000).bytes(), origin(3)).unwrap();
     sample_of(&mut waiter, &bus.subscriber(topics::ScheduleState).unwrap(), 3);
+}
+
+#[test]
+fn what_goes_with_a_dead_keeper_is_missing_until_its_successor_makes_it() {
+    let fixture = Fixture::shared();
+    let keeper = Actor::start(&fixture, "keeper");
+    let (bus, _waiter) = Bus::join(&fixture.domain, Daemon::Groundplan).unwrap();
+    keeper.kill();
+    // The next one who joins removes what the dead one alone had.
+    let other = Bus::join(&fixture.domain, Daemon::WaypointGen);
+    assert!(other.is_err() || other.is_ok_and(|(other, _)| is_missing(&other.command_server())));
+    assert!(is_missing(&bus.command_client(Daemon::SlamAlign)));
+    assert!(is_missing(&bus.subscriber(topics::Site)));
+    let _keeper = Keeper::start(&fixture.domain).unwrap();
+    let (bus, _waiter) = Bus::join(&fixture.domain, Daemon::Groundplan).unwrap();
+    bus.command_client(Daemon::SlamAlign).unwrap();
+    bus.subscriber(topics::Site).unwrap();
+}
+
+fn is_missing<T>(opened: &Result<T, PortError>) -> bool {
+    matches!(opened, Err(PortError::Missing { .. }))
+}
+
+#[test]
+fn guests_leave_places_to_daemons_and_commands() {
+    let fixture = Fixture::shared();
+    let _keeper = Keeper::start(&fixture.domain).unwrap();
+    let mut guests = Vec::new();
+    let refused = loop {
+        let (guest, _waiter) = Bus::join(&fixture.domain, Daemon::Robot).unwrap();
+        match guest.subscriber(topics::Grids) {
+            Ok(subscriber) => guests.push((subscriber, guest)),
+            Err(why) => break why,
+        }
+        assert!(guests.len() < 100, "there is no end");
+    };
+    assert!(guests.len() >= 20 && refused.to_string().starts_with("`grids` has "), "{}: {refused}", guests.len());
+    let (bus, _waiter) = Bus::join(&fixture.domain, Daemon::Groundplan).unwrap();
+    let kept: Vec<_> = (0..12).map(|_| bus.subscriber(topics::Grids).unwrap()).collect();
+    assert!(matches!(bus.subscriber(topics::Grids), Err(PortError::Full { .. })), "{} are all", kept.len());
 }

@@ -6,6 +6,7 @@ use super::node::check_memory;
 use super::wire::WireCommand;
 use super::{memory, services};
 use crate::error::{CommandError, PortError};
+use crate::limits::{MAX_CLIENTS, MAX_NODES};
 use crate::names::Daemon;
 use crate::reply_kind::ReplyKind;
 use crate::wakeup::{EventService, Wakeup};
@@ -15,7 +16,9 @@ use iceoryx2::port::LoanError;
 use iceoryx2::port::client::{Client as ClientPort, RequestSendError};
 use iceoryx2::port::server::Server as ServerPort;
 use iceoryx2::prelude::{AllocationStrategy, BackpressureStrategy, PortFactory};
+use iceoryx2::service::builder::request_response::RequestResponseOpenError;
 use iceoryx2::service::ipc_threadsafe::Service;
+use iceoryx2::service::port_factory::client::ClientCreateError;
 use iceoryx2::service::port_factory::server::ServerCreateError;
 use std::fmt::Debug;
 use std::mem::MaybeUninit;
@@ -26,7 +29,15 @@ const INITIAL_BYTES: usize = 4096;
 
 fn open(membership: &Membership, daemon: Daemon) -> Result<services::CommandService, PortError> {
     check_memory()?;
-    services::command(&membership.node, daemon).open().map_err(|e| refused_port(daemon, e))
+    services::command(&membership.node, daemon).open().map_err(|e| match e {
+        RequestResponseOpenError::DoesNotExist => PortError::Missing { what: format!("command/{daemon}") },
+        RequestResponseOpenError::ExceedsMaxNumberOfNodes => full(daemon, MAX_NODES),
+        e => refused_port(daemon, e),
+    })
+}
+
+fn full(daemon: Daemon, max: usize) -> PortError {
+    PortError::Full { what: format!("command/{daemon}"), max }
 }
 
 fn refused_port(daemon: Daemon, reason: impl Debug) -> PortError {
@@ -158,7 +169,10 @@ impl Client {
             .allocation_strategy(AllocationStrategy::PowerOfTwo)
             .backpressure_strategy(BackpressureStrategy::DiscardData)
             .create()
-            .map_err(|e| refused_port(daemon, e))?;
+            .map_err(|e| match e {
+                ClientCreateError::ExceedsMaxSupportedClients => full(daemon, MAX_CLIENTS),
+                e => refused_port(daemon, e),
+            })?;
         Ok(Self { port, service, event_port, daemon, membership: Arc::clone(membership) })
     }
 

@@ -2,13 +2,16 @@
 
 use super::services;
 use crate::error::PortError;
+use crate::limits::{KEPT_PLACES, MAX_NODES};
 use crate::wakeup::{EventService, Wakeup, Wakeups};
 use iceoryx2::node::Node;
 use iceoryx2::port::event_id::EventId;
-use iceoryx2::port::listener::Listener;
-use iceoryx2::port::notifier::Notifier;
-use iceoryx2::prelude::FileDescriptorBased;
+use iceoryx2::port::listener::{Listener, ListenerCreateError};
+use iceoryx2::port::notifier::{Notifier, NotifierCreateError};
+use iceoryx2::prelude::{FileDescriptorBased, PortFactory};
+use iceoryx2::service::builder::event::EventOpenError;
 use iceoryx2::service::ipc_threadsafe::Service;
+use std::fmt::Debug;
 use std::os::fd::BorrowedFd;
 
 /// Notifier and listener of one event service.
@@ -18,12 +21,28 @@ pub(crate) struct EventPort {
 }
 
 impl EventPort {
-    pub(super) fn open(node: &Node<Service>, name: EventService) -> Result<Self, PortError> {
+    /// A guest leaves [`KEPT_PLACES`] to others.
+    pub(super) fn open(node: &Node<Service>, name: EventService, is_guest: bool) -> Result<Self, PortError> {
         let what = || format!("event/{}", name.text());
-        let failed = |reason: String| PortError::Refused { what: what(), reason };
-        let service = services::event(node, name.text()).open().map_err(|e| failed(format!("{e:?}")))?;
-        let listener = service.listener_builder().create().map_err(|e| failed(format!("{e:?}")))?;
-        let notifier = service.notifier_builder().create().map_err(|e| failed(format!("{e:?}")))?;
+        let full = |max| PortError::Full { what: what(), max };
+        let refused = |reason: &dyn Debug| PortError::Refused { what: what(), reason: format!("{reason:?}") };
+        let service = services::event(node, name.text()).open().map_err(|e| match e {
+            EventOpenError::DoesNotExist => PortError::Missing { what: what() },
+            EventOpenError::ExceedsMaxNumberOfNodes => full(MAX_NODES),
+            e => refused(&e),
+        })?;
+        let listener = service.listener_builder().create().map_err(|e| match e {
+            ListenerCreateError::ExceedsMaxSupportedListeners => full(MAX_NODES),
+            e => refused(&e),
+        })?;
+        let notifier = service.notifier_builder().create().map_err(|e| match e {
+            NotifierCreateError::ExceedsMaxSupportedNotifiers => full(MAX_NODES),
+            e => refused(&e),
+        })?;
+        let most = MAX_NODES - KEPT_PLACES;
+        if is_guest && service.dynamic_config().number_of_listeners() > most {
+            return Err(full(most));
+        }
         Ok(Self { listener, notifier })
     }
 

@@ -7,14 +7,14 @@ use super::node::check_memory;
 use super::services;
 use super::wire::{WireBlock, WireHeader};
 use crate::error::{PortError, PublishError, ReceiveError};
-use crate::limits::{MAX_NODES, MAX_SUBSCRIBERS};
+use crate::limits::{KEPT_PLACES, MAX_NODES, MAX_SUBSCRIBERS};
 use crate::names::TopicName;
 use crate::wakeup::{EventService, Wakeup};
 use iceoryx2::port::LoanError;
 use iceoryx2::port::publisher::{Publisher, PublisherCreateError};
 use iceoryx2::port::subscriber::{Subscriber, SubscriberCreateError};
 use iceoryx2::port::update_connections::UpdateConnections;
-use iceoryx2::prelude::{AllocationStrategy, BackpressureStrategy};
+use iceoryx2::prelude::{AllocationStrategy, BackpressureStrategy, PortFactory};
 use iceoryx2::sample::Sample;
 use iceoryx2::sample_mut::SampleMut;
 use iceoryx2::service::builder::publish_subscribe::PublishSubscribeOpenError;
@@ -29,6 +29,7 @@ const BLOCK_BYTES: usize = size_of::<WireBlock>();
 fn open(membership: &Membership, topic: TopicName) -> Result<services::TopicService, PortError> {
     check_memory()?;
     services::topic(&membership.node, topic).open().map_err(|e| match e {
+        PublishSubscribeOpenError::DoesNotExist => PortError::Missing { what: topic.to_string() },
         PublishSubscribeOpenError::ExceedsMaxNumberOfNodes => {
             PortError::Full { what: topic.to_string(), max: MAX_NODES }
         }
@@ -174,12 +175,17 @@ impl TopicReader {
     pub(crate) fn open(membership: &Arc<Membership>, topic: TopicName) -> Result<Self, PortError> {
         let what = || topic.to_string();
         let event_port = membership.event_port(EventService::Of(topic.producer()))?;
-        let port = open(membership, topic)?.subscriber_builder().create().map_err(|e| match e {
+        let service = open(membership, topic)?;
+        let port = service.subscriber_builder().create().map_err(|e| match e {
             SubscriberCreateError::ExceedsMaxSupportedSubscribers => {
                 PortError::Full { what: what(), max: MAX_SUBSCRIBERS }
             }
             e => PortError::Refused { what: what(), reason: format!("{e:?}") },
         })?;
+        let most = MAX_SUBSCRIBERS - KEPT_PLACES;
+        if membership.is_guest && service.dynamic_config().number_of_subscribers() > most {
+            return Err(PortError::Full { what: what(), max: most });
+        }
         // The producer delivers the last sample when this event wakes it.
         event_port.notify(Wakeup::LateJoiner);
         Ok(Self { port, topic, membership: Arc::clone(membership) })

@@ -6,10 +6,12 @@ use super::{memory, services};
 use crate::error::{DomainError, PortError};
 use crate::file_lock::{FileIdentity, Lock};
 use crate::generation::Place;
+use crate::limits::MAX_NODES;
 use crate::names::Daemon;
 use crate::signal::Signal;
 use crate::wakeup::{EventService, Wakeup};
 use iceoryx2::node::Node;
+use iceoryx2::service::builder::event::EventOpenError;
 use iceoryx2::service::ipc_threadsafe::Service;
 use rustix::fs::inotify;
 use std::collections::BTreeMap;
@@ -40,6 +42,8 @@ pub(crate) struct Membership {
     pub(super) node: Node<Service>,
     place: Place,
     generation: u64,
+    /// True for a robot's program, which leaves places to daemons and commands.
+    pub(super) is_guest: bool,
     event_ports: Mutex<BTreeMap<EventService, Arc<EventPort>>>,
     pub(super) writers: Mutex<Vec<Weak<dyn Latches>>>,
     event_ports_added: Signal,
@@ -73,6 +77,7 @@ impl Membership {
                 node,
                 place: place.clone(),
                 generation,
+                is_guest: daemon == Daemon::Robot,
                 event_ports: Mutex::default(),
                 writers: Mutex::default(),
                 event_ports_added,
@@ -85,7 +90,8 @@ impl Membership {
             let own = services::event(&membership.node, daemon.name()).open();
             return match own {
                 Ok(_) => Ok(Arc::new(membership)),
-                Err(iceoryx2::service::builder::event::EventOpenError::DoesNotExist) => Err(no_keeper()),
+                Err(EventOpenError::DoesNotExist) => Err(no_keeper()),
+                Err(EventOpenError::ExceedsMaxNumberOfNodes) => Err(DomainError::Full { max: MAX_NODES }),
                 Err(e) => Err(refused("bus", e)),
             };
         }
@@ -162,7 +168,7 @@ impl Membership {
             return Ok(Arc::clone(event_port));
         }
         check_memory()?;
-        let event_port = Arc::new(EventPort::open(&self.node, name)?);
+        let event_port = Arc::new(EventPort::open(&self.node, name, self.is_guest)?);
         event_ports.insert(name, Arc::clone(&event_port));
         self.event_ports_added.raise();
         Ok(event_port)

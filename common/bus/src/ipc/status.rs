@@ -6,10 +6,12 @@ use super::node::check_memory;
 use super::wire::WireStatus;
 use super::{memory, services};
 use crate::error::{PortError, ReceiveError};
+use crate::limits::{MAX_NODES, MAX_SUBSCRIBERS};
 use crate::wakeup::{EventService, Wakeup};
 use iceoryx2::port::publisher::Publisher;
-use iceoryx2::port::subscriber::Subscriber;
+use iceoryx2::port::subscriber::{Subscriber, SubscriberCreateError};
 use iceoryx2::prelude::BackpressureStrategy;
+use iceoryx2::service::builder::publish_subscribe::PublishSubscribeOpenError;
 use iceoryx2::service::ipc_threadsafe::Service;
 use messages::StatusRecord;
 use std::fmt::Debug;
@@ -21,7 +23,13 @@ fn refused(reason: impl Debug) -> PortError {
 
 fn open(membership: &Membership) -> Result<services::StatusService, PortError> {
     check_memory()?;
-    services::status(&membership.node).open().map_err(refused)
+    services::status(&membership.node).open().map_err(|e| match e {
+        PublishSubscribeOpenError::DoesNotExist => PortError::Missing { what: "status".to_owned() },
+        PublishSubscribeOpenError::ExceedsMaxNumberOfNodes => {
+            PortError::Full { what: "status".to_owned(), max: MAX_NODES }
+        }
+        e => refused(e),
+    })
 }
 
 /// The sending end.
@@ -65,7 +73,12 @@ pub(crate) struct StatusSource {
 impl StatusSource {
     pub(crate) fn open(membership: &Arc<Membership>) -> Result<Self, PortError> {
         let event_port = membership.event_port(EventService::Status)?;
-        let port = open(membership)?.subscriber_builder().create().map_err(refused)?;
+        let port = open(membership)?.subscriber_builder().create().map_err(|e| match e {
+            SubscriberCreateError::ExceedsMaxSupportedSubscribers => {
+                PortError::Full { what: "status".to_owned(), max: MAX_SUBSCRIBERS }
+            }
+            e => refused(e),
+        })?;
         Ok(Self { port, _event_port: event_port, _membership: Arc::clone(membership) })
     }
 

@@ -4,13 +4,14 @@
 """
 
 from .archive import Archive, Header, LayoutError
-from .bus import Bus, BusGone, Sample, Subscriber
+from .bus import Bus, BusFull, BusGone, Sample, Subscriber
 from .grid import Grid, GridIndex, GridSlot, ScheduleState
 from .site import SiteReader, SiteSet
 
 __all__ = [
     "Archive",
     "Bus",
+    "BusFull",
     "BusGone",
     "Grid",
     "GridIndex",

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 import fcntl
 import pathlib
+import threading
 import time
 import weakref
 from dataclasses import dataclass
@@ -31,11 +32,17 @@ PRODUCERS = {
     "alignment": "slam-align",
     "deviations": "slam-align",
 }
+# Places of every topic and event service that are kept for daemons and commands, as in common/bus/src/limits.rs.
+KEPT_PLACES = 12
 HEADER_BYTES = np.dtype(_layouts.SAMPLE_HEADER).itemsize
 
 
 class BusGone(ConnectionError):
     """There is no bus here, or not one of this version."""
+
+
+class BusFull(ConnectionError):
+    """A topic has as many readers as programs like this one can be: the other places are kept for daemons and commands."""
 
 
 class _Block(ctypes.Structure):
@@ -67,6 +74,59 @@ class Sample:
     """Its archive in shared memory, for reading. The sample is released when this and all views of it are gone."""
 
 
+class _Events:
+    """What a producer wakes this program with: one listener, for all subscribers of its topics and from any thread."""
+
+    def __init__(self, node: Any, producer: str) -> None:
+        name = f"event/{producer}"
+        try:
+            service = node.service_builder(iox2.ServiceName.new(name)).event().open()
+            self._listener = service.listener_builder().create()
+            self._notifier = service.notifier_builder().create()
+        except (iox2.EventOpenError, iox2.ListenerCreateError, iox2.NotifierCreateError) as error:
+            raise _refusal(name, error) from error
+        _leave_kept_places(name, service.dynamic_config.number_of_listeners, service.static_config.max_listeners)
+        self._woken = threading.Condition()
+        self._is_waited_on = False
+        self._n_wakes = 0
+
+    def announce_late_joiner(self) -> None:
+        """Wakes the producer, which then delivers its last samples."""
+        self._notifier.notify_with_custom_event_id(iox2.EventId.new(LATE_JOINER))
+
+    def wait(self, seconds: float) -> None:
+        """Waits until the producer wakes, at most so long: one thread for all that wait."""
+        with self._woken:
+            if self._is_waited_on:
+                n_wakes = self._n_wakes
+                self._woken.wait_for(lambda: self._n_wakes != n_wakes, seconds)
+                return
+            self._is_waited_on = True
+        try:
+            self._listener.timed_wait(iox2.Duration.from_millis(max(1, int(seconds * 1000))))
+        finally:
+            with self._woken:
+                self._is_waited_on = False
+                self._n_wakes += 1
+                self._woken.notify_all()
+
+
+def _refusal(what: str, error: Exception) -> ConnectionError:
+    """What an error of the bus library means."""
+    if "Exceeds" in str(error):
+        return BusFull(f"{what} of the bus has as many participants as it can have: stop one of the programs that read it")
+    return BusGone(f"{what} of the bus cannot be opened ({error}); see `groundplan status`")
+
+
+def _leave_kept_places(what: str, taken: int, most: int) -> None:
+    """Raises BusFull if this program took one of the places that are kept."""
+    if taken > most - KEPT_PLACES:
+        raise BusFull(
+            f"{what} of the bus has {taken - 1} participants, and the other {KEPT_PLACES} places are kept for daemons and commands: "
+            "stop one of the programs that read it"
+        )
+
+
 class Bus:
     """Membership in the bus of running daemons, for as long as it is open."""
 
@@ -80,6 +140,7 @@ class Bus:
         self.generation = 0
         """Counts how often the bus was created."""
         self.node: Any = None
+        self._events: dict[str, _Events] = {}
         iox2.set_log_level(iox2.LogLevel.Error)
         self.join()
 
@@ -91,6 +152,7 @@ class Bus:
 
     def close(self) -> None:
         """Leaves the bus."""
+        self._events = {}
         self.node = None
         if self._lock is not None:
             self._lock.close()
@@ -131,6 +193,15 @@ class Bus:
         self.node = builder.signal_handling_mode(signals).create(iox2.ServiceType.Ipc)
         self.generation = generation
 
+    def events(self, producer: str) -> _Events:
+        """What a producer wakes this program with, opened once.
+
+        Raises BusFull if there is no place left for it.
+        """
+        if producer not in self._events:
+            self._events[producer] = _Events(self.node, producer)
+        return self._events[producer]
+
 
 class Subscriber:
     """Reads a latched topic: the last sample at once, then every newer one that it is in time for."""
@@ -138,7 +209,7 @@ class Subscriber:
     def __init__(self, bus: Bus, topic: str) -> None:
         """`topic`: `site`, `tasks`, `schedule-state`, `grid/00` .., `grids`, `mission-plan`, `alignment` or `deviations`.
 
-        Raises KeyError for another name.
+        Raises KeyError for another name, BusFull if there is no place left for it.
         """
         self.topic = topic
         self._kind = topic.split("/", 1)[0]
@@ -146,21 +217,24 @@ class Subscriber:
         self._bus = bus
         self._generation = 0
         self._subscriber: Any = None
-        self._listener: Any = None
+        self._events: _Events | None = None
         self._open()
 
     def _open(self) -> None:
-        self._subscriber = self._listener = None
+        self._subscriber = self._events = None
         self._bus.join()
         node = self._bus.node
-        events = node.service_builder(iox2.ServiceName.new(f"event/{self._producer}")).event().open()
-        self._listener = events.listener_builder().create()
+        events = self._bus.events(self._producer)
         topic = node.service_builder(iox2.ServiceName.new(self.topic)).publish_subscribe(iox2.Slice[_Block])
         # ctypes has no alignment of 64 bytes, so it is set here.
-        service = topic.user_header(_Header).payload_alignment(iox2.Alignment.new(64)).open()
-        self._subscriber = service.subscriber_builder().create()
-        self._generation = self._bus.generation
-        events.notifier_builder().create().notify_with_custom_event_id(iox2.EventId.new(LATE_JOINER))
+        try:
+            service = topic.user_header(_Header).payload_alignment(iox2.Alignment.new(64)).open()
+            subscriber = service.subscriber_builder().create()
+        except (iox2.PublishSubscribeOpenError, iox2.SubscriberCreateError) as error:
+            raise _refusal(self.topic, error) from error
+        _leave_kept_places(self.topic, service.dynamic_config.number_of_subscribers, service.static_config.max_subscribers)
+        self._subscriber, self._events, self._generation = subscriber, events, self._bus.generation
+        events.announce_late_joiner()
 
     def receive(self) -> Sample | None:
         """The newest sample that was not received yet; None without one.
@@ -196,7 +270,8 @@ class Subscriber:
 
     def sleep(self, seconds: float) -> None:
         """Sleeps until the producer wakes this subscriber, at most so long, and at most half a second."""
-        self._listener.timed_wait(iox2.Duration.from_millis(max(1, int(min(seconds, 0.5) * 1000))))
+        assert self._events is not None
+        self._events.wait(min(seconds, 0.5))
 
     def _checked(self, sample: Any) -> Sample:
         try:
