@@ -49,6 +49,46 @@ fn a_daemon_that_hangs_is_told_killed_and_started_again() {
     live.down();
 }
 
+/// The history as it is when the file of the month is full, whose end waits for this lock.
+fn locked_history(live: &Live) -> std::fs::File {
+    let folder = live.home.path().join("state/history");
+    let month = std::fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().path());
+    let month = month.filter(|path| path.extension().is_some_and(|e| e == "jsonl")).max().unwrap();
+    let line = std::fs::read_to_string(&month).unwrap().lines().next().unwrap().to_owned() + "\n";
+    std::fs::write(&month, line.repeat((9 << 20) / line.len())).unwrap();
+    let lock = std::fs::File::create(folder.join("lock")).unwrap();
+    lock.lock().unwrap();
+    lock
+}
+
+#[test]
+fn a_service_whose_thread_waits_for_a_file_is_told_killed_and_started_again() {
+    let mut live = Live::start();
+    let robot = live.home.path().join("robot.toml");
+    std::fs::write(&robot, "name = \"slim\"\nradius_m = 0.2\n").unwrap();
+    let before = daemon(&live, "rasterize")["process_id"].as_u64().unwrap();
+    let lock = locked_history(&live);
+    let mut command = Command::new(support::client());
+    let config = live.config();
+    let command = command.arg("robot").arg(&robot).arg("--config").arg(&config).stderr(Stdio::null());
+    let mut command = command.stdout(Stdio::null()).spawn().unwrap();
+    wait_until(&live, "it is busy", |status| {
+        let busy = &status["daemons"]["rasterize"]["busy"];
+        busy["job"] == "the request set_robot" && busy["for_s"].as_f64().unwrap() >= 4.0
+    });
+    let text = String::from_utf8(live.run(&[&"status"]).stdout).unwrap();
+    assert!(text.contains(", busy with the request set_robot for "), "{text}");
+    wait_until(&live, "it hangs", |status| {
+        let daemon = &status["daemons"]["rasterize"];
+        status["healthy"] == false && daemon["stage"] == "hangs" && daemon["busy"]["job"] == "the request set_robot"
+    });
+    wait_until(&live, "it is started again", |status| status["daemons"]["rasterize"]["process_id"] != before);
+    drop(lock);
+    assert!(!command.wait().unwrap().success(), "what it asked for was lost with the daemon, or not answered");
+    live.wait_until_healthy();
+    live.down();
+}
+
 #[test]
 fn a_keeper_and_a_relay_that_hang_are_killed_and_started_again() {
     let mut live = Live::start();

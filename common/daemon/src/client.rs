@@ -145,8 +145,17 @@ pub fn ask<R: Request>(
     mut progress: impl FnMut(&Progress),
     mut pause: impl FnMut() -> Result<(), Failure>,
 ) -> Result<R::Answer, ClientError> {
-    let client = Client::<R>::of(bus)?;
     let begun = Instant::now();
+    let client = loop {
+        match Client::<R>::of(bus) {
+            Ok(client) => break client,
+            // The keeper died, and the next one creates what is missing.
+            Err(PortError::Missing { .. }) if begun.elapsed() < timeouts.starting => {
+                pause().map_err(ClientError::Wait)?;
+            }
+            Err(why) => return Err(why.into()),
+        }
+    };
     let open = loop {
         match client.send(request) {
             Ok(open) => break open,

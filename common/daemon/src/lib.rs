@@ -74,6 +74,7 @@ mod systemd;
 mod testing;
 mod web_config;
 mod whole_files;
+mod work_watch;
 
 pub use caller::Caller;
 pub use client::{Answer, Client, ClientError, OpenRequest, RequestTimeouts, ask};
@@ -116,8 +117,9 @@ pub use setting::{
 pub use site_process::SiteProcess;
 pub use state::{Epochs, StateError, StateFile};
 pub use state_version::{StateVersionError, claim_state};
-pub use status_board::{Report, StatusBoard};
+pub use status_board::{OutputStamp, Report, StatusBoard};
 pub use stop::{ReloadSignal, StopSignal};
 pub use systemd::{alive, ready, stopping};
 pub use web_config::WebConfig;
 pub use whole_files::{FileStamp, FileWatch, WholeFiles, stamps_of};
+pub use work_watch::Busy;

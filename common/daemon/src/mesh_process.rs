@@ -8,6 +8,7 @@ use std::ffi::OsStr;
 use std::io::{Read, Write};
 use std::os::unix::process::ExitStatusExt;
 use std::process::{Command, ExitCode, ExitStatus, Stdio};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// The only argument of the process.
 const ARGUMENT: &str = "mesh-process";
@@ -16,6 +17,18 @@ const ARGUMENT: &str = "mesh-process";
 const MAX_BYTES: u64 = 3 << 30;
 /// Limit of its CPU time in seconds.
 const MAX_CPU_S: u64 = 20;
+
+/// Processes that mesh for this one now.
+static RUNNING: Mutex<Vec<u32>> = Mutex::new(Vec::new());
+
+fn running() -> MutexGuard<'static, Vec<u32>> {
+    RUNNING.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Numbers of the processes that mesh for this one now.
+pub(crate) fn mesh_processes() -> Vec<u32> {
+    running().clone()
+}
 
 /// Gives a task to a process of its own: parts of its bytes in, its result out.
 ///
@@ -29,6 +42,8 @@ pub fn in_mesh_process(task: &[&[u8]]) -> Result<Vec<u8>, String> {
         .stderr(Stdio::null())
         .spawn()
         .map_err(|error| format!("its process cannot be started: {error}"))?;
+    let process = child.id();
+    running().push(process);
     let mut result = Vec::new();
     let (stdin, stdout) = (child.stdin.take(), child.stdout.take());
     let read = std::thread::scope(|scope| {
@@ -36,7 +51,9 @@ pub fn in_mesh_process(task: &[&[u8]]) -> Result<Vec<u8>, String> {
         scope.spawn(move || stdin.map(|mut stdin| task.iter().try_for_each(|part| stdin.write_all(part))));
         stdout.map(|mut stdout| stdout.read_to_end(&mut result))
     });
-    let status = child.wait().map_err(|error| format!("its process is lost: {error}"))?;
+    let status = child.wait();
+    running().retain(|other| *other != process);
+    let status = status.map_err(|error| format!("its process is lost: {error}"))?;
     if !status.success() {
         return Err(why_ended(status));
     }

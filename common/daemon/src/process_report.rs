@@ -33,6 +33,8 @@ impl ProcessReport {
             epochs: BTreeMap::new(),
             output_stamp_ns: None,
             latency_s: None,
+            outputs: Vec::new(),
+            busy: None,
             facts: serde_json::Value::Null,
         };
         self.entry.put(&report);

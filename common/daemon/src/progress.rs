@@ -48,6 +48,11 @@ impl Reporter {
         self.waker.iter().for_each(Waker::wake_up);
     }
 
+    /// What is being done; empty before the first report.
+    pub(crate) fn doing(&self) -> String {
+        self.newest.lock().unwrap_or_else(PoisonError::into_inner).progress.doing.clone()
+    }
+
     /// The newest report, unless it was taken before.
     pub(crate) fn take(&self) -> Option<Progress> {
         let mut newest = self.newest.lock().unwrap_or_else(PoisonError::into_inner);

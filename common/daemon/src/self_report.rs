@@ -2,13 +2,18 @@
 
 use crate::failure::Failure;
 use crate::service::{CurrentActivity, Standing};
-use crate::status_board::{BoardEntry, Report};
+use crate::status_board::{BoardEntry, OutputStamp, Report};
+use crate::work_watch::Busy;
 use bus::{Daemon, DomainError, Stamp, StatusWriter, TopicName};
 use messages::StatusRecord;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, VecDeque};
 use std::path::Path;
 use std::time::Duration;
 use tracing::{debug, info, warn};
+
+/// Outputs of which the time is told, and how far they are apart.
+const MAX_OUTPUTS: usize = 64;
+const OUTPUT_SPACING: Duration = Duration::from_secs(1);
 
 /// What a daemon tells of itself.
 pub(crate) struct SelfReport {
@@ -28,6 +33,7 @@ pub(crate) struct SelfReport {
     started: Stamp,
     latency: Option<Duration>,
     output_stamp: Option<Stamp>,
+    outputs: VecDeque<OutputStamp>,
     /// Epochs of the newest inputs that the service has handled, and of its output.
     epochs: BTreeMap<TopicName, u64>,
 }
@@ -47,6 +53,7 @@ impl SelfReport {
             started: Stamp::now(),
             latency: None,
             output_stamp: None,
+            outputs: VecDeque::new(),
             epochs: BTreeMap::new(),
         }
     }
@@ -128,13 +135,20 @@ impl SelfReport {
     pub(crate) fn set_output(&mut self, epoch: u64) -> bool {
         let is_new = self.epochs.insert(output(self.daemon), epoch) != Some(epoch);
         if is_new {
-            self.output_stamp = Some(Stamp::now());
+            let now = Stamp::now();
+            self.output_stamp = Some(now);
+            if self.outputs.back().is_none_or(|last| now.since(Stamp(last.stamp_ns)) >= OUTPUT_SPACING) {
+                self.outputs.push_back(OutputStamp { epoch, stamp_ns: now.0 });
+                if self.outputs.len() > MAX_OUTPUTS {
+                    self.outputs.pop_front();
+                }
+            }
         }
         is_new
     }
 
     /// Tells everybody; without a bus, only the board and systemd.
-    pub(crate) fn send(&mut self, status: Option<&StatusWriter>) {
+    pub(crate) fn send(&mut self, status: Option<&StatusWriter>, busy: Option<Busy>) {
         let (error, warning) = (self.error(), self.standing.warning.clone());
         let (activity, memory_bytes) = (self.activity.get(), resident_bytes());
         let text = error.as_ref().or(warning.as_ref()).map_or("", String::as_str);
@@ -160,6 +174,8 @@ impl SelfReport {
             epochs: self.epochs.iter().map(|(topic, epoch)| (topic.to_string(), *epoch)).collect(),
             output_stamp_ns: self.output_stamp.map(|stamp| stamp.0),
             latency_s: self.latency.map(|latency| latency.as_secs_f64()),
+            outputs: self.outputs.iter().copied().collect(),
+            busy,
             facts: self.facts.clone(),
         };
         self.entry.put(&report);
@@ -215,7 +231,7 @@ mod tests {
         let mut own = SelfReport::of(Daemon::ScheduleEval, CurrentActivity::default(), root.path());
         let mut told = |change: &dyn Fn(&mut SelfReport)| {
             change(&mut own);
-            own.send(None);
+            own.send(None, None);
             StatusBoard::of(root.path()).report::<serde_json::Value>(Daemon::ScheduleEval).unwrap().error
         };
         let standing = || Standing { error: Some("no timeline".to_owned()), warning: None };

@@ -9,11 +9,12 @@ use crate::request::Request;
 use crate::request_queue::RequestQueue;
 use crate::self_report::SelfReport;
 use crate::service::{CurrentActivity, Service};
-use crate::service_thread::{self, Job, Outcome, ServiceThread};
+use crate::service_thread::{self, Job, Outcome, ServiceThread, WORK_THREAD};
 use crate::stop::{ReloadSignal, StopSignal};
+use crate::work_watch::WorkWatch;
 use bus::{
-    Bus, CommandServer, Daemon, Domain, HEARTBEAT_PERIOD, RawSample, RawSubscriber, ReceiveError, Stamp, TopicName,
-    Waiter, Waker,
+    Bus, CommandServer, Daemon, Domain, HEARTBEAT_PERIOD, PortError, RawSample, RawSubscriber, ReceiveError, Stamp,
+    StatusWriter, TopicName, Waiter, Waker,
 };
 use messages::Activity;
 use std::collections::BTreeMap;
@@ -37,6 +38,7 @@ pub(crate) struct ServiceLoop<R> {
     to_service: Sender<Job<R>>,
     from_service: Receiver<Outcome>,
     is_busy: bool,
+    watch: WorkWatch,
     /// Samples that the service has not handled.
     newest: BTreeMap<TopicName, RawSample>,
     requests: RequestQueue<R>,
@@ -97,6 +99,15 @@ impl Reload {
 enum GenerationEnd {
     Stopped,
     Superseded,
+    /// It never began: a part of the bus is missing.
+    Incomplete,
+}
+
+/// The ends of the bus that the loop has itself.
+struct Ends {
+    server: CommandServer,
+    status: StatusWriter,
+    subscribers: Vec<RawSubscriber>,
 }
 
 impl<R: Request> ServiceLoop<R> {
@@ -118,6 +129,7 @@ impl<R: Request> ServiceLoop<R> {
             to_service: jobs,
             from_service: outcomes,
             is_busy: false,
+            watch: WorkWatch::of(R::DAEMON.name(), WORK_THREAD),
             newest: BTreeMap::new(),
             requests: RequestQueue::new(),
             wake_at: None,
@@ -138,7 +150,7 @@ impl<R: Request> ServiceLoop<R> {
                 Err(why) => {
                     self.report.cannot_join(&why);
                     if next_heartbeat <= Instant::now() {
-                        self.report.send(None);
+                        self.tell(None);
                         next_heartbeat = Instant::now() + HEARTBEAT_PERIOD;
                     }
                     if stop.is_raised_within(RETRY) {
@@ -161,15 +173,32 @@ impl<R: Request> ServiceLoop<R> {
                     return Ok(());
                 }
                 GenerationEnd::Superseded => info!(service, "the bus has a new generation"),
+                GenerationEnd::Incomplete => {
+                    drop((bus, waiter));
+                    if stop.is_raised_within(RETRY) {
+                        self.report.leave();
+                        return Ok(());
+                    }
+                }
             }
         }
     }
 
+    /// Opens the ends of the loop.
+    fn ends(&self, bus: &Bus) -> Result<Ends, PortError> {
+        let subscribers = self.inputs.iter().map(|topic| bus.raw_subscriber(*topic)).collect::<Result<_, _>>()?;
+        Ok(Ends { server: bus.command_server()?, status: bus.status_writer()?, subscribers })
+    }
+
     fn generation(&mut self, bus: &Bus, waiter: &mut Waiter) -> Result<GenerationEnd, Failure> {
-        let server = bus.command_server()?;
-        let status = bus.status_writer()?;
-        let subscribers: Vec<RawSubscriber> =
-            self.inputs.iter().map(|topic| bus.raw_subscriber(*topic)).collect::<Result<_, _>>()?;
+        let Ends { server, status, subscribers } = match self.ends(bus) {
+            // The keeper died before it had created this, or after: its successor creates it.
+            Err(why @ PortError::Missing { .. }) => {
+                info!(service = self.daemon.name(), error = chain(&why), "the bus is not whole yet");
+                return Ok(GenerationEnd::Incomplete);
+            }
+            ends => ends?,
+        };
         info!(service = self.daemon.name(), generation = bus.generation(), "joined the bus");
         crate::ready("joined the bus");
         let waker = waiter.waker();
@@ -179,14 +208,14 @@ impl<R: Request> ServiceLoop<R> {
             let now = Instant::now();
             let is_heartbeat_due = next_heartbeat <= now;
             if is_heartbeat_due {
-                self.report.send(Some(&status));
+                self.tell(Some(&status));
                 next_heartbeat = now + HEARTBEAT_PERIOD;
             }
             self.reload_configuration();
             // The service may still be at work for the generation before.
             if matches!(self.attachment, Attachment::Wanted(from) if from <= now) && !self.is_busy {
                 self.attachment = Attachment::Underway;
-                self.send(Job::Attach(bus.clone(), waker.clone()))?;
+                self.send(Job::Attach(bus.clone(), waker.clone()), "joining the bus".to_owned())?;
             }
             self.dispatch(is_heartbeat_due || self.wake_at.is_some_and(|wake_at| wake_at <= now), &waker)?;
             // A wake-up that is due while the service works waits until it is done.
@@ -206,7 +235,7 @@ impl<R: Request> ServiceLoop<R> {
                     Err(TryRecvError::Disconnected) => return Err("the service has panicked".into()),
                 };
                 // A change is reported at once, and before the answer: who has it finds in the report what was done.
-                self.report.send(Some(&status));
+                self.report.send(Some(&status), self.watch.busy());
                 if let Err(why) = self.requests.finish(answer.as_deref().map_err(String::as_str)) {
                     self.report_bus_error(&why);
                 }
@@ -248,25 +277,28 @@ impl<R: Request> ServiceLoop<R> {
         }
         if let Some(config) = self.configuration.take() {
             self.is_configuring = true;
-            return self.send(Job::Configuration(config));
+            return self.send(Job::Configuration(config), "another configuration".to_owned());
         }
         match self.attachment {
             Attachment::Wanted(_) | Attachment::Underway => return Ok(()),
             Attachment::Done => {
                 self.attachment = Attachment::Told;
-                return self.send(Job::Attached);
+                return self.send(Job::Attached, "its begin on the bus".to_owned());
             }
             Attachment::Told => {}
         }
         if let Some((topic, sample)) = self.newest.pop_first() {
             let header = sample.header();
             self.report.set_input(topic, header.epoch, Stamp(header.stamp_ns));
-            return self.send(Job::Sample(sample));
+            return self.send(Job::Sample(sample), format!("the input {topic}"));
         }
         if let Some((request, asked)) = self.requests.next(waker) {
-            return self.send(Job::Request(request, asked));
+            let (job, reporter) = (format!("the request {}", name_of(&request)), asked.reporter.clone());
+            self.send(Job::Request(request, asked), job)?;
+            self.watch.report_of(reporter);
+            return Ok(());
         }
-        if is_tick { self.send(Job::Tick) } else { Ok(()) }
+        if is_tick { self.send(Job::Tick, "a regular look".to_owned()) } else { Ok(()) }
     }
 
     fn reload_configuration(&mut self) {
@@ -285,14 +317,24 @@ impl<R: Request> ServiceLoop<R> {
         }
     }
 
-    fn send(&mut self, job: Job<R>) -> Result<(), Failure> {
+    /// Tells everybody of itself, unless the service hangs: silence is what readers and watchdogs understand.
+    fn tell(&mut self, status: Option<&StatusWriter>) {
+        self.watch.look();
+        if !self.watch.hangs() {
+            self.report.send(status, self.watch.busy());
+        }
+    }
+
+    fn send(&mut self, job: Job<R>, words: String) -> Result<(), Failure> {
         self.is_busy = true;
+        self.watch.begin(words);
         self.to_service.send(job).map_err(|_| "the service has panicked".into())
     }
 
     /// Takes what the service has done into the report; returns the answer to the request, if it was one.
     fn finish(&mut self, outcome: Outcome) -> Result<Vec<u8>, String> {
         self.is_busy = false;
+        self.watch.end();
         self.report.set(outcome.standing, outcome.facts);
         let is_configuration = std::mem::take(&mut self.is_configuring);
         if self.attachment == Attachment::Underway {
@@ -344,6 +386,15 @@ impl<R: Request> ServiceLoop<R> {
 
     fn report_bus_error(&mut self, why: &(dyn std::error::Error + 'static)) {
         self.report.failed("the bus refuses", why);
+    }
+}
+
+/// The name of a request, as it is on the bus.
+fn name_of<R: Request>(request: &R) -> String {
+    match serde_json::to_value(request) {
+        Ok(serde_json::Value::String(name)) => name,
+        Ok(serde_json::Value::Object(request)) => request.into_iter().next().map(|(name, _)| name).unwrap_or_default(),
+        _ => String::new(),
     }
 }
 

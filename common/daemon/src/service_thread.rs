@@ -7,6 +7,10 @@ use crate::service::{Asked, Done, Event, Service, Standing};
 use bus::{Bus, RawSample, Waker};
 use std::sync::mpsc::{Receiver, Sender, channel};
 
+/// Name of the threads that a service works on, and of those that it starts for its work; one with another name is no part of a
+/// job.
+pub(crate) const WORK_THREAD: &str = "service-work";
+
 /// A job of the service. Samples are validated on its thread, because that takes time.
 pub(crate) enum Job<R> {
     Attach(Bus, Waker),
@@ -45,7 +49,8 @@ pub(crate) fn start<S: Service + 'static>(
     let (outcomes, from_service) = channel();
     // The service runs on a thread of the pool that its parallel work runs on: handing work to a pool from outside
     // costs an allocation now and then, and a thread.
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(n_threads).build()?;
+    let pool =
+        rayon::ThreadPoolBuilder::new().num_threads(n_threads).thread_name(|_| WORK_THREAD.to_owned()).build()?;
     let thread = std::thread::Builder::new().name(name.to_owned());
     thread.spawn(move || pool.install(move || work(service, &jobs, outcomes)))?;
     Ok(ServiceThread { jobs: to_service, outcomes: from_service })

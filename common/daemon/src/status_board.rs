@@ -10,6 +10,7 @@
 
 use crate::config::SiteConfig;
 use crate::site_process::SiteProcess;
+use crate::work_watch::Busy;
 use bus::{Daemon, Domain, DomainError, ReportKind, Stamp};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -48,8 +49,23 @@ pub struct Report<F = serde_json::Value> {
     /// before the daemon.
     #[serde(default)]
     pub latency_s: Option<f64>,
+    /// When it published, from old to new, the last minute: the first output of each second.
+    #[serde(default)]
+    pub outputs: Vec<OutputStamp>,
+    /// What its service works on; `None` while it is idle.
+    #[serde(default)]
+    pub busy: Option<Busy>,
     /// Facts of its service; null without one.
     pub facts: F,
+}
+
+/// When a sample was published.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct OutputStamp {
+    /// Its epoch.
+    pub epoch: u64,
+    /// Monotonic time, nanoseconds since the machine's boot.
+    pub stamp_ns: u64,
 }
 
 impl<F> Report<F> {
@@ -251,6 +267,8 @@ mod tests {
             epochs: BTreeMap::new(),
             output_stamp_ns: None,
             latency_s: None,
+            outputs: Vec::new(),
+            busy: None,
             facts: serde_json::json!({"storeys": 3}),
         }
     }

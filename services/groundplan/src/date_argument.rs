@@ -150,6 +150,8 @@ mod tests {
                 epochs: Default::default(),
                 output_stamp_ns: None,
                 latency_s: None,
+                outputs: Vec::new(),
+                busy: None,
                 facts: ScheduleFacts { site_zone: site_zone.map(str::to_owned), ..ScheduleFacts::default() },
             };
             std::fs::write(board.join("schedule-eval.json"), serde_json::to_vec(&report).unwrap()).unwrap();

@@ -11,6 +11,7 @@ mod alignment_request;
 mod date_argument;
 mod film;
 mod input_document;
+mod lag;
 mod load_progress;
 mod maps;
 mod monitor;

@@ -42,6 +42,9 @@ pub struct RasterizeService {
     is_pending: bool,
     /// What was published last, and its plan time.
     last: Published,
+    last_inputs: InputHashes,
+    /// Epochs of the site and of the schedule state that it shows.
+    last_epochs: [u64; 2],
     last_plan_time_s: i64,
 }
 
@@ -68,6 +71,8 @@ impl RasterizeService {
             next_epochs: Vec::new(),
             is_pending: false,
             last: Published::default(),
+            last_inputs: InputHashes::default(),
+            last_epochs: [0; 2],
             last_plan_time_s: ScheduleStateHead::NO_TIME,
         };
         if service.settings.were_edited() {
@@ -79,7 +84,11 @@ impl RasterizeService {
     fn handle_site(&mut self, site: CheckedSample<topics::Site>) -> Result<Done, Failure> {
         match &mut self.site {
             Some((drawn, _)) if drawn.content_hash() == site.content_hash() => {
+                let epoch = site.bytes().header().epoch;
                 (*drawn, self.next_site) = (site, None);
+                if self.last_inputs.site == drawn.content_hash() {
+                    self.last_epochs[0] = epoch;
+                }
                 Ok(Done::default())
             }
             _ => {
@@ -184,6 +193,7 @@ impl RasterizeService {
             return Ok(self.done());
         };
         let frame_epoch = site.bytes().header().frame_epoch;
+        let epochs = [site.bytes().header().epoch, schedule_state.bytes().header().epoch];
         let (site, schedule_state) = (site.view(), schedule_state.view());
         if schedule_state.head.site_hash != site.content_hash() {
             // One of them is older; the other will come.
@@ -229,6 +239,7 @@ impl RasterizeService {
         self.activity.set(Activity::Published);
         self.is_pending = false;
         self.last = Published { content_hash: sent.content_hash, epoch };
+        (self.last_inputs, self.last_epochs) = (inputs, epochs);
         self.last_plan_time_s = schedule_state.head.plan_time_s;
         Ok(self.done())
     }
@@ -288,6 +299,10 @@ impl Service for RasterizeService {
         RasterizeFacts {
             grids: self.last,
             plan_time_s: Some(self.last_plan_time_s).filter(|at_s| *at_s != ScheduleStateHead::NO_TIME),
+            site_hash: self.last_inputs.site,
+            site_epoch: self.last_epochs[0],
+            state_epoch: self.last_epochs[1],
+            state_hash: self.last_inputs.schedule_state,
             storeys: self.published.len(),
             robot: self.settings.robot().name.clone(),
             resolution_m: self.settings.resolution_m(),

@@ -240,6 +240,8 @@ mod tests {
             epochs: Default::default(),
             output_stamp_ns: None,
             latency_s: None,
+            outputs: Vec::new(),
+            busy: None,
             facts: IgnoredAny,
         }
     }

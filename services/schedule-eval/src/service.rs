@@ -575,13 +575,17 @@ impl Service for ScheduleService {
 
     fn facts(&self) -> ScheduleFacts {
         let valid_until_s = self.output.last().map(|state| state.view().head.valid_until_s);
+        let reading = self.read_clock().0;
         ScheduleFacts {
             state: self.output.published(),
-            plan_time_s: self.read_clock().0.plan_time_s,
+            site_hash: self.output.inputs().site,
+            state_plan_time_s: self.shown_at_s.flatten(),
+            due_plan_time_s: self.effective_plan_time_s(reading),
+            plan_time_s: reading.plan_time_s,
             clock: self.plan_time.clock().name(),
             valid_until_s: valid_until_s.filter(|until_s| *until_s != ScheduleStateHead::NO_TIME),
             next_update_ms: self.next_update().map(|(_, at_ms)| at_ms),
-            clock_distrust: self.read_clock().0.distrust.map(|distrust| distrust.to_string()),
+            clock_distrust: reading.distrust.map(|distrust| distrust.to_string()),
             progress: self.progress_rows(),
             site_zone: self.rules.site_zone.as_ref().and_then(|zone| zone.iana_name().map(str::to_owned)),
             settings: self.settings(),

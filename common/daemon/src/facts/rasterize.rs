@@ -16,6 +16,14 @@ pub struct RasterizeFacts {
     pub grids: Published,
     /// Its plan time, civil seconds since 1970; `None` if everything is built.
     pub plan_time_s: Option<i64>,
+    /// Content hash of the site that it shows.
+    pub site_hash: u64,
+    /// Epoch of that site's sample.
+    pub site_epoch: u64,
+    /// Epoch of the sample of the schedule state that it shows.
+    pub state_epoch: u64,
+    /// Content hash of the schedule state that it shows.
+    pub state_hash: u64,
     /// Its storeys.
     pub storeys: usize,
     /// Name of the robot.

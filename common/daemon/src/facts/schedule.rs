@@ -19,6 +19,12 @@ pub struct ProgressRows {
 pub struct ScheduleFacts {
     /// The schedule state that is published.
     pub state: Published,
+    /// Content hash of the site whose schedule it is of.
+    pub site_hash: u64,
+    /// Plan time of the published schedule state; `None` if it shows everything as built.
+    pub state_plan_time_s: Option<i64>,
+    /// The plan time that it should be of: that of the clock, or of the last change before it while the clock moves.
+    pub due_plan_time_s: Option<i64>,
     /// The plan time; `None` if everything is built.
     pub plan_time_s: Option<i64>,
     /// How the plan time moves, in words.

@@ -60,7 +60,7 @@ impl Run for Args {
         };
         let answer = ask(&bus, &mut waiter, &request)?;
         if answer.state.epoch > 0 {
-            wait_for_schedule_state(&bus, &mut waiter, &config, &answer.state)?;
+            wait_for_schedule_state(&mut waiter, &config, &answer.state, "the reported progress")?;
         }
         Ok(if self.json { Outcome::json(&answer)? } else { text(&answer).into() })
     }

@@ -146,7 +146,7 @@ impl Args {
         let is_in_force = answer.effect == RevisionEffect::InForce;
         if is_in_force {
             progress.waits_for("drawing maps");
-            wait_for_site(bus, waiter, config, &answer.site)?;
+            wait_for_site(waiter, config, &answer.site, "the revision")?;
         }
         drop(progress);
         let text = if self.json { format!("{:#}\n", json!(answer)) } else { revision_report::text(&answer) };

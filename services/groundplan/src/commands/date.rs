@@ -39,7 +39,7 @@ impl Run for Args {
     /// Sets the plan time, goes on to the next change, lets it move, or prints it.
     ///
     /// # Errors
-    /// No daemons, an invalid date, no later change in the schedule.
+    /// No daemons, an invalid date, no later change in the schedule; no maps of a date that is in force.
     fn run(&self) -> Result<Outcome, Failure> {
         let config = self.site.config()?;
         let instant_s = |text| date_argument::instant_at_site_s(text, &config);
@@ -55,7 +55,8 @@ impl Run for Args {
         let answer = ask(&bus, &mut waiter, &request)?;
         // Without a site there is nothing to wait for: the plan time is kept for when there is one.
         if !self.no_wait && answer.state.epoch > 0 && request != ScheduleRequest::GetPlanTime {
-            wait_for_schedule_state(&bus, &mut waiter, &config, &answer.state)?;
+            let effect = format!("the plan time {}", answer.plan_time_s.map(date_argument::text).unwrap_or_default());
+            wait_for_schedule_state(&mut waiter, &config, &answer.state, &effect)?;
         }
         let time = answer.plan_time_s.map(date_argument::text);
         let text = match (&request, time) {

@@ -58,7 +58,7 @@ impl Run for Args {
         let answer = ask_with_progress(&bus, &mut waiter, &self.request()?, |news| progress.show(news))?;
         if answer.effect == RevisionEffect::InForce && !self.no_wait {
             progress.waits_for("drawing maps");
-            wait_for_site(&bus, &mut waiter, &config, &answer.site)?;
+            wait_for_site(&mut waiter, &config, &answer.site, "the site")?;
         }
         drop(progress);
         let text = if self.json {

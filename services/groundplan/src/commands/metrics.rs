@@ -2,6 +2,7 @@
 
 use crate::args::SiteArgs;
 use crate::failure::Failure;
+use crate::lag::lags;
 use crate::run::{Outcome, Run};
 use bus::{Daemon, HEARTBEAT_PERIOD, MISSED_HEARTBEATS, Stamp};
 use daemon::facts::{AlignFacts, IngestFacts, RasterizeFacts, ScheduleFacts};
@@ -101,6 +102,8 @@ fn of_processes(metrics: &mut Metrics, config: &SiteConfig, board: &StatusBoard)
     of_each("error", "gauge", "1 if its output is not what its inputs ask for", &|r| yes(r.error.is_some()));
     of_each("warning", "gauge", "1 if an operator should look at it", &|r| yes(r.warning.is_some()));
     of_each("latency_seconds", "gauge", "from its last input to its output", &|r| r.latency_s);
+    let busy_s = |r: &Report<IgnoredAny>| Some(r.busy.as_ref().map_or(0.0, |busy| busy.duration().as_secs_f64()));
+    of_each("busy_seconds", "gauge", "for how long it works on one job; 0 while it is idle", &busy_s);
     let age_s = |r: &Report<IgnoredAny>| Some(Stamp::now().since(Stamp(r.output_stamp_ns?)).as_secs_f64());
     of_each(
         "output_age_seconds",
@@ -123,7 +126,8 @@ fn of_site(metrics: &mut Metrics, board: &StatusBoard) {
     let site_epoch = ingest.as_ref().map(|facts| facts.site.epoch as f64);
     metrics.gauge("site_epoch", "epoch of the published site", site_epoch);
     metrics.gauge("frame_epoch", "changes of the map frame", ingest.as_ref().map(|facts| facts.frame_epoch as f64));
-    metrics.gauge("grids_epoch", "epoch of the maps", rasterize.as_ref().map(|facts| facts.grids.epoch as f64));
+    let grids = rasterize.as_ref().map(|facts| facts.grids.epoch as f64);
+    metrics.gauge("grids_epoch", "epoch of the maps", grids);
     let plan_time_s = schedule.as_ref().and_then(|facts| facts.plan_time_s);
     let help = "plan time, civil seconds since 1970 at the site; absent if everything is built";
     metrics.gauge("plan_time_seconds", help, plan_time_s.map(|s| s as f64));
@@ -131,6 +135,9 @@ fn of_site(metrics: &mut Metrics, board: &StatusBoard) {
     let help =
         "end of the validity of the maps, civil seconds since 1970 at the site; absent if they are valid for good";
     metrics.gauge("valid_until_seconds", help, valid_until_s.map(|s| s as f64));
+    let longest_s = lags(board).iter().map(|lag| lag.for_s).fold(0.0, f64::max);
+    let help = "for how long clock, schedule state and maps differ beyond the usual time; 0 if they do not";
+    metrics.gauge("lag_seconds", help, grids.map(|_| longest_s));
     let alignment = align.and_then(|facts| facts.alignment);
     let is_effective = alignment.as_ref().map(|a| f64::from(u8::from(a.is_effective())));
     metrics.gauge("pose_effective", "1 if the pose of the robot's map may be used; absent without a map", is_effective);

@@ -3,6 +3,7 @@
 use crate::args::SiteArgs;
 use crate::date_argument;
 use crate::failure::Failure;
+use crate::lag::{Lag, lags};
 use crate::run::{Outcome, Run};
 use crate::wait::require_up;
 use bus::{Daemon, HEARTBEAT_PERIOD, MISSED_HEARTBEATS};
@@ -16,9 +17,13 @@ use serde::Serialize;
 use serde::de::{DeserializeOwned, IgnoredAny};
 use std::collections::BTreeMap;
 use std::fmt::Write;
+use std::time::Duration;
 
 /// The activity of a process that lives and reports nothing.
 const HANGS: &str = "hangs";
+
+/// A job of less time is not worth a word.
+const LONG_S: f64 = 3.0;
 
 /// Arguments of `status`.
 #[derive(Debug, Clone, clap::Args)]
@@ -35,7 +40,7 @@ pub struct Args {
 /// What `status --json` prints.
 #[derive(Debug, Serialize, JsonSchema)]
 struct Status {
-    /// True if every process runs with nothing to tell, neither error nor warning, and there are grids and a mission plan.
+    /// True if every process runs with nothing to tell, neither error nor warning, nothing lags, and there are grids and a mission plan.
     healthy: bool,
     /// The daemons by name, with `keeper` and `relay` if these have begun.
     daemons: BTreeMap<&'static str, ProcessStatus>,
@@ -50,6 +55,8 @@ struct Status {
     mission_plan: Option<MissionPlanStatus>,
     /// Where the robot's map lies; null while there is no such map.
     alignment: Option<AlignmentSummary>,
+    /// Outputs that are not of what is in force before them for longer than usual.
+    lags: Vec<Lag>,
     /// The settings in force, and where each comes from.
     settings: Vec<SettingInForce>,
 }
@@ -73,6 +80,16 @@ struct ProcessStatus {
     error: Option<String>,
     /// What an operator should know although nothing failed.
     warning: Option<String>,
+    /// What it works on, or worked on at its last report; null while it is idle.
+    busy: Option<BusyStatus>,
+}
+
+#[derive(Debug, Serialize, JsonSchema)]
+struct BusyStatus {
+    /// The job, in words.
+    job: String,
+    /// For how long, in seconds.
+    for_s: f64,
 }
 
 #[derive(Debug, Serialize, JsonSchema)]
@@ -144,13 +161,15 @@ impl ProcessStatus {
                 memory_bytes: 0,
                 error: None,
                 warning: None,
+                busy: None,
             },
         }
     }
 
     fn of_report(alive: bool, report: Report<IgnoredAny>) -> Self {
         let age = report.age();
-        let Report { process_id, restarts, memory_bytes, error, warning, activity, .. } = report;
+        let Report { process_id, restarts, memory_bytes, error, warning, activity, busy, .. } = report;
+        let busy = busy.filter(|_| alive);
         Self {
             alive,
             process_id: if alive { process_id } else { 0 },
@@ -159,17 +178,23 @@ impl ProcessStatus {
                 (true, true) => HANGS.to_owned(),
                 (true, false) => activity,
             },
-            age_s: Some((age.as_secs_f64() * 10.0).round() / 10.0),
+            age_s: Some(tenths(age)),
             restarts,
             memory_bytes,
             error,
             warning,
+            busy: busy.map(|busy| BusyStatus { for_s: tenths(busy.duration()), job: busy.job }),
         }
     }
 
     fn is_well(&self) -> bool {
         self.alive && self.activity != HANGS && self.error.is_none() && self.warning.is_none()
     }
+}
+
+/// Seconds, to a tenth.
+fn tenths(duration: Duration) -> f64 {
+    (duration.as_secs_f64() * 10.0).round() / 10.0
 }
 
 /// Facts of a daemon from its last report, also if it is dead: what it published is there.
@@ -224,9 +249,13 @@ impl Status {
         let processes = board.processes(config).filter(is_shown);
         let daemons: BTreeMap<&'static str, ProcessStatus> =
             processes.map(|process| (process.name(), ProcessStatus::of(board, process))).collect();
-        let healthy = grids.is_some() && mission_plan.is_some() && daemons.values().all(ProcessStatus::is_well);
+        let lags = lags(board);
+        let healthy = lags.is_empty()
+            && grids.is_some()
+            && mission_plan.is_some()
+            && daemons.values().all(ProcessStatus::is_well);
         let alignment = align.and_then(|facts| facts.alignment);
-        Self { healthy, daemons, site, clock, grids, mission_plan, alignment, settings }
+        Self { healthy, daemons, site, clock, grids, mission_plan, alignment, lags, settings }
     }
 
     fn text(&self) -> String {
@@ -237,6 +266,9 @@ impl Status {
             if let Some(age_s) = daemon.age_s.filter(|_| !daemon.alive || daemon.activity == HANGS) {
                 let _ = write!(out, ", last seen {age_s} s ago");
             }
+            if let Some(BusyStatus { job, for_s }) = daemon.busy.as_ref().filter(|busy| busy.for_s >= LONG_S) {
+                let _ = write!(out, ", busy with {job} for {for_s:.0} s");
+            }
             if daemon.restarts > 0 {
                 let _ = write!(out, ", started again {}", counted(daemon.restarts as usize, "time"));
             }
@@ -244,6 +276,9 @@ impl Status {
             for words in daemon.error.iter().chain(&daemon.warning) {
                 let _ = writeln!(out, "  {words}");
             }
+        }
+        for Lag { daemon, of, for_s } in &self.lags {
+            let _ = writeln!(out, "{daemon} lags: what it published is not of {of}, for {for_s:.0} s");
         }
         if let Some(SiteStatus { epoch, models, frame_epoch }) = &self.site {
             let names: Vec<_> = models.iter().map(|model| model.path.display().to_string()).collect();

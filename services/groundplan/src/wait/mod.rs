@@ -10,9 +10,9 @@ pub(crate) use expectation::Expectation;
 
 use crate::failure::Failure;
 use crate::supervise::running;
-use bus::{Bus, Daemon, DomainError, TopicName, Waiter, topics};
+use bus::{Bus, Daemon, DomainError, TopicName, Waiter};
+use daemon::facts::RasterizeFacts;
 use daemon::{Progress, Published, Request, RequestTimeouts, SiteConfig};
-use messages::InputHashes;
 use obstacles::Obstacles;
 use std::time::{Duration, Instant};
 
@@ -21,6 +21,8 @@ const TIMEOUT: Duration = Duration::from_secs(600);
 /// Timeout of a daemon that is just starting.
 const START_TIMEOUT: Duration = Duration::from_secs(10);
 const POLL_INTERVAL: Duration = Duration::from_millis(100);
+/// Maps are there within milliseconds, and nothing wakes who reads reports.
+const MAPS_POLL_INTERVAL: Duration = Duration::from_millis(20);
 
 /// Joins the bus of a site as a client; of one that has just been started, as soon as there is one.
 ///
@@ -88,56 +90,51 @@ pub(crate) fn ask_with_progress<R: Request>(
     daemon::ask(bus, request, timeouts, progress, pause).map_err(Failure::work)
 }
 
-/// Waits until grids of a schedule state are out; while the plan time moves a later schedule state is as good.
+/// Waits until maps of a schedule state are out, or of a later one. `effect` is what is in force already.
 ///
 /// # Errors
-/// No new grids, and why.
+/// No maps, and why; that the effect is in force.
 pub(crate) fn wait_for_schedule_state(
-    bus: &Bus,
     waiter: &mut Waiter,
     config: &SiteConfig,
     state: &Published,
+    effect: &str,
 ) -> Result<(), Failure> {
-    let schedule_states = bus.subscriber(topics::ScheduleState).map_err(Failure::work)?;
-    let mut hashes = vec![state.content_hash];
-    let obstacles = Obstacles::after(config, TopicName::ScheduleState, state.epoch)?;
-    wait_for_grids(bus, waiter, obstacles, |inputs| {
-        while let Ok(Some(schedule_state)) = schedule_states.take() {
-            if schedule_state.header().epoch > state.epoch {
-                hashes.push(schedule_state.header().content_hash);
-            }
-        }
-        hashes.contains(&inputs.schedule_state)
-    })
+    let shown = |maps: &RasterizeFacts| maps.state_epoch;
+    wait_for_maps(waiter, config, (TopicName::ScheduleState, state.epoch), shown).map_err(|why| in_force(effect, &why))
 }
 
-/// Waits until grids of a site are out.
+/// Waits until maps of a site are out, or of a later one. `effect` is what is in force already.
 ///
 /// # Errors
-/// No new grids, and why.
+/// No maps, and why; that the effect is in force.
 pub(crate) fn wait_for_site(
-    bus: &Bus,
     waiter: &mut Waiter,
     config: &SiteConfig,
     site: &Published,
+    effect: &str,
 ) -> Result<(), Failure> {
-    let obstacles = Obstacles::after(config, TopicName::Site, site.epoch)?;
-    wait_for_grids(bus, waiter, obstacles, |inputs| inputs.site == site.content_hash)
+    let shown = |maps: &RasterizeFacts| maps.site_epoch;
+    wait_for_maps(waiter, config, (TopicName::Site, site.epoch), shown).map_err(|why| in_force(effect, &why))
 }
 
-/// Waits until an index of grids is out that was made from this.
-fn wait_for_grids(
-    bus: &Bus,
+/// A command whose effect has happened says so: to ask again would be wrong.
+fn in_force(effect: &str, why: &Failure) -> Failure {
+    Failure::work(format!("{effect} is in force; waiting for its maps failed: {why:#}"))
+}
+
+/// Waits until the maps show at least this epoch of an input. It is read from the report of rasterize, which follows the maps:
+/// that takes no place among the readers of the bus.
+fn wait_for_maps(
     waiter: &mut Waiter,
-    mut obstacles: Obstacles,
-    mut is_it: impl FnMut(&InputHashes) -> bool,
+    config: &SiteConfig,
+    (topic, epoch): (TopicName, u64),
+    shown: impl Fn(&RasterizeFacts) -> u64,
 ) -> Result<(), Failure> {
-    let grids = bus.subscriber(topics::Grids).map_err(Failure::work)?;
+    let mut obstacles = Obstacles::after(config, topic, epoch)?;
     let begun = Instant::now();
     loop {
-        if let Some(sample) = grids.take().map_err(Failure::work)?
-            && is_it(&sample.header().inputs)
-        {
+        if obstacles.maps().is_some_and(|maps| shown(&maps) >= epoch) {
             return Ok(());
         }
         if let Some(why) = obstacles.reason() {
@@ -146,6 +143,6 @@ fn wait_for_grids(
         if begun.elapsed() > TIMEOUT {
             return Err(Failure::work("no new maps have come: see groundplan status"));
         }
-        waiter.wait(POLL_INTERVAL).map_err(Failure::work)?;
+        waiter.wait(MAPS_POLL_INTERVAL).map_err(Failure::work)?;
     }
 }

@@ -3,6 +3,7 @@
 use super::reports::{is_at_work, is_silent};
 use crate::failure::Failure;
 use bus::{Daemon, TopicName};
+use daemon::facts::RasterizeFacts;
 use daemon::{Report, SiteConfig, StatusBoard};
 use serde::de::IgnoredAny;
 use std::time::{Duration, Instant};
@@ -34,6 +35,11 @@ impl Obstacles {
     pub(crate) fn after(config: &SiteConfig, topic: TopicName, epoch: u64) -> Result<Self, Failure> {
         let board = StatusBoard::of_site(config).map_err(Failure::work)?;
         Ok(Self { board, topic, epoch, begun: Instant::now(), error: None, has_told: false })
+    }
+
+    /// The maps that are out; `None` before the first.
+    pub(crate) fn maps(&self) -> Option<RasterizeFacts> {
+        self.board.report(Daemon::Rasterize).map(|report: Report<RasterizeFacts>| report.facts)
     }
 
     /// Why no maps will come: a daemon has handled the sample and has had an error since. Says once on standard error what
