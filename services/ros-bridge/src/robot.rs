@@ -6,7 +6,7 @@ use daemon::facts::Pose;
 use daemon::{Failure, RosConfig};
 use messages::PoseRecord;
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// Follows the robot's pose in its own map.
 pub(crate) struct Robot {
@@ -40,5 +40,11 @@ impl Robot {
     pub(crate) fn pose(&self) -> Option<Pose> {
         let transforms = self.transforms.lock().unwrap_or_else(PoisonError::into_inner);
         transforms.pose(&self.slam_frame, &self.robot_frame, Instant::now())
+    }
+
+    /// How long ago the transform of the robot's own frame came.
+    pub(crate) fn seen_ago(&self) -> Option<Duration> {
+        let transforms = self.transforms.lock().unwrap_or_else(PoisonError::into_inner);
+        transforms.age(&self.robot_frame, Instant::now())
     }
 }

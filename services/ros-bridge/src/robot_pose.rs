@@ -25,6 +25,11 @@ impl TransformTree {
         }
     }
 
+    /// How long ago the newest transform of a frame came.
+    pub(crate) fn age(&self, child: &str, now: Instant) -> Option<Duration> {
+        self.0.get(child).map(|(_, _, at)| now.duration_since(*at))
+    }
+
     /// How a frame lies in another one that is above it, in the plane; `None` if there is no way, or the frame's own transform is old.
     pub(crate) fn pose(&self, parent: &str, child: &str, now: Instant) -> Option<Pose> {
         let is_moving = self.0.get(child).is_some_and(|(_, _, at)| now.duration_since(*at) <= MAX_AGE);
@@ -117,6 +122,7 @@ mod tests {
         let moving = tree(&[transform("map", "base_link", [0.0, 0.0], 0.0)], begun);
         assert!(moving.pose("map", "base_link", begun + MAX_AGE).is_some());
         assert_eq!(moving.pose("map", "base_link", begun + MAX_AGE * 2), None);
+        assert_eq!(moving.age("base_link", begun + MAX_AGE), Some(MAX_AGE));
         let round = tree(&[transform("a", "b", [0.0, 0.0], 0.0), transform("b", "a", [0.0, 0.0], 0.0)], begun);
         assert_eq!(round.pose("map", "a", begun), None);
         let nan = tree(&[transform("map", "base_link", [f64::NAN, 0.0], 0.0)], begun);

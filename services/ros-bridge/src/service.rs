@@ -333,6 +333,7 @@ impl Service for BridgeService {
             has_transform: self.has_transform,
             robot_in_slam_map: self.robot.pose(),
             robot_in_map: self.robot_in_map(),
+            robot_seen_ns: self.robot.seen_ago().map(|age| Stamp::now().0.saturating_sub(age.as_nanos() as u64)),
             domain_id: self.graph.domain_id(),
             peers: self.rivals.peers().clone(),
             foxglove: self.foxglove.as_ref().and_then(FoxgloveServer::address),

@@ -23,6 +23,8 @@ pub struct RosBridgeFacts {
     pub robot_in_slam_map: Option<Pose>,
     /// The same in the model's map, by the alignment that is in effect.
     pub robot_in_map: Option<Pose>,
+    /// When the transform of the robot's own frame came that these two poses are by, nanoseconds of the machine's monotonic clock.
+    pub robot_seen_ns: Option<u64>,
     /// The ROS domain.
     pub domain_id: u16,
     /// What is there of others.
