@@ -63,6 +63,8 @@ class Site:
 
     def link(self, **state):
         given = {"storey": 0, "date": self.last, "layers": "planning,rooms,elements", "view": "plan", **state}
+        if isinstance(given["date"], int):
+            given["date"] = self.site["dates"][given["date"]]["key"]
         return f"{self.url}#" + "&".join(f"{key}={value}" for key, value in given.items() if value is not None)
 
     def need_programs(self):
@@ -137,14 +139,14 @@ def the_plan_date_moves_by_keyboard_and_by_pointer(browser, site):
     texts.append(slider.get_attribute("aria-valuetext"))
     assert len(set(texts)) == 3 and "25 March 2024" in texts[1], texts
     slider.send_keys(Keys.HOME)
-    until("the first date", lambda: browser.fragment()["date"] == "0")
+    until("the first date", lambda: browser.fragment()["date"] == site.site["dates"][0]["key"])
     times = sorted(browser.driver.execute_async_script(STEP, "ArrowRight") for _ in site.site["dates"][1:])
     return f"a step takes {times[len(times) // 2]:.0f} ms, at most {times[-1]:.0f} ms"
 
 
 @fact
 def a_click_on_a_room_tells_its_name_and_global_id(browser, site):
-    browser.open(site.link(date="12", layers="planning,rooms"))
+    browser.open(site.link(date=12, layers="planning,rooms"))
     until("no movement", lambda: browser.settled("#plan"))
     browser.click_at(*browser.screen_of_map()(*site.site["spaces"][OFFICE]["centroid_m"]))
     browser.wait_for_text(OFFICE, *site.name(OFFICE))
@@ -188,9 +190,9 @@ def the_search_finds_rooms_without_accents_and_elements_by_global_id(browser, si
 @fact
 def a_link_restores_storey_date_layers_and_selection(browser, site):
     room = next(key for key, space in site.site["spaces"].items() if space["storey"] == 1)
-    link = site.link(storey=1, date="20", layers="semantic,waypoints", select=room)
+    link = site.link(storey=1, date=20, layers="semantic,waypoints", select=room)
     browser.open(link)
-    wanted = {"storey": "1", "date": "20", "layers": "semantic,waypoints", "select": room, "view": "plan"}
+    wanted = {"storey": "1", "date": site.site["dates"][20]["key"], "layers": "semantic,waypoints", "select": room, "view": "plan"}
     until("the state", lambda: browser.fragment() == wanted)
     assert browser.named("input", "Semantic map").is_selected() and not browser.named("input", "Planning map").is_selected()
     assert "3 May 2024" in browser.named("[role=slider]", "Plan date").get_attribute("aria-valuetext")
@@ -320,7 +322,7 @@ def axe_finds_nothing_serious(browser, site):
     if not axe.is_file():
         raise Skipped("axe-core is not in target/page")
     views = [(site.link(select=OFFICE), {}), (site.link(view="3d"), {}), (site.link(**{"from": OFFICE, "to": KITCHEN}), {"dark": True})]
-    views += [(site.link(select=OFFICE), {"size": PHONE}), (site.link(date="12"), {"dark": True, "language": "de-DE"})]
+    views += [(site.link(select=OFFICE), {"size": PHONE}), (site.link(date=12), {"dark": True, "language": "de-DE"})]
     wrong = set()
     for url, how in views:
         browser.open(url, **how)
@@ -406,6 +408,36 @@ def an_exported_folder_works_from_files(browser, site):
         assert not browser.errors()
         assert size <= 3 * maps, f"{size} bytes for {maps} bytes of maps"
         return f"{size / 1e6:.1f} MB for {maps / 1e6:.1f} MB of maps"
+
+
+@fact
+def maps_that_are_converted_into_the_folder_are_shown_under_their_own_date(browser, site):
+    site.need_programs()
+    with tempfile.TemporaryDirectory() as folder:
+        maps = pathlib.Path(folder) / "maps"
+        convert = ("convert", ROOT / "config/demo/demo.ifc", "--schedule-file", ROOT / "config/demo/demo-schedule.xer", "-o", maps, "--date")
+        site.programs.groundplan(*convert, "2024-04-15T08:00:00")
+        url, server = site.programs.serve("--out", maps, "--listen", "127.0.0.1:0")
+        browser.open(f"{url}#storey=0&layers=planning&view=plan")
+        browser.wait_for_text("15 Apr 2024")
+        before = browser.settled("#plan")
+        site.programs.groundplan(*convert, "2024-05-13T08:00:00")
+        # A picture that is gone: the page begins anew, and is not left blank.
+        browser.named("input[type=checkbox]", "Localization map").click()
+        browser.wait_for_text("13 May 2024")
+        assert "15 Apr 2024" not in browser.text()
+        browser.changed("#plan", before, 500)
+        browser.errors()  # the browser tells of the picture, too
+        site.programs.stop(server)
+
+
+@fact
+def documents_come_compressed(browser, site):
+    browser.open(site.link())
+    sizes = browser.run("""return performance.getEntriesByType("resource").filter((entry) => /site.json|app.js/.test(entry.name))
+        .map((entry) => [entry.encodedBodySize, entry.decodedBodySize])""")
+    assert len(sizes) >= 2 and all(0 < encoded < decoded / 2 for encoded, decoded in sizes), sizes
+    return f"{sum(encoded for encoded, _ in sizes)} of {sum(decoded for _, decoded in sizes)} bytes"
 
 
 @fact

@@ -8,6 +8,7 @@ from selenium.webdriver.common.keys import Keys
 
 FACTS = []
 N_VIEWERS = 20
+MAX_VIEWERS = 64
 
 
 def fact(test):
@@ -94,6 +95,19 @@ def a_lost_connection_is_told_and_mended(browser, live):
     until("no alert", lambda: "Connection lost" not in browser.text())
     # The browser tells of the connection too.
     browser.errors()
+
+
+@fact
+def the_viewer_who_is_one_too_many_is_told_so(browser, live):
+    viewers = [urllib.request.urlopen(f"{live.url}data/events") for _ in range(MAX_VIEWERS)]
+    browser.driver.get(live.url)
+    until("it is told", lambda: "Too many viewers" in alerts(browser))
+    assert "Connection lost" not in browser.text()
+    viewers.pop().close()
+    until("there is a place", lambda: not alerts(browser))
+    for viewer in viewers:
+        viewer.close()
+    browser.errors()  # the browser tells of the refusals, too
 
 
 @fact

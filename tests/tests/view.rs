@@ -9,7 +9,7 @@ use daemon::{Report, StatusBoard};
 use serde_json::{Value, json};
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::Instant;
 use support::live::{DEADLINE, Live, POLL_INTERVAL};
@@ -66,6 +66,12 @@ fn document(address: &str, path: &str) -> Value {
     let (status, body) = ask(address, "GET", path, "");
     assert_eq!(status, 200, "{path}: {}", String::from_utf8_lossy(&body));
     serde_json::from_slice(&body).unwrap()
+}
+
+/// The document of a date of a page of files, by its number.
+fn date_of(address: &str, number: usize) -> Value {
+    let site = document(address, "data/site.json");
+    document(address, &format!("data/dates/{}.json", site["dates"][number]["key"].as_str().unwrap()))
 }
 
 /// The events of a live page: opened once, read as they come.
@@ -140,7 +146,7 @@ fn the_page_of_the_daemons_shows_what_that_of_files_shows_at_the_same_date() {
 
     let maps = convert(&demo_model(), &["--date", "2024-06-15T00:00:00"]);
     let files = Server::view(&["--out", maps.path().to_str().unwrap()]);
-    let then = document(&files.address, "data/dates/0.json");
+    let then = date_of(&files.address, 0);
     for key in ["at", "until", "elements", "spaces", "passages", "doors", "waypoints", "mission", "graph"] {
         assert_eq!(now[key], then[key], "{key}");
     }
@@ -166,6 +172,13 @@ fn a_viewer_is_told_of_dead_daemons_and_cannot_change_anything_unasked() {
     assert_eq!(status, 403);
     assert!(live.text(&[&"date"]).starts_with("2024-03-01T00:00:00"));
 
+    let rasterize = live.status().unwrap()["daemons"]["rasterize"]["process_id"].as_u64().unwrap();
+    assert!(rasterize > 1);
+    assert!(Command::new("kill").args(["-STOP", &rasterize.to_string()]).status().unwrap().success());
+    let stale = events.wait_for("status", |event| event["stale"] == true);
+    assert!(stale["why"].as_str().unwrap().contains("rasterize"), "{stale}");
+    events.wait_for("status", |event| event["stale"] == false);
+
     live.kill("groundplan-web");
     let address = page_of(&live);
     assert_eq!(document(&address, "data/site.json")["live"], true);
@@ -180,9 +193,99 @@ fn model_at(address: &str) -> (u16, Vec<u8>) {
     ask(address, "GET", &format!("data/models/{}.glb", date["model"].as_str().unwrap()), "")
 }
 
+/// Starts the site again with its log in a file, and does not wait.
+fn up_with_log(live: &mut Live) -> PathBuf {
+    live.down();
+    let path = live.home.path().join("log");
+    let log = std::fs::File::create(&path).unwrap();
+    let up = Command::new(client()).arg("up").arg("--config").arg(live.config()).stderr(log).spawn();
+    live.up = Some(up.unwrap());
+    path
+}
+
+#[test]
+fn a_port_in_use_leaves_the_daemons_at_work_until_it_is_free() {
+    let taken = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let address = taken.local_addr().unwrap().to_string();
+    let mut live = site("");
+    let config = std::fs::read_to_string(live.config()).unwrap();
+    assert!(config.contains("127.0.0.1:0"));
+    std::fs::write(live.config(), config.replace("127.0.0.1:0", &address)).unwrap();
+    up_with_log(&mut live);
+    let told = |daemon: &Value| daemon["error"].as_str().is_some_and(|why| why.contains(&address));
+    live.wait_for_status("the port", |status| told(&status["daemons"]["groundplan-web"]) && status["healthy"] == false);
+    live.text(&[&"date", &"2024-06-15"]);
+    let page = live.run(&[&"view"]);
+    let why = String::from_utf8_lossy(&page.stderr);
+    assert!(page.status.code() == Some(1) && why.contains(&address), "{why}");
+    assert_eq!(live.status().unwrap()["daemons"]["groundplan-web"]["restarts"], 0, "it waits, and does not die");
+    drop(taken);
+    assert_eq!(page_of(&live), address);
+    live.wait_until_healthy();
+    live.down();
+}
+
+#[test]
+fn a_taken_port_ends_a_page_of_files_and_is_named() {
+    let taken = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let address = taken.local_addr().unwrap().to_string();
+    let maps = convert(&demo_model(), &["--date", "2024-06-15T00:00:00"]);
+    let output = support::groundplan(&[&"view", &"--out", &maps.path(), &"--listen", &address]);
+    let why = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.code() == Some(1) && why.contains(&address) && why.contains("--listen"), "{why}");
+}
+
+#[test]
+fn maps_that_are_converted_into_the_folder_are_shown_under_their_own_date() {
+    let maps = convert(&demo_model(), &["--date", "2024-04-15T08:00:00"]);
+    let folder = maps.path();
+    let server = Server::view(&["--out", folder.to_str().unwrap()]);
+    let before = date_of(&server.address, 0);
+    let shown = planning_tile(&server.address, &before, 0);
+    let output = support::groundplan(&[&"convert", &demo_model(), &"--date", &"2024-05-13", &"-o", &folder]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let gone = format!("data/dates/{}.json", before["key"].as_str().unwrap());
+    let (status, why) = ask(&server.address, "GET", &gone, "");
+    assert_eq!(status, 409, "{}", String::from_utf8_lossy(&why));
+    let now = date_of(&server.address, 0);
+    assert_eq!((&before["at"], &now["at"]), (&json!("2024-04-15T08:00:00"), &json!("2024-05-13T00:00:00")));
+    assert!(planning_tile(&server.address, &now, 0) != shown, "the plan has changed meanwhile");
+    let name = before["storeys"][0]["layers"]["planning"].as_str().unwrap();
+    assert_eq!(ask(&server.address, "GET", &format!("data/tiles/0/planning/{name}/0/0/0.png"), "").0, 404);
+}
+
+#[test]
+fn the_viewer_who_is_one_too_many_is_told_so() {
+    let live = site("");
+    let address = page_of(&live);
+    let mut viewers: Vec<Events> = (0..64).map(|_| Events::of(&address)).collect();
+    viewers.iter_mut().for_each(|viewer| drop(viewer.wait_for("status", |_| true)));
+    let (status, why) = ask(&address, "GET", "data/events", "");
+    let why = String::from_utf8_lossy(&why);
+    assert!(status == 503 && why.contains("64 viewers") && why.contains("too many"), "{status} {why}");
+    assert_eq!(ask(&address, "GET", "data/site.json", "").0, 200, "it can look");
+    viewers.pop();
+    let begun = Instant::now();
+    while ask_head(&address, "data/events") != 200 {
+        assert!(begun.elapsed() < DEADLINE, "the place of the viewer who left stays taken");
+        std::thread::sleep(POLL_INTERVAL);
+    }
+}
+
+/// Status of an answer whose body has no end.
+fn ask_head(address: &str, path: &str) -> u16 {
+    let mut stream = TcpStream::connect(address).unwrap();
+    stream.set_read_timeout(Some(DEADLINE)).unwrap();
+    stream.write_all(format!("GET /{path} HTTP/1.1\r\nHost: localhost\r\n\r\n").as_bytes()).unwrap();
+    let mut head = [0; 12];
+    stream.read_exact(&mut head).unwrap();
+    std::str::from_utf8(&head[9..]).unwrap().parse().unwrap()
+}
+
 #[test]
 fn viewers_set_the_date_where_the_site_allows_it() {
-    let live = site("allow_control = true\n");
+    let mut live = site("allow_control = true\n");
+    let log = up_with_log(&mut live);
     let address = page_of(&live);
     assert_eq!(document(&address, "data/site.json")["control"], true);
     let mut events = Events::of(&address);
@@ -194,6 +297,12 @@ fn viewers_set_the_date_where_the_site_allows_it() {
         let answer: Value = serde_json::from_slice(&body).unwrap();
         assert!((400..500).contains(&status) && answer["error"].is_string(), "{wrong}: {status} {answer}");
     }
+    let log = std::fs::read_to_string(log).unwrap();
+    for (what, asked) in [("a viewer changed the site", "2024-04-15T08:00:00"), ("a viewer was refused", "tomorrow")] {
+        let line = log.lines().find(|line| line.contains(what)).unwrap_or_else(|| panic!("{what}: {log}"));
+        assert!(line.contains("127.0.0.1:") && line.contains(asked), "{line}");
+    }
+    live.down();
 }
 
 #[test]
@@ -207,7 +316,8 @@ fn models_are_converted_at_every_change_and_written_as_a_page() {
     let site = script(&page.join("data/site.js"), "site");
     let dates = site["dates"].as_array().unwrap();
     assert!(dates.len() > 10);
-    let last = script(&page.join(format!("data/dates/{}.js", dates.len() - 1)), &format!("dates/{}", dates.len() - 1));
+    let key = dates[dates.len() - 1]["key"].as_str().unwrap();
+    let last = script(&page.join(format!("data/dates/{key}.js")), &format!("dates/{key}"));
     assert_eq!(last["at"], dates[dates.len() - 1]["at"]);
     let model = last["model"].as_str().unwrap();
     assert!(page.join(format!("data/models/{model}.js")).is_file());

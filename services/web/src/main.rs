@@ -16,7 +16,7 @@ use clap::Parser;
 use daemon::{Failure, StopSignal, chain};
 use files::SiteOfFiles;
 use live::WebService;
-use server::{MAX_VIEWERS, Served, Server, ServerSettings};
+use server::{MAX_VIEWERS, ServeError, Served, Server, ServerSettings};
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::Duration;
@@ -49,7 +49,7 @@ fn show_folder(arguments: &FolderArguments, with_stdin: bool) -> Result<(), Fail
     log.with_env_filter(tracing_subscriber::EnvFilter::try_from_default_env().unwrap_or_else(|_| "warn".into())).init();
     let site = SiteOfFiles::open(&arguments.out)?;
     if let Some(export) = &arguments.export {
-        let n_files = page_folder::write_page(&site, export)?;
+        let n_files = page_folder::write_page(&*site.maps()?, export)?;
         eprintln!("{}: {n_files} files; open index.html in a browser", export.display());
         return Ok(());
     }
@@ -61,7 +61,10 @@ fn show_folder(arguments: &FolderArguments, with_stdin: bool) -> Result<(), Fail
         access: Arc::new(access),
         viewers: Arc::new(Semaphore::new(MAX_VIEWERS)),
     };
-    let server = Server::bind(ServerSettings { listen: arguments.listen, tls }, served)?;
+    let server = Server::bind(ServerSettings::of(arguments.listen, tls), served).map_err(|why| match why {
+        ServeError::Listen { .. } => format!("{}: name another address with --listen", chain(&why)).into(),
+        why => Failure::from(why),
+    })?;
     let mut stop = StopSignal::listen(with_stdin)?;
     arguments.print_address(&server.url())?;
     let server = std::thread::Builder::new().name("web-server".to_owned()).spawn(move || server.run())?;

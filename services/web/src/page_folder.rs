@@ -1,7 +1,7 @@
 //! The page with all its data as files, for a mail or a web server: `file://` allows neither modules nor requests, so that documents
 //! are scripts that hand themselves to the page.
 
-use crate::files::SiteOfFiles;
+use crate::files::Maps;
 use crate::page::FILES;
 use crate::source::{Source, SourceError, TileAddress};
 use base64::prelude::{BASE64_STANDARD, Engine};
@@ -30,6 +30,9 @@ pub(crate) enum PageFolderError {
         /// Why.
         source: io::Error,
     },
+    /// The maps became others meanwhile.
+    #[error("the maps changed while they were read: write the page again")]
+    Changed,
     /// The maps cannot be read.
     #[error(transparent)]
     Source(#[from] SourceError),
@@ -39,14 +42,17 @@ pub(crate) enum PageFolderError {
 ///
 /// # Errors
 /// See [`PageFolderError`].
-pub(crate) fn write_page(site: &SiteOfFiles, folder: &Path) -> Result<usize, PageFolderError> {
+pub(crate) fn write_page(site: &Maps, folder: &Path) -> Result<usize, PageFolderError> {
     if folder.exists() {
         return Err(PageFolderError::Exists { folder: folder.to_owned() });
     }
     let name = folder.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
     let beside = folder.with_file_name(format!(".{name}.unfinished-{}", std::process::id()));
     let mut writer = Writer { folder: beside.clone(), n_files: 0 };
-    let written = write_files(site, &mut writer).and_then(|()| {
+    let written = write_files(site, &mut writer);
+    // What was read of maps that are gone, or could not be, has one reason.
+    let written = if site.is_current() { written } else { Err(PageFolderError::Changed) };
+    let written = written.and_then(|()| {
         fs::rename(&beside, folder).map_err(|source| PageFolderError::Io { path: folder.to_owned(), source })
     });
     if written.is_err() {
@@ -56,7 +62,7 @@ pub(crate) fn write_page(site: &SiteOfFiles, folder: &Path) -> Result<usize, Pag
     written.map(|()| writer.n_files)
 }
 
-fn write_files(site: &SiteOfFiles, writer: &mut Writer) -> Result<(), PageFolderError> {
+fn write_files(site: &Maps, writer: &mut Writer) -> Result<(), PageFolderError> {
     for file in FILES {
         let text = std::str::from_utf8(file.bytes).expect("the files of the page are text");
         let text = if file.path == "index.html" { text.replacen(OF_SERVER, OF_FILES, 1) } else { text.to_owned() };
@@ -112,13 +118,14 @@ impl Writer {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::files::SiteOfFiles;
 
     #[test]
     fn a_folder_that_exists_is_left_alone() {
         let folder = tempfile::tempdir().unwrap();
         let maps = tempfile::tempdir().unwrap();
         crate::files::tests::dated_maps(maps.path());
-        let site = SiteOfFiles::open(maps.path()).unwrap();
+        let site = SiteOfFiles::open(maps.path()).unwrap().maps().unwrap();
         assert!(matches!(write_page(&site, folder.path()), Err(PageFolderError::Exists { .. })));
         let n_files = write_page(&site, &folder.path().join("page")).unwrap();
         // The page, site, calendar, two dates, and a tile for each of two maps.
@@ -128,5 +135,22 @@ mod tests {
         let site = std::fs::read_to_string(folder.path().join("page/data/site.js")).unwrap();
         assert!(site.starts_with("groundplanData(\"site\",{") && site.ends_with("});\n"));
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1, "nothing unfinished is left");
+    }
+
+    #[test]
+    fn maps_that_change_give_no_page() {
+        let folder = tempfile::tempdir().unwrap();
+        let maps = tempfile::tempdir().unwrap();
+        crate::files::tests::dated_maps(maps.path());
+        let site = SiteOfFiles::open(maps.path()).unwrap().maps().unwrap();
+        let manifest = maps.path().join("manifest.json");
+        let text = std::fs::read_to_string(&manifest).unwrap();
+        std::fs::write(&manifest, text + " ").unwrap();
+        let page = folder.path().join("page");
+        assert!(matches!(write_page(&site, &page), Err(PageFolderError::Changed)));
+        let site = SiteOfFiles::open(maps.path()).unwrap().maps().unwrap();
+        std::fs::write(maps.path().join("d1/storeys/00-floor/planning.pgm"), "").unwrap();
+        assert!(matches!(write_page(&site, &page), Err(PageFolderError::Source(SourceError::Altered { .. }))));
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0, "nothing is written");
     }
 }

@@ -1,7 +1,8 @@
 //! The source of the page's documents: files, or the running daemons.
 
-use crate::tiles::{Layer, TilePlace};
+use crate::tiles::{Extent, Layer, TileGrid, TilePlace};
 use serde::Serialize;
+use sha2::{Digest, Sha256};
 use std::fmt;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -19,7 +20,8 @@ pub(crate) fn locked<T>(kept: &Mutex<T>) -> MutexGuard<'_, T> {
     kept.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// A hash that names a picture or a model: the same content has the same name, whatever the date.
+/// A hash that names a picture or a model: the same content has the same name, whatever the date, and another content another
+/// one, so that a browser may keep what it has under this name.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 pub(crate) struct ContentName(String);
 
@@ -33,6 +35,26 @@ impl ContentName {
         name.bytes().all(|b| b.is_ascii_digit() || (b'a'..=b'f').contains(&b)).then(|| Self(name.to_owned()))
     }
 
+    /// Of all that a content is made of, each with its length, and of this version, which makes it.
+    pub(crate) fn of_parts(parts: &[&[u8]]) -> Self {
+        let mut hash = Sha256::new();
+        for part in [env!("CARGO_PKG_VERSION").as_bytes()].iter().chain(parts) {
+            hash.update((part.len() as u64).to_le_bytes());
+            hash.update(part);
+        }
+        Self(hex(&hash.finalize()[..Self::LENGTH / 2]))
+    }
+
+    /// Of the tiles of a layer: `cells` is a hash of its cells; their colours, and where the tiles of the site lie, are in it.
+    pub(crate) fn of_tiles(layer: Layer, storey: u32, cells: &[u8], place: &TilesOfGrid<'_>) -> Self {
+        let TilesOfGrid { tiles, extent, resolution_m } = place;
+        let numbers = [extent.origin_m, tiles.origin_m, [*resolution_m, 0.0]].map(|pair| pair.map(f64::to_le_bytes));
+        let sizes = [extent.size_cells, [tiles.size, tiles.levels], [storey, layer as u32]];
+        let sizes = sizes.map(|pair| pair.map(u32::to_le_bytes));
+        let colours = layer.palette().as_flattened();
+        Self::of_parts(&[cells, numbers.as_flattened().as_flattened(), sizes.as_flattened().as_flattened(), colours])
+    }
+
     /// Its text.
     pub(crate) fn as_str(&self) -> &str {
         &self.0
@@ -43,6 +65,22 @@ impl fmt::Display for ContentName {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.0)
     }
+}
+
+/// Where the cells of a grid lie in the tiles of its site.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct TilesOfGrid<'a> {
+    /// The tiles of the site.
+    pub(crate) tiles: &'a TileGrid,
+    /// The cells of the grid.
+    pub(crate) extent: &'a Extent,
+    /// Metres per cell.
+    pub(crate) resolution_m: f64,
+}
+
+/// Bytes in hexadecimal digits.
+pub(crate) fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 /// A tile of a layer of a storey.
@@ -109,6 +147,20 @@ pub(crate) enum SourceError {
         path: PathBuf,
         /// Why.
         source: serde_json::Error,
+    },
+    /// A file that is not the one that was written with the manifest.
+    #[error("{} {what}: write the maps anew with groundplan convert, or copy their folder again", path.display())]
+    Altered {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        what: String,
+    },
+    /// A date of maps that are gone.
+    #[error("the maps in {} have changed since: load the page again", folder.display())]
+    Changed {
+        /// The folder.
+        folder: PathBuf,
     },
     /// A picture of another size or kind.
     #[error("{}: {what}", path.display())]

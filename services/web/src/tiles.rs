@@ -45,7 +45,7 @@ impl Layer {
     }
 
     /// Red, green, blue and opacity of its values; a stronger value has a greater number.
-    fn palette(self) -> &'static [[u8; 4]] {
+    pub(crate) fn palette(self) -> &'static [[u8; 4]] {
         const CLEAR: [u8; 4] = [0; 4];
         match self {
             Self::Planning => &[CLEAR, [255, 255, 255, 255], [44, 48, 56, 255]],

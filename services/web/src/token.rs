@@ -1,6 +1,7 @@
 //! The token of viewers from other machines: made and printed once, stored as its sha256.
 
 use crate::server::Access;
+use crate::source::hex;
 use std::fs::{File, OpenOptions};
 use std::io::{self, Read, Write};
 use std::net::SocketAddr;
@@ -63,10 +64,6 @@ fn new_token() -> io::Result<String> {
     let mut bytes = [0_u8; 24];
     File::open("/dev/urandom")?.read_exact(&mut bytes)?;
     Ok(hex(&bytes))
-}
-
-fn hex(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 fn parse(text: &str) -> Option<[u8; 32]> {

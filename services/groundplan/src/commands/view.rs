@@ -160,14 +160,14 @@ impl Args {
         }
         let config = self.site.config()?;
         let board = StatusBoard::of_site(&config).map_err(Failure::work)?;
-        let report: Option<Report<WebFacts>> = board.report(Daemon::Web);
-        let url = report.filter(|_| board.is_alive(Daemon::Web)).and_then(|report| report.facts.url);
-        let url = url.ok_or_else(|| {
-            Failure::work(
+        let report: Option<Report<WebFacts>> = board.report(Daemon::Web).filter(|_| board.is_alive(Daemon::Web));
+        let Some(Report { facts, error, .. }) = report else {
+            return Err(Failure::work(
                 "no page is served: set enabled = true in [web] of the site's configuration, or `groundplan up --web`",
-            )
-        })?;
-        Ok(format!("{url}\n").into())
+            ));
+        };
+        let why = || Failure::work(error.unwrap_or_else(|| "groundplan-web does not listen yet".to_owned()));
+        Ok(format!("{}\n", facts.url.ok_or_else(why)?).into())
     }
 }
 

@@ -10,7 +10,7 @@ import { longDate, number, sentence, t, word } from "./texts.js";
 // `onDate({key, at, stop})` and `onSite()` load what the event tells of.
 export function createLive({ onDate, onSite }) {
   byId("dialog").addEventListener("close", closed);
-  onChange(["connected", "status", "site"], showAlerts);
+  onChange(["connected", "full", "status", "site"], showAlerts);
   onChange(["connected", "status", "robot", "slam", "deviations", "site"], showServices);
   const toggle = byId("services-toggle");
   const open = (on) => {
@@ -35,20 +35,20 @@ export function createLive({ onDate, onSite }) {
       else if (name === "site") onSite();
       else update({ [name]: value });
     },
-    (connected) => {
+    (connected, full) => {
       if (connected && !state.connected) {
         say(t("recovered"));
         onSite(); // events were missed
       }
-      update({ connected });
+      update({ connected, full });
     },
   );
 }
 
 function showAlerts() {
-  const { connected, status } = state;
+  const { connected, full, status } = state;
   const alerts = [];
-  if (!connected) alerts.push(t("lost"));
+  if (!connected) alerts.push(t(full ? "full" : "lost"));
   if (status?.stale) alerts.push([t("stale"), status.why].filter(Boolean).join(": "));
   for (const service of status?.services ?? []) {
     if (service.state === "down" || service.state === "error") {

@@ -33,10 +33,31 @@ async function byFetch(path) {
   for (;;) {
     const answer = await fetch(`data/${path}`);
     if (answer.ok) return answer;
-    if (answer.status !== 503) throw new Error(`data/${path}: ${answer.status}`);
+    if (answer.status === 409) return reload();
+    if (answer.status !== 503) throw new Error(`data/${path}: ${await answer.text()}`);
     // The daemons have just been started, and have no whole set of maps yet.
     await new Promise((resume) => setTimeout(resume, RETRY_MS));
   }
+}
+
+// The maps in the folder are others now: the page begins anew with them. Nothing of what was asked for is answered.
+function reload() {
+  location.reload();
+  return new Promise(() => {});
+}
+
+// A picture that is gone: the page begins anew if the maps are others. In a live site events tell of that.
+let looking = false;
+export async function reloadIfChanged() {
+  if (FILES || looking) return;
+  looking = true;
+  try {
+    const answer = await fetch("data/site.json");
+    if (answer.ok && (await answer.text()) !== siteText) await reload();
+  } catch {
+    // A server that is gone is told by what is asked for next.
+  }
+  looking = false;
 }
 
 async function document_(name) {
@@ -91,22 +112,37 @@ export function tileUrl(storey, layer, hash, level, column, row) {
 
 export const slamUrl = (hash) => `data/slam/${hash}.png`;
 
-// Live events: `on(name, value)` for each, `connected(bool)` when the connection is lost or there again.
+// Live events: `on(name, value)` for each, `connected(bool, full)` when the connection is lost or there again; `full` if there
+// are too many viewers for this one.
 // EventSource tries again by itself, except after an answer that is not a stream: then we open a new one.
 export function followEvents(on, connected) {
   const retryMs = 2000;
   const open = () => {
     const events = new EventSource("data/events");
-    events.addEventListener("open", () => connected(true));
-    events.addEventListener("error", () => {
-      connected(false);
-      if (events.readyState === EventSource.CLOSED) setTimeout(open, retryMs);
+    events.addEventListener("open", () => connected(true, false));
+    events.addEventListener("error", async () => {
+      const refused = events.readyState === EventSource.CLOSED;
+      connected(false, refused && (await isFull()));
+      if (refused) setTimeout(open, retryMs);
     });
     for (const name of ["date", "site", "status", "robot", "slam", "deviations"]) {
       events.addEventListener(name, (event) => on(name, event.data === "" ? null : JSON.parse(event.data)));
     }
   };
   open();
+}
+
+// True if the server says that it has no place for another viewer: an EventSource does not tell why it was refused.
+async function isFull() {
+  const ended = new AbortController();
+  try {
+    const answer = await fetch("data/events", { signal: ended.signal });
+    return answer.headers.get("X-Groundplan") === "too-many-viewers";
+  } catch {
+    return false;
+  } finally {
+    ended.abort();
+  }
 }
 
 async function post(path, body) {

@@ -33,6 +33,7 @@ export const state = {
   calendarOpen: false,
   playing: false,
   connected: true, // live: what the events told last
+  full: false, // live: there are too many viewers for this one
   status: null,
   robot: null,
   slam: null,

@@ -197,6 +197,10 @@ export const TABLE = {
     "Connection lost. What is shown may be old; trying again…",
     "Verbindung verloren. Das Gezeigte kann veraltet sein; neuer Versuch…",
   ],
+  full: [
+    "Too many viewers follow this site. This page shows nothing new until there is a place; trying again…",
+    "Zu viele Betrachter folgen dieser Baustelle. Diese Seite zeigt nichts Neues, bis ein Platz frei ist; neuer Versuch…",
+  ],
   recovered: ["Connected again", "Wieder verbunden"],
   robot: ["Robot", "Roboter"],
   robotAt: ["±{m} m, ±{deg}°, {age} s old", "±{m} m, ±{deg}°, {age} s alt"],

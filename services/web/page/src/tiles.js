@@ -3,7 +3,7 @@
 
 import L from "leaflet";
 import { hasLayer, onChange, state } from "./state.js";
-import { loadDate, tileUrl } from "./source.js";
+import { loadDate, reloadIfChanged, tileUrl } from "./source.js";
 import { storeyOf } from "./site.js";
 import { boundsOfStorey } from "./plan.js";
 
@@ -72,6 +72,7 @@ function addLayer(name, hash, order) {
     keepBuffer: 1,
   });
   Object.assign(layer, { name, hash, storey: state.storey });
+  if (!state.site.live) layer.on("tileerror", reloadIfChanged);
   return layer.addTo(map);
 }
 

@@ -1,28 +1,35 @@
-//! The output folder: its manifests, and where its files are.
+//! The output folder: its manifests, and which of its files are shown as what.
 
+use super::checked_folder::{CheckedFolder, FileStamp};
 use crate::documents::{DateHead, DateStop, Published, SiteHead, Storey, StoreyAtDate};
-use crate::source::{ContentName, SourceError};
-use crate::tiles::Layer;
+use crate::source::{ContentName, SourceError, TilesOfGrid, hex};
+use crate::tiles::{Layer, TileGrid};
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
+use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
-use std::path::{Component, Path, PathBuf};
+use std::path::{Path, PathBuf};
 
-/// An output folder.
+/// The file that lists the others.
+const MANIFEST: &str = "manifest.json";
+
+/// An output folder as it was when its manifests were read.
 pub(super) struct MapsFolder {
+    /// Its files.
+    pub(super) files: CheckedFolder,
     /// The dates, in their order; at least one.
     pub(super) dates: Vec<DatedMaps>,
-    /// Files of layers by their content.
-    pub(super) layers: BTreeMap<ContentName, MapFile>,
-    /// Files of models by their content.
-    pub(super) models: BTreeMap<ContentName, PathBuf>,
+    /// Names these manifests: others have another one.
+    pub(super) name: String,
+    /// The manifests, by which it is seen that they are others.
+    stamps: Vec<(PathBuf, FileStamp)>,
 }
 
 /// A layer of a storey.
 pub(crate) struct MapFile {
-    /// The file.
-    pub(super) path: PathBuf,
+    /// The file in the folder.
+    pub(super) path: String,
     /// The storey.
     pub(crate) storey: Storey,
     /// Which layer.
@@ -31,7 +38,8 @@ pub(crate) struct MapFile {
 
 /// The maps of a date.
 pub(super) struct DatedMaps {
-    folder: PathBuf,
+    /// Begins the paths of its files.
+    prefix: String,
     manifest: Manifest,
     head_of_site: SiteHead,
 }
@@ -45,6 +53,14 @@ struct DatesManifest {
 #[derive(Deserialize)]
 struct DatedFolder {
     directory: String,
+    plan_time: String,
+    valid_until: Option<String>,
+}
+
+/// The sums of `manifest.json`.
+#[derive(Deserialize)]
+struct Sums {
+    files: BTreeMap<String, String>,
 }
 
 /// `manifest.json`, as far as the page needs it.
@@ -53,7 +69,6 @@ struct Manifest {
     plan_time: Option<String>,
     valid_until: Option<String>,
     storeys: Vec<StoreyOfManifest>,
-    files: BTreeMap<String, String>,
 }
 
 #[derive(Deserialize)]
@@ -71,28 +86,36 @@ impl MapsFolder {
     /// See [`SourceError`].
     pub(super) fn open(folder: &Path) -> Result<Self, SourceError> {
         let no_maps = || SourceError::NoMaps { folder: folder.to_owned() };
-        let path = folder.join("manifest.json");
-        let manifest: Value = if path.is_file() { json_of(&path)? } else { return Err(no_maps()) };
+        if !folder.join(MANIFEST).exists() {
+            return Err(no_maps());
+        }
+        let mut files = CheckedFolder::open(folder)?;
+        let (bytes, stamp) = files.read_unlisted(MANIFEST)?;
+        let path = folder.join(MANIFEST);
+        let manifest: Value = json_of(&path, &bytes)?;
+        if manifest.get("dates").is_none() && manifest.get("storeys").is_none() {
+            return Err(no_maps());
+        }
+        files.list(parsed::<Sums>(&path, manifest.clone())?.files);
+        let mut stamps = vec![(path.clone(), stamp)];
         let dates = if manifest.get("dates").is_some() {
             let manifest: DatesManifest = parsed(&path, manifest)?;
-            let folders = manifest.dates.iter().map(|date| inside(folder, &date.directory).ok_or_else(no_maps));
-            folders.map(|folder| DatedMaps::open(folder?)).collect::<Result<_, _>>()?
-        } else if manifest.get("storeys").is_some() {
-            vec![DatedMaps::of(folder.to_owned(), &path, manifest)?]
+            let dated = |date| DatedMaps::open(&files, date, &mut stamps);
+            manifest.dates.iter().map(dated).collect::<Result<_, _>>()?
         } else {
-            Vec::new()
+            vec![DatedMaps::of(String::new(), &path, manifest)?]
         };
         if dates.is_empty() {
             return Err(no_maps());
         }
-        let mut maps = Self { dates, layers: BTreeMap::new(), models: BTreeMap::new() };
-        for date in &maps.dates {
-            for (name, file) in date.layer_files() {
-                maps.layers.insert(name, file);
-            }
-            maps.models.extend(date.model());
-        }
-        Ok(maps)
+        // The manifest has the sums of those of the dates.
+        let name = hex(&Sha256::digest(&bytes)[..4]);
+        Ok(Self { files, dates, name, stamps })
+    }
+
+    /// True if the manifests are still those that were read.
+    pub(super) fn is_current(&self) -> bool {
+        self.stamps.iter().all(|(path, stamp)| FileStamp::of(path) == Some(*stamp))
     }
 
     /// What the manifests say of the site; the last one has all that is ever built.
@@ -100,115 +123,141 @@ impl MapsFolder {
         self.dates[self.dates.len() - 1].head_of_site.clone()
     }
 
+    /// The key of the date with this number.
+    pub(super) fn key(&self, number: usize) -> String {
+        format!("{number}-{}", self.name)
+    }
+
     /// The dates that can be shown.
     pub(super) fn stops(&self) -> Vec<DateStop> {
         let stop = |(number, date): (usize, &DatedMaps)| DateStop {
-            key: Some(number.to_string()),
+            key: Some(self.key(number)),
             at: date.manifest.plan_time.clone(),
             until: date.manifest.valid_until.clone(),
         };
         self.dates.iter().enumerate().map(stop).collect()
     }
-}
 
-impl DatedMaps {
-    fn open(folder: PathBuf) -> Result<Self, SourceError> {
-        let path = folder.join("manifest.json");
-        let manifest = json_of(&path)?;
-        Self::of(folder, &path, manifest)
+    /// Files of all layers by the names of their tiles.
+    pub(super) fn layers(&self, tiles: &TileGrid) -> BTreeMap<ContentName, MapFile> {
+        let of_storey = |date, storey| {
+            let layers = Self::layers_of(self, date, storey, tiles);
+            layers.map(|(layer, path, name)| (name, MapFile { path, storey: storey.storey.clone(), layer }))
+        };
+        self.dates.iter().flat_map(|date| date.manifest.storeys.iter().flat_map(move |s| of_storey(date, s))).collect()
     }
 
-    fn of(folder: PathBuf, path: &Path, manifest: Value) -> Result<Self, SourceError> {
-        let wrong = |source| SourceError::Json { path: path.to_owned(), source };
-        let head_of_site = SiteHead::of_manifest(&manifest).map_err(wrong)?;
-        Ok(Self { manifest: parsed(path, manifest)?, folder, head_of_site })
+    /// Files of all models by their content.
+    pub(super) fn models(&self) -> BTreeMap<ContentName, String> {
+        self.dates.iter().filter_map(|date| date.model(&self.files)).collect()
     }
 
-    /// The head of its document.
-    pub(super) fn head(&self, key: String) -> DateHead {
+    /// The head of the document of a date.
+    pub(super) fn head_at(&self, number: usize, tiles: &TileGrid) -> DateHead {
+        let date = &self.dates[number];
         let storey = |storey: &StoreyOfManifest| StoreyAtDate {
             index: storey.storey.index,
             status: storey.status.clone(),
-            layers: self.layers_of(storey).map(|(layer, _, name)| (layer.name(), name)).collect(),
+            layers: self.layers_of(date, storey, tiles).map(|(layer, _, name)| (layer.name(), name)).collect(),
         };
         DateHead {
-            key,
-            at: self.manifest.plan_time.clone(),
-            until: self.manifest.valid_until.clone(),
-            storeys: self.manifest.storeys.iter().map(storey).collect(),
-            model: self.model().map(|(name, _)| name),
+            key: self.key(number),
+            at: date.manifest.plan_time.clone(),
+            until: date.manifest.valid_until.clone(),
+            storeys: date.manifest.storeys.iter().map(storey).collect(),
+            model: date.model(&self.files).map(|(name, _)| name),
         }
+    }
+
+    /// Layers of a storey that the manifest lists, with their paths and the names of their tiles.
+    fn layers_of(
+        &self,
+        date: &DatedMaps,
+        storey: &StoreyOfManifest,
+        tiles: &TileGrid,
+    ) -> impl Iterator<Item = (Layer, String, ContentName)> {
+        Layer::ALL.into_iter().filter_map(move |layer| {
+            let file = match layer {
+                Layer::Semantic => "classes.png".to_owned(),
+                layer => format!("{}.pgm", layer.name()),
+            };
+            let path = format!("{}{}/{file}", date.prefix, storey.directory);
+            let sum = self.files.sum(&path)?;
+            let extent = storey.storey.extent();
+            let place = TilesOfGrid { tiles, extent: &extent, resolution_m: date.head_of_site.resolution_m };
+            Some((layer, path, ContentName::of_tiles(layer, storey.storey.index, sum.as_bytes(), &place)))
+        })
+    }
+}
+
+impl DatedMaps {
+    /// Reads the manifest of a date, which is of the date under which it is listed.
+    fn open(
+        files: &CheckedFolder,
+        date: &DatedFolder,
+        stamps: &mut Vec<(PathBuf, FileStamp)>,
+    ) -> Result<Self, SourceError> {
+        let prefix = format!("{}/", date.directory);
+        let name = format!("{prefix}{MANIFEST}");
+        let path = files.path().join(&name);
+        let (bytes, stamp) = files.read(&name)?;
+        stamps.push((path.clone(), stamp));
+        let maps = Self::of(prefix, &path, json_of(&path, &bytes)?)?;
+        let Manifest { plan_time, valid_until, .. } = &maps.manifest;
+        if (plan_time.as_ref(), valid_until) != (Some(&date.plan_time), &date.valid_until) {
+            let at = plan_time.as_deref().unwrap_or("no date");
+            let what = format!("is of {at}, and is listed as of {}", date.plan_time);
+            return Err(SourceError::Altered { path, what });
+        }
+        Ok(maps)
+    }
+
+    fn of(prefix: String, path: &Path, manifest: Value) -> Result<Self, SourceError> {
+        let wrong = |source| SourceError::Json { path: path.to_owned(), source };
+        let head_of_site = SiteHead::of_manifest(&manifest).map_err(wrong)?;
+        Ok(Self { manifest: parsed(path, manifest)?, prefix, head_of_site })
     }
 
     /// `semantic.json`.
     ///
     /// # Errors
     /// See [`SourceError`].
-    pub(super) fn semantic(&self) -> Result<Value, SourceError> {
-        json_of(&self.folder.join("semantic.json"))
+    pub(super) fn semantic(&self, files: &CheckedFolder) -> Result<Value, SourceError> {
+        self.json(files, "semantic.json")
     }
 
     /// The documents that its own is made of.
     ///
     /// # Errors
-    /// See [`SourceError`].
-    pub(super) fn published(&self) -> Result<Published, SourceError> {
+    /// See [`SourceError`]; waypoints of another date.
+    pub(super) fn published(&self, files: &CheckedFolder) -> Result<Published, SourceError> {
+        let waypoints = self.json(files, "waypoints.json")?;
+        if waypoints["plan_time"].as_str() != self.manifest.plan_time.as_deref() {
+            let path = files.path().join(format!("{}waypoints.json", self.prefix));
+            return Err(SourceError::Altered { path, what: "is of another date than manifest.json".to_owned() });
+        }
         Ok(Published {
-            semantic: self.semantic()?,
-            waypoints: json_of(&self.folder.join("waypoints.json"))?,
-            site_graph: json_of(&self.folder.join("site-graph.json"))?,
-            report: json_of(&self.folder.join("report.json"))?,
+            semantic: self.semantic(files)?,
+            waypoints,
+            site_graph: self.json(files, "site-graph.json")?,
+            report: self.json(files, "report.json")?,
         })
     }
 
-    fn layer_files(&self) -> impl Iterator<Item = (ContentName, MapFile)> {
-        self.manifest.storeys.iter().flat_map(|storey| {
-            self.layers_of(storey).filter_map(|(layer, path, name)| {
-                let path = inside(&self.folder, &path)?;
-                Some((name, MapFile { path, storey: storey.storey.clone(), layer }))
-            })
-        })
+    fn json(&self, files: &CheckedFolder, name: &str) -> Result<Value, SourceError> {
+        let path = format!("{}{name}", self.prefix);
+        let (bytes, _) = files.read(&path)?;
+        json_of(&files.path().join(&path), &bytes)
     }
 
-    /// Layers of a storey that the manifest lists, with their paths and contents. Equal pictures of two layers or storeys are
-    /// told apart, because they are drawn in other colours and places.
-    fn layers_of(&self, storey: &StoreyOfManifest) -> impl Iterator<Item = (Layer, String, ContentName)> {
-        Layer::ALL.into_iter().filter_map(|layer| {
-            let file = match layer {
-                Layer::Semantic => "classes.png".to_owned(),
-                layer => format!("{}.pgm", layer.name()),
-            };
-            let path = format!("{}/{file}", storey.directory);
-            let hash = self.manifest.files.get(&path)?;
-            let place = format!("{}{}", layer as u8, storey.storey.index);
-            let name = ContentName::of_hash(&format!("{place}{hash}"))?;
-            Some((layer, path, name))
-        })
-    }
-
-    fn model(&self) -> Option<(ContentName, PathBuf)> {
-        const MODEL: &str = "world/site.glb";
-        let name = ContentName::of_hash(self.manifest.files.get(MODEL)?)?;
-        Some((name, self.folder.join(MODEL)))
+    fn model(&self, files: &CheckedFolder) -> Option<(ContentName, String)> {
+        let path = format!("{}world/site.glb", self.prefix);
+        Some((ContentName::of_parts(&[files.sum(&path)?.as_bytes()]), path))
     }
 }
 
-/// A path of a manifest inside its folder; `None` for one that leads out of it.
-fn inside(folder: &Path, path: &str) -> Option<PathBuf> {
-    let path = Path::new(path);
-    path.components().all(|part| matches!(part, Component::Normal(_))).then(|| folder.join(path))
-}
-
-/// The bytes of a file.
-///
-/// # Errors
-/// See [`SourceError`].
-pub(super) fn read(path: &Path) -> Result<Vec<u8>, SourceError> {
-    std::fs::read(path).map_err(|source| SourceError::Io { path: path.to_owned(), source })
-}
-
-fn json_of(path: &Path) -> Result<Value, SourceError> {
-    serde_json::from_slice(&read(path)?).map_err(|source| SourceError::Json { path: path.to_owned(), source })
+fn json_of(path: &Path, bytes: &[u8]) -> Result<Value, SourceError> {
+    serde_json::from_slice(bytes).map_err(|source| SourceError::Json { path: path.to_owned(), source })
 }
 
 fn parsed<T: DeserializeOwned>(path: &Path, value: Value) -> Result<T, SourceError> {

@@ -1,6 +1,5 @@
 //! Pixels of a layer: `.pgm` files and `classes.png`, as `groundplan convert` writes them.
 
-use super::folder::read;
 use crate::source::SourceError;
 use crate::tiles::{Layer, strength_of_pixel};
 use grid::decode_pgm;
@@ -15,14 +14,13 @@ pub(super) struct MapImage {
 }
 
 impl MapImage {
-    /// Reads a file of so many columns and rows.
+    /// Of the bytes of a file of so many columns and rows.
     ///
     /// # Errors
-    /// No such file, or a picture of another kind or size.
-    pub(super) fn read(path: &Path, size_cells: [u32; 2]) -> Result<Self, SourceError> {
-        let bytes = read(path)?;
+    /// A picture of another kind or size.
+    pub(super) fn of(path: &Path, bytes: &[u8], size_cells: [u32; 2]) -> Result<Self, SourceError> {
         let is_png = path.extension().is_some_and(|extension| extension == "png");
-        let image = if is_png { of_png(&bytes) } else { of_pgm(&bytes) };
+        let image = if is_png { of_png(bytes) } else { of_pgm(bytes) };
         let wrong = |what| SourceError::Picture { path: path.to_owned(), what };
         let (size, pixels) = image.map_err(wrong)?;
         if size != size_cells {

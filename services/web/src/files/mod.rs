@@ -1,33 +1,24 @@
 //! A site from an output folder of `groundplan convert`: one date, or a folder for each change.
 //!
-//! Requests name a date, a storey or a hash, never a path: the paths are those that the manifests list.
+//! What is served is what the manifests list, byte by byte; when the folder has changed it is read again, and what was of the
+//! maps before is refused.
 
+mod checked_folder;
 mod folder;
+mod kept;
 mod map_image;
+mod maps;
 
-use crate::documents::{Calendar, DateDocument, SiteDocument, SiteHead};
-use crate::source::{Bytes, ContentName, Source, SourceError, TileAddress, json, locked};
-use crate::tiles::{LayerCells, TileGrid};
-use folder::{MapFile, MapsFolder};
-use map_image::MapImage;
-use std::collections::{BTreeMap, VecDeque};
-use std::path::Path;
-use std::sync::{Arc, Mutex, OnceLock};
+pub(crate) use maps::Maps;
 
-/// Pictures of layers that are kept decoded, in pixels: those of the storey that is looked at, and of the dates beside.
-const MAX_KEPT_PIXELS: usize = 48 << 20;
-/// Documents of dates that are kept, in bytes.
-const MAX_KEPT_DATES: usize = 24 << 20;
+use crate::source::{Bytes, ContentName, Source, SourceError, TileAddress, locked};
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex};
 
 /// Serves an output folder.
 pub(crate) struct SiteOfFiles {
-    folder: MapsFolder,
-    head: SiteHead,
-    tiles: TileGrid,
-    site: OnceLock<Bytes>,
-    calendar: OnceLock<Bytes>,
-    dates: Mutex<Kept<String, Bytes>>,
-    images: Mutex<Kept<ContentName, Arc<MapImage>>>,
+    folder: PathBuf,
+    maps: Mutex<Arc<Maps>>,
 }
 
 impl SiteOfFiles {
@@ -36,141 +27,51 @@ impl SiteOfFiles {
     /// # Errors
     /// A folder without maps, or with files that are not those of groundplan.
     pub(crate) fn open(folder: &Path) -> Result<Self, SourceError> {
-        let folder = MapsFolder::open(folder)?;
-        let head = folder.head();
-        let tiles = head.tiles();
-        Ok(Self {
-            folder,
-            head,
-            tiles,
-            site: OnceLock::new(),
-            calendar: OnceLock::new(),
-            dates: Mutex::new(Kept::of(MAX_KEPT_DATES)),
-            images: Mutex::new(Kept::of(MAX_KEPT_PIXELS)),
-        })
+        Ok(Self { folder: folder.to_owned(), maps: Mutex::new(Arc::new(Maps::open(folder)?)) })
     }
 
-    /// The tiles of all storeys.
-    pub(crate) fn tiles(&self) -> TileGrid {
-        self.tiles
-    }
-
-    /// What the manifests say of the site.
-    pub(crate) fn head(&self) -> &SiteHead {
-        &self.head
-    }
-
-    /// Keys of all dates, in their order.
-    pub(crate) fn keys(&self) -> impl Iterator<Item = String> + use<> {
-        (0..self.folder.dates.len()).map(|date| date.to_string())
-    }
-
-    /// Every layer that there is, once, with the storey that it is of.
-    pub(crate) fn layers(&self) -> &BTreeMap<ContentName, MapFile> {
-        &self.folder.layers
-    }
-
-    /// Every model that there is, once.
-    pub(crate) fn models(&self) -> impl Iterator<Item = &ContentName> {
-        self.folder.models.keys()
-    }
-
-    fn image(&self, name: &ContentName, file: &MapFile) -> Result<Arc<MapImage>, SourceError> {
-        if let Some(image) = locked(&self.images).get(name) {
-            return Ok(image);
+    /// The maps that are in the folder now.
+    ///
+    /// # Errors
+    /// The folder has changed, and holds no maps that can be read.
+    pub(crate) fn maps(&self) -> Result<Arc<Maps>, SourceError> {
+        let mut maps = locked(&self.maps);
+        if !maps.is_current() {
+            *maps = Arc::new(Maps::open(&self.folder)?);
+            tracing::info!(service = "groundplan-web", folder = %self.folder.display(), "the maps have changed");
         }
-        let image = Arc::new(MapImage::read(&file.path, file.storey.size_cells)?);
-        locked(&self.images).insert(name.clone(), Arc::clone(&image), image.n_pixels());
-        Ok(image)
+        Ok(Arc::clone(&maps))
+    }
+
+    /// Answers from the maps of one moment: where they change meanwhile, from those behind.
+    fn answer<T>(&self, ask: impl Fn(&Maps) -> Result<T, SourceError>) -> Result<T, SourceError> {
+        let maps = self.maps()?;
+        match ask(&maps) {
+            Err(_) if !maps.is_current() => ask(&*self.maps()?),
+            answer => answer,
+        }
     }
 }
 
 impl Source for SiteOfFiles {
     fn site(&self) -> Result<Bytes, SourceError> {
-        made_once(&self.site, || {
-            let semantic = self.folder.dates.last().map(|date| date.semantic()).transpose()?.unwrap_or_default();
-            Ok(json(&SiteDocument::of(&self.head, &self.folder.stops(), semantic)))
-        })
+        self.answer(Maps::site)
     }
 
     fn calendar(&self) -> Result<Bytes, SourceError> {
-        made_once(&self.calendar, || {
-            let mut calendar = Calendar::default();
-            for (number, date) in self.folder.dates.iter().enumerate() {
-                calendar.add(number, &date.semantic()?);
-            }
-            Ok(json(&calendar))
-        })
+        self.answer(Maps::calendar)
     }
 
     fn date(&self, key: &str) -> Result<Option<Bytes>, SourceError> {
-        let key = key.to_owned();
-        if let Some(document) = locked(&self.dates).get(&key) {
-            return Ok(Some(document));
-        }
-        let Some(date) = key.parse().ok().and_then(|number: usize| self.folder.dates.get(number)) else {
-            return Ok(None);
-        };
-        let document = json(&DateDocument::of(date.head(key.clone()), date.published()?));
-        locked(&self.dates).insert(key, Arc::clone(&document), document.len());
-        Ok(Some(document))
+        self.answer(|maps| maps.date(key))
     }
 
     fn tile(&self, address: &TileAddress) -> Result<Option<Bytes>, SourceError> {
-        let file = self.folder.layers.get(&address.name);
-        let Some(file) = file.filter(|file| (file.storey.index, file.layer) == (address.storey, address.layer)) else {
-            return Ok(None);
-        };
-        let image = self.image(&address.name, file)?;
-        let extent = file.storey.extent();
-        let cells = LayerCells {
-            layer: file.layer,
-            extent,
-            offset: self.tiles.offset(&extent, self.head.resolution_m),
-            strength: &|column, row| image.strength(file.layer, column, row),
-        };
-        Ok(cells.tile(&self.tiles, address.place).map(Bytes::from))
+        self.answer(|maps| maps.tile(address))
     }
 
     fn model(&self, name: &ContentName) -> Result<Option<Bytes>, SourceError> {
-        self.folder.models.get(name).map(|path| folder::read(path).map(Bytes::from)).transpose()
-    }
-}
-
-fn made_once(kept: &OnceLock<Bytes>, make: impl FnOnce() -> Result<Bytes, SourceError>) -> Result<Bytes, SourceError> {
-    if let Some(bytes) = kept.get() {
-        return Ok(Arc::clone(bytes));
-    }
-    let bytes = make()?;
-    Ok(Arc::clone(kept.get_or_init(|| bytes)))
-}
-
-/// The newest of what was made, up to a size.
-struct Kept<K, V> {
-    max_size: usize,
-    size: usize,
-    entries: VecDeque<(K, V, usize)>,
-}
-
-impl<K: PartialEq, V: Clone> Kept<K, V> {
-    fn of(max_size: usize) -> Self {
-        Self { max_size, size: 0, entries: VecDeque::new() }
-    }
-
-    fn get(&self, key: &K) -> Option<V> {
-        self.entries.iter().find(|(k, ..)| k == key).map(|(_, value, _)| value.clone())
-    }
-
-    /// Keeps a value and gives up the oldest ones; one that is larger than all may be is not kept.
-    fn insert(&mut self, key: K, value: V, size: usize) {
-        if size > self.max_size || self.get(&key).is_some() {
-            return;
-        }
-        self.entries.push_back((key, value, size));
-        self.size += size;
-        while self.size > self.max_size {
-            self.size -= self.entries.pop_front().map_or(0, |(_, _, size)| size);
-        }
+        self.answer(|maps| maps.model(name))
     }
 }
 

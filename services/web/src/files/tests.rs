@@ -1,47 +1,76 @@
 use super::*;
+use crate::source::hex;
 use crate::tiles::{Layer, TilePlace};
 use serde_json::{Value, json};
+use sha2::{Digest, Sha256};
+use std::collections::BTreeMap;
 use std::fs;
 
 /// Two dates of a storey of 3 x 2 cells: an obstacle goes.
 pub(crate) fn dated_maps(folder: &Path) {
-    let mut dates = Vec::new();
-    for (date, (pixel, state)) in [(0_u8, "built"), (254, "removed")].into_iter().enumerate() {
+    dated_maps_with(folder, &[(0, "built"), (254, "removed")]);
+}
+
+/// A date for each pixel of the cell in question, and state of the element in it.
+fn dated_maps_with(folder: &Path, of_dates: &[(u8, &str)]) {
+    let (mut dates, mut sums) = (Vec::new(), BTreeMap::new());
+    for (date, (pixel, state)) in of_dates.iter().enumerate() {
         let directory = format!("d{date}");
-        let storey = folder.join(&directory).join("storeys/00-floor");
-        fs::create_dir_all(&storey).unwrap();
-        let pgm = [&b"P5\n3 2\n255\n"[..], &[205, pixel, 254, 254, 254, 254]].concat();
-        fs::write(storey.join("planning.pgm"), &pgm).unwrap();
-        let write = |name: &str, value: Value| {
-            fs::write(folder.join(&directory).join(name), value.to_string()).unwrap();
+        let mut write = |name: &str, bytes: &[u8]| {
+            let path = format!("{directory}/{name}");
+            fs::create_dir_all(folder.join(&path).parent().unwrap()).unwrap();
+            fs::write(folder.join(&path), bytes).unwrap();
+            sums.insert(path, hex(&Sha256::digest(bytes)));
         };
-        let schedule = json!({"state": state, "start": null});
-        write("semantic.json", json!({"elements": {"a": {"schedule": schedule, "attributes": {}}}, "spaces": {}}));
-        write("waypoints.json", json!({"waypoints": [], "spaces": {}}));
-        write("site-graph.json", json!({"nodes": [], "edges": []}));
-        write("report.json", json!({"doors": []}));
-        let hash = format!("{date}").repeat(64);
+        let at = format!("2024-04-0{}T08:00:00", date + 1);
+        write("storeys/00-floor/planning.pgm", &[&b"P5\n3 2\n255\n"[..], &[205, *pixel, 254, 254, 254, 254]].concat());
+        let element = json!({"schedule": {"state": state, "start": null}, "attributes": {}});
+        let documents = [
+            ("semantic.json", json!({"elements": {"a": element}, "spaces": {}})),
+            ("waypoints.json", json!({"plan_time": at, "waypoints": [], "spaces": {}})),
+            ("site-graph.json", json!({"nodes": [], "edges": []})),
+            ("report.json", json!({"doors": []})),
+        ];
+        for (name, value) in documents {
+            write(name, value.to_string().as_bytes());
+        }
         let manifest = json!({
-            "sources": [{"file": "house.ifc"}], "plan_time": format!("2024-04-0{}T08:00:00", date + 1), "valid_until": null,
+            "sources": [{"file": "house.ifc"}], "plan_time": at, "valid_until": null,
             "schedule_ignored": false, "resolution_m": 0.5, "robot": {}, "frames": {},
             "storeys": [{"index": 0, "name": "Floor", "floor_z_m": 0.0, "floor": "built", "origin_m": [1.0, 2.0],
                 "size_cells": [3, 2], "status": "ok", "directory": "storeys/00-floor"}],
-            "files": {"storeys/00-floor/planning.pgm": hash},
+            "files": {},
         });
-        write("manifest.json", manifest);
-        dates.push(json!({"directory": directory}));
+        write("manifest.json", manifest.to_string().as_bytes());
+        dates.push(json!({"directory": directory, "plan_time": at, "valid_until": null}));
     }
-    fs::write(folder.join("manifest.json"), json!({"dates": dates}).to_string()).unwrap();
+    fs::write(folder.join("manifest.json"), json!({"dates": dates, "files": sums}).to_string()).unwrap();
+}
+
+fn maps() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    dated_maps(folder.path());
+    folder
 }
 
 fn value(bytes: &Bytes) -> Value {
     serde_json::from_slice(bytes).unwrap()
 }
 
-fn pixel(source: &SiteOfFiles, date: &Value) -> u8 {
+/// The documents of all dates.
+fn dates(source: &SiteOfFiles) -> Vec<Value> {
+    let site = value(&source.site().unwrap());
+    let keys = site["dates"].as_array().unwrap().iter().map(|date| date["key"].as_str().unwrap());
+    keys.map(|key| value(&source.date(key).unwrap().unwrap())).collect()
+}
+
+fn planning(date: &Value) -> TileAddress {
     let name = ContentName::of_hash(date["storeys"][0]["layers"]["planning"].as_str().unwrap()).unwrap();
-    let place = TilePlace { level: 0, column: 0, row: 0 };
-    let tile = source.tile(&TileAddress { storey: 0, layer: Layer::Planning, name, place }).unwrap().unwrap();
+    TileAddress { storey: 0, layer: Layer::Planning, name, place: TilePlace { level: 0, column: 0, row: 0 } }
+}
+
+fn pixel(source: &SiteOfFiles, date: &Value) -> u8 {
+    let tile = source.tile(&planning(date)).unwrap().unwrap();
     let mut reader = png::Decoder::new(std::io::Cursor::new(&tile[..])).read_info().unwrap();
     let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
     reader.next_frame(&mut pixels).unwrap();
@@ -50,26 +79,120 @@ fn pixel(source: &SiteOfFiles, date: &Value) -> u8 {
 
 #[test]
 fn every_date_has_its_own_states_and_pictures() {
-    let folder = tempfile::tempdir().unwrap();
-    dated_maps(folder.path());
+    let folder = maps();
     let source = SiteOfFiles::open(folder.path()).unwrap();
     let site = value(&source.site().unwrap());
-    assert_eq!((&site["title"], &site["dates"][1]["key"]), (&json!("house"), &json!("1")));
+    assert_eq!(site["title"], "house");
     assert_eq!(site["dates"][0]["at"], "2024-04-01T08:00:00");
     assert_eq!(site["tiles"]["origin_m"], json!([1.0, 3.0]));
-    let dates = ["0", "1"].map(|key| value(&source.date(key).unwrap().unwrap()));
-    assert_eq!(dates.each_ref().map(|date| pixel(&source, date)), [2, 1]);
+    let dates = dates(&source);
+    assert_eq!(dates.iter().map(|date| pixel(&source, date)).collect::<Vec<u8>>(), [2, 1]);
     assert_eq!((&dates[0]["elements"], &dates[1]["elements"]), (&json!({}), &json!({"a": "removed"})));
     assert_eq!(value(&source.calendar().unwrap())["elements"]["a"], json!([[0, "built"], [1, "removed"]]));
 }
 
 #[test]
-fn what_is_not_listed_is_not_served() {
-    let folder = tempfile::tempdir().unwrap();
-    dated_maps(folder.path());
+fn other_maps_in_the_folder_are_read_again_and_those_before_are_refused() {
+    let folder = maps();
     let source = SiteOfFiles::open(folder.path()).unwrap();
-    for key in ["2", "-1", "../d0", "", "d0"] {
-        assert!(source.date(key).unwrap().is_none(), "{key}");
+    let before = dates(&source);
+    assert_eq!(pixel(&source, &before[0]), 2);
+    dated_maps_with(folder.path(), &[(254, "removed"), (0, "built"), (205, "built")]);
+    let key = before[0]["key"].as_str().unwrap();
+    let refused = source.date(key).unwrap_err().to_string();
+    assert!(refused.ends_with("have changed since: load the page again"), "{refused}");
+    let now = dates(&source);
+    assert_eq!(now.iter().map(|date| pixel(&source, date)).collect::<Vec<u8>>(), [1, 2, 0]);
+    assert_eq!(now[0]["elements"], json!({"a": "removed"}));
+    assert_eq!(value(&source.calendar().unwrap())["elements"]["a"], json!([[0, "removed"], [1, "built"]]));
+    // The same pixels have the same name, and others another one, whatever the date.
+    assert_eq!(planning(&before[0]).name, planning(&now[1]).name);
+    assert_ne!(planning(&before[0]).name, planning(&now[0]).name);
+}
+
+#[test]
+fn a_folder_that_was_swapped_is_read_again() {
+    let home = tempfile::tempdir().unwrap();
+    let [shown, other, gone] = ["maps", "other", "gone"].map(|name| home.path().join(name));
+    dated_maps(&shown);
+    dated_maps_with(&other, &[(205, "built")]);
+    let source = SiteOfFiles::open(&shown).unwrap();
+    fs::rename(&shown, gone).unwrap();
+    fs::rename(other, &shown).unwrap();
+    let dates = dates(&source);
+    assert_eq!(dates.iter().map(|date| pixel(&source, date)).collect::<Vec<u8>>(), [0]);
+}
+
+#[test]
+fn a_file_that_is_not_the_listed_one_is_refused() {
+    let folder = maps();
+    let other = fs::read(folder.path().join("d1/storeys/00-floor/planning.pgm")).unwrap();
+    let source = SiteOfFiles::open(folder.path()).unwrap();
+    let dates = dates(&source);
+    fs::write(folder.path().join("d0/storeys/00-floor/planning.pgm"), other).unwrap();
+    let refused = source.tile(&planning(&dates[0])).unwrap_err().to_string();
+    assert!(
+        refused.contains("planning.pgm is not the file that manifest.json lists: write the maps anew"),
+        "{refused}"
+    );
+    assert_eq!(pixel(&source, &dates[1]), 1, "the other date is as it was");
+    fs::remove_file(folder.path().join("d1/report.json")).unwrap();
+    let anew = SiteOfFiles::open(folder.path()).unwrap();
+    assert!(matches!(anew.date(dates[1]["key"].as_str().unwrap()), Err(SourceError::Io { .. })));
+}
+
+#[test]
+fn maps_of_another_date_are_not_shown() {
+    let folder = maps();
+    let manifest = fs::read(folder.path().join("d1/manifest.json")).unwrap();
+    fs::write(folder.path().join("d0/manifest.json"), &manifest).unwrap();
+    assert!(matches!(SiteOfFiles::open(folder.path()), Err(SourceError::Altered { .. })));
+    // Also where the sums say that it belongs there.
+    let path = folder.path().join("manifest.json");
+    let mut list: Value = serde_json::from_slice(&fs::read(&path).unwrap()).unwrap();
+    list["files"]["d0/manifest.json"] = json!(hex(&Sha256::digest(&manifest)));
+    fs::write(&path, list.to_string()).unwrap();
+    let refused = SiteOfFiles::open(folder.path()).map(drop).unwrap_err().to_string();
+    assert!(refused.contains("is of 2024-04-02T08:00:00, and is listed as of 2024-04-01T08:00:00"), "{refused}");
+}
+
+#[test]
+fn symbolic_links_and_pipes_are_refused() {
+    let folder = maps();
+    let outside = tempfile::tempdir().unwrap();
+    dated_maps(outside.path());
+    let pgm = folder.path().join("d0/storeys/00-floor/planning.pgm");
+    fs::remove_file(&pgm).unwrap();
+    std::os::unix::fs::symlink(outside.path().join("d0/storeys/00-floor/planning.pgm"), &pgm).unwrap();
+    let source = SiteOfFiles::open(folder.path()).unwrap();
+    let dates = dates(&source);
+    let refused = |source: &SiteOfFiles| source.tile(&planning(&dates[0])).unwrap_err().to_string();
+    assert!(
+        refused(&source).contains("planning.pgm is a symbolic link, which is not followed"),
+        "{}",
+        refused(&source)
+    );
+    fs::remove_file(&pgm).unwrap();
+    rustix::fs::mknodat(rustix::fs::CWD, &pgm, rustix::fs::FileType::Fifo, rustix::fs::Mode::from_raw_mode(0o600), 0)
+        .unwrap();
+    assert!(refused(&source).contains("is no regular file"), "{}", refused(&source));
+    fs::remove_dir_all(folder.path().join("d1")).unwrap();
+    std::os::unix::fs::symlink(outside.path().join("d1"), folder.path().join("d1")).unwrap();
+    let refused = SiteOfFiles::open(folder.path()).map(drop).unwrap_err().to_string();
+    assert!(refused.contains("d1 is a symbolic link"), "{refused}");
+    // The folder itself is where its user says.
+    let link = folder.path().join("link");
+    std::os::unix::fs::symlink(outside.path(), &link).unwrap();
+    assert_eq!(pixel(&SiteOfFiles::open(&link).unwrap(), &dates[0]), 2);
+}
+
+#[test]
+fn what_is_not_listed_is_not_served() {
+    let folder = maps();
+    let source = SiteOfFiles::open(folder.path()).unwrap();
+    let key = dates(&source)[1]["key"].as_str().unwrap().to_owned();
+    for key in ["2", "-1", "../d0", "", "d0", &key.replacen('1', "2", 1), &format!("{key}/")] {
+        assert!(!matches!(source.date(key), Ok(Some(_))), "{key}");
     }
     let name = ContentName::of_hash("0123456789abcdef").unwrap();
     let place = TilePlace { level: 0, column: 0, row: 0 };
@@ -81,10 +204,17 @@ fn what_is_not_listed_is_not_served() {
 
 #[test]
 fn a_manifest_cannot_lead_out_of_its_folder() {
-    let folder = tempfile::tempdir().unwrap();
-    let manifest = json!({"dates": [{"directory": "../elsewhere"}]});
-    fs::write(folder.path().join("manifest.json"), manifest.to_string()).unwrap();
-    assert!(matches!(SiteOfFiles::open(folder.path()), Err(SourceError::NoMaps { .. })));
+    let home = tempfile::tempdir().unwrap();
+    dated_maps(home.path());
+    let folder = home.path().join("inner");
+    fs::create_dir(&folder).unwrap();
+    let sum = hex(&Sha256::digest(fs::read(home.path().join("d0/manifest.json")).unwrap()));
+    for directory in ["../d0", home.path().join("d0").to_str().unwrap()] {
+        let date = json!({"directory": directory, "plan_time": "2024-04-01T08:00:00", "valid_until": null});
+        let manifest = json!({"dates": [date], "files": {format!("{directory}/manifest.json"): sum}});
+        fs::write(folder.join("manifest.json"), manifest.to_string()).unwrap();
+        assert!(matches!(SiteOfFiles::open(&folder), Err(SourceError::Altered { .. })), "{directory}");
+    }
 }
 
 #[test]
@@ -94,13 +224,4 @@ fn a_folder_without_maps_is_told() {
     assert!(error.contains("groundplan convert"), "{error}");
     fs::write(folder.path().join("manifest.json"), "{").unwrap();
     assert!(matches!(SiteOfFiles::open(folder.path()), Err(SourceError::Json { .. })));
-}
-
-#[test]
-fn the_newest_are_kept_up_to_a_size() {
-    let mut kept = Kept::of(10);
-    for (key, size) in [("a", 4), ("b", 4), ("c", 4), ("d", 11)] {
-        kept.insert(key, size, size);
-    }
-    assert_eq!(["a", "b", "c", "d"].map(|key| kept.get(&key)), [None, Some(4), Some(4), None]);
 }

@@ -1,9 +1,9 @@
 //! Documents of a set of samples that belong together.
 
-use super::shared_site::name_of;
+use super::content_names::{model_name, tiles_name};
 use crate::documents::{Calendar, DateDocument, DateHead, DateStop, Published, SiteDocument, SiteHead, StoreyAtDate};
 use crate::source::{Bytes, json};
-use crate::tiles::Layer;
+use crate::tiles::{Layer, TileGrid};
 use bus::{SiteSet, SiteViews};
 use daemon::{Failure, SiteConfig, progress_in_force, rules_in_force};
 use export::{ExportInput, Manifest, Report, Semantic, SiteGraph, Waypoints, status_of};
@@ -79,11 +79,16 @@ fn calendar(site: &Site<'_>, timeline: &Timeline) -> Calendar {
     calendar
 }
 
-/// `dates/KEY.json`.
+/// `dates/KEY.json`, for tiles that lie so and a model with the site's options.
 ///
 /// # Errors
 /// Samples of different sites.
-pub(super) fn date_document(key: &str, set: &SiteSet<'_>) -> Result<Bytes, Failure> {
+pub(super) fn date_document(
+    key: &str,
+    config: &SiteConfig,
+    tiles: &TileGrid,
+    set: &SiteSet<'_>,
+) -> Result<Bytes, Failure> {
     let views = set.views()?;
     let SiteViews { site, state, index, grids, mission_plan } = &views;
     let mission_plan = mission_plan.as_ref().ok_or("there are no waypoints yet")?;
@@ -91,14 +96,14 @@ pub(super) fn date_document(key: &str, set: &SiteSet<'_>) -> Result<Bytes, Failu
     let storeys = grids.iter().map(|grid| StoreyAtDate {
         index: grid.head.map_storey,
         status: status_of(grid).to_owned(),
-        layers: Layer::ALL.into_iter().map(|layer| (layer.name(), name_of(grid.content_hash()))).collect(),
+        layers: Layer::ALL.into_iter().map(|layer| (layer.name(), tiles_name(layer, grid, tiles))).collect(),
     });
     let head = DateHead {
         key: key.to_owned(),
         at: text_of(state.head.plan_time().map(|at| at.civil_seconds())),
         until: text_of(Some(state.head.valid_until_s)),
         storeys: storeys.collect(),
-        model: Some(name_of(set.index.content_hash())),
+        model: Some(model_name(config, set)),
     };
     let published = Published {
         semantic: serde_json::to_value(Semantic::of(&input))?,

@@ -1,11 +1,14 @@
 //! A site from the running daemons: documents of the newest maps, what changes as events, control.
 
+mod content_names;
 mod control;
+mod listening;
 mod live_documents;
 mod overlays;
 mod service;
 mod shared_site;
 mod slam_picture;
+mod watchdog;
 
 pub(crate) use service::WebService;
 

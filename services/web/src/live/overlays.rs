@@ -1,6 +1,7 @@
 //! Overlays of the plan of a running site: the robot, its map, deviations, the state of the daemons.
 
-use super::shared_site::{SharedSite, name_of};
+use super::content_names::name_of;
+use super::shared_site::SharedSite;
 use super::slam_picture::{picture, place, sigmas};
 use bus::{CheckedSample, Daemon, Stamp, topics};
 use daemon::facts::{RosBridgeFacts, ScheduleFacts};
@@ -21,6 +22,11 @@ pub(super) struct Overlays {
 }
 
 impl Overlays {
+    /// A generation of the bus was joined.
+    pub(super) fn joined(&mut self) {
+        self.freshness.joined(Stamp::now());
+    }
+
     pub(super) fn on_schedule_state(&mut self, state: &CheckedSample<topics::ScheduleState>) {
         self.freshness.on_schedule_state(state.content_hash(), *state.view().head);
     }
@@ -67,7 +73,6 @@ impl Overlays {
     /// Once a second: daemons, whether maps may be used, where the robot is.
     pub(super) fn tick(&mut self, shared: &SharedSite, config: &SiteConfig) {
         let board = StatusBoard::of(&config.bus.root);
-        let services: Vec<Value> = board.processes(config).map(|process| service(&board, process)).collect();
         for daemon in [Daemon::ScheduleEval, Daemon::Rasterize] {
             let report: Option<Report<IgnoredAny>> = board.report(daemon);
             if board.is_alive(daemon) && report.is_some_and(|report| report.age() < FRESH_TOLERANCE) {
@@ -84,8 +89,7 @@ impl Overlays {
             MapState::Stale { reason } => self.stale = Some(reason),
             MapState::Unknown => {}
         }
-        let why = &self.stale;
-        shared.tell("status", &json!({"services": services, "stale": why.is_some(), "why": why}));
+        tell_status(shared, config, &board, self.stale.as_deref());
         shared.tell("robot", &self.robot(&board));
     }
 
@@ -97,9 +101,27 @@ impl Overlays {
         let [sigma_m, sigma_deg] = alignment.and_then(|a| a.pose().map(sigmas)).unwrap_or_default();
         json!({
             "storey": storey, "x_m": pose.x_m, "y_m": pose.y_m, "yaw_rad": pose.yaw_rad,
-            "sigma_m": sigma_m, "sigma_deg": sigma_deg, "age_s": 0.0,
+            "sigma_m": sigma_m, "sigma_deg": sigma_deg, "age_s": age_s(&report.facts),
         })
     }
+}
+
+/// Tells viewers that nothing was looked at for a while: the bus is gone, or the service is at work.
+pub(super) fn tell_not_checked(shared: &SharedSite, config: &SiteConfig) {
+    let why = "whether these are the newest maps is not checked now: groundplan-web has no bus, or makes the maps of another date";
+    tell_status(shared, config, &StatusBoard::of(&config.bus.root), Some(why));
+    shared.tell("robot", &Value::Null);
+}
+
+fn tell_status(shared: &SharedSite, config: &SiteConfig, board: &StatusBoard, why: Option<&str>) {
+    let services: Vec<Value> = board.processes(config).map(|process| service(board, process)).collect();
+    shared.tell("status", &json!({"services": services, "stale": why.is_some(), "why": why}));
+}
+
+/// Seconds since the robot's pose came, to a tenth.
+fn age_s(facts: &RosBridgeFacts) -> Option<f64> {
+    let age = Stamp::now().since(Stamp(facts.robot_seen_ns?));
+    Some((age.as_secs_f64() * 10.0).round() / 10.0)
 }
 
 /// A process in a line: what it does, or what is wrong.

@@ -1,9 +1,11 @@
 //! The groundplan-web service: makes documents of the newest maps, and tells browsers what has changed.
 
+use super::listening::Listening;
 use super::live_documents::{MadeSite, date_document, site_documents, text_of};
 use super::overlays::{self, Overlays};
 use super::shared_site::SharedSite;
-use crate::server::{Access, MAX_VIEWERS, Served, Server, ServerSettings};
+use super::watchdog;
+use crate::server::{Access, MAX_VIEWERS, Served, ServerSettings};
 use crate::token::access_of;
 use bus::{Bus, CheckedSample, GridSlot, RawSubscriber, SiteSample, SiteSet, TopicName};
 use daemon::facts::WebFacts;
@@ -12,7 +14,6 @@ use messages::Activity;
 use serde_json::json;
 use std::sync::Arc;
 use tokio::sync::Semaphore;
-use tracing::{error, info};
 
 daemon::inputs! {
     /// What is shown.
@@ -24,7 +25,7 @@ pub(crate) struct WebService {
     config: SiteConfig,
     activity: CurrentActivity,
     shared: Arc<SharedSite>,
-    url: String,
+    listening: Listening,
     viewers: Arc<Semaphore>,
     grids: Vec<RawSubscriber>,
     overlays: Overlays,
@@ -47,10 +48,10 @@ struct SiteInputs {
 }
 
 impl WebService {
-    /// Listens.
+    /// Listens, now or as soon as its address can be had.
     ///
     /// # Errors
-    /// An address that is taken, a certificate or token that cannot be read.
+    /// A certificate without a key, a token that cannot be read.
     pub(crate) fn new(config: &SiteConfig, activity: CurrentActivity) -> Result<Self, Failure> {
         let web = &config.web;
         let tls = match (&web.certificate, &web.key) {
@@ -67,24 +68,13 @@ impl WebService {
             access: Arc::new(access),
             viewers: Arc::clone(&viewers),
         };
-        let server = Server::bind(ServerSettings { listen: web.listen, tls }, served)?;
-        let url = server.url();
-        info!(service = "groundplan-web", url, "the page is open");
-        std::thread::Builder::new().name("web-server".to_owned()).spawn(move || {
-            if let Err(why) = server.run() {
-                error!(
-                    service = "groundplan-web",
-                    error = daemon::chain(&why),
-                    "this process ends, and is started again"
-                );
-                std::process::exit(1);
-            }
-        })?;
+        let listening = Listening::of(ServerSettings::of(web.listen, tls), served);
+        watchdog::watch(config, &shared)?;
         Ok(Self {
             config: config.clone(),
             activity,
             shared,
-            url,
+            listening,
             viewers,
             grids: Vec::new(),
             overlays: Overlays::default(),
@@ -134,7 +124,8 @@ impl WebService {
         let epoch = set.index.bytes().header().epoch;
         let plan = set.mission_plan.map_or(0, CheckedSample::content_hash);
         let key = format!("{epoch}-{:08x}", plan as u32);
-        let document = date_document(&key, set)?;
+        let tiles = self.shared.documents().tiles.ok_or("there are no tiles yet")?;
+        let document = date_document(&key, &self.config, &tiles, set)?;
         self.shared.documents().add_date(key.clone(), document);
         let at_s = set.state.view().head.plan_time().map(|at| at.civil_seconds());
         let stop = at_s.map(|at_s| self.instants_s.partition_point(|instant| *instant <= at_s).saturating_sub(1));
@@ -170,6 +161,7 @@ impl Service for WebService {
         // Samples belong to a generation of the bus that is gone; they come again.
         *self.shared.samples() = bus::SiteSamples::default();
         self.shown = None;
+        self.overlays.joined();
         let slots = GridSlot::all().map(TopicName::Grid);
         self.grids = slots.map(|slot| bus.raw_subscriber(slot)).collect::<Result<_, _>>()?;
         Ok(())
@@ -206,7 +198,11 @@ impl Service for WebService {
                 // Rules may have changed.
                 (self.made_of, self.shown) = (None, None);
             }
-            Event::Tick => self.overlays.tick(&self.shared, &self.config),
+            Event::Tick => {
+                self.listening.keep_up();
+                self.overlays.tick(&self.shared, &self.config);
+                self.shared.set_checked();
+            }
             Event::Attached => {}
         }
         self.show()?;
@@ -218,10 +214,14 @@ impl Service for WebService {
     }
 
     fn standing(&self) -> Standing {
-        Standing { error: self.error.clone(), warning: None }
+        let error = self.listening.why_not().map(str::to_owned).or_else(|| self.error.clone());
+        Standing { error, warning: None }
     }
 
     fn facts(&self) -> WebFacts {
-        WebFacts { url: Some(self.url.clone()), viewers: MAX_VIEWERS - self.viewers.available_permits() }
+        WebFacts {
+            url: self.listening.url().map(str::to_owned),
+            viewers: MAX_VIEWERS - self.viewers.available_permits(),
+        }
     }
 }

@@ -1,5 +1,6 @@
 //! State that the service and the threads of the server share: the newest samples, and the documents made of them.
 
+use super::content_names::{model_name, tiles_name};
 use super::{ControlError, Feed, LiveSite, control};
 use crate::source::{Bytes, ContentName, Source, SourceError, TileAddress, locked};
 use crate::tiles::{Extent, Layer, LayerCells, TileGrid, strength_of_class, strength_of_pixel};
@@ -10,6 +11,7 @@ use grid::pixel_of;
 use messages::Grid;
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard};
+use std::time::{Duration, Instant};
 use tokio::sync::watch;
 use world::WorldOptions;
 
@@ -24,6 +26,7 @@ pub(crate) struct SharedSite {
     feed: watch::Sender<Feed>,
     slam_picture: Mutex<Option<(ContentName, Bytes)>>,
     model: Mutex<Option<(ContentName, Bytes)>>,
+    checked: Mutex<Instant>,
 }
 
 /// What was made of the newest samples.
@@ -45,7 +48,18 @@ impl SharedSite {
             feed: watch::Sender::default(),
             slam_picture: Mutex::default(),
             model: Mutex::default(),
+            checked: Mutex::new(Instant::now()),
         }
+    }
+
+    /// The daemons were looked at now.
+    pub(super) fn set_checked(&self) {
+        *locked(&self.checked) = Instant::now();
+    }
+
+    /// How long ago they were.
+    pub(super) fn unchecked_for(&self) -> Duration {
+        locked(&self.checked).elapsed()
     }
 
     /// The newest samples.
@@ -85,17 +99,12 @@ impl SharedSite {
         let options = self.config.world.options.as_deref().map(read).transpose();
         let options = options.map_err(|why| SourceError::Live(why.into()))?.unwrap_or_default();
         let samples = self.samples();
-        let Some(set) = samples.set().filter(|set| name_of(set.index.content_hash()) == *name) else { return Ok(None) };
+        let Some(set) = samples.set().filter(|set| model_name(&self.config, set) == *name) else { return Ok(None) };
         let views = set.views().map_err(|why| SourceError::Live(why.into()))?;
         let Some(mission_plan) = &views.mission_plan else { return Ok(None) };
         let input = ExportInput::of_maps(&views.site, &views.state, &views.index, &views.grids, mission_plan);
         Ok(input.map(|input| world::model(&input, &options)))
     }
-}
-
-/// The name of what has this hash.
-pub(super) fn name_of(hash: u64) -> ContentName {
-    ContentName::of_hash(&format!("{hash:016x}")).expect("these are sixteen digits")
 }
 
 impl Documents {
@@ -128,8 +137,10 @@ impl Source for SharedSite {
         let Some(tiles) = self.documents().tiles else { return Ok(None) };
         let samples = self.samples();
         let mut grids = GridSlot::all().filter_map(|slot| samples.grid(slot));
-        let grid = grids
-            .find(|grid| grid.view().head.map_storey == address.storey && name_of(grid.content_hash()) == address.name);
+        let is_asked_for = |grid: &Grid<'_>| {
+            grid.head.map_storey == address.storey && tiles_name(address.layer, grid, &tiles) == address.name
+        };
+        let grid = grids.find(|grid| is_asked_for(&grid.view()));
         Ok(grid.and_then(|grid| tile_of(&grid.view(), &tiles, address)).map(Bytes::from))
     }
 

@@ -66,12 +66,23 @@ enum Verdict {
     Refused(&'static str),
 }
 
+/// Who may look, and how.
+#[derive(Debug, Clone)]
+pub(super) struct Door {
+    pub(super) access: Arc<Access>,
+    /// True if the server itself encrypts.
+    pub(super) is_encrypted: bool,
+}
+
 /// Lets a request through, or refuses it.
-pub(super) async fn check(State(access): State<Arc<Access>>, request: Request, next: Next) -> Response {
+pub(super) async fn check(State(door): State<Door>, request: Request, next: Next) -> Response {
+    let Door { access, is_encrypted } = door;
     match access.allows(request.uri(), request.headers()) {
         Verdict::Allowed => next.run(request).await,
         Verdict::Welcome(token) => {
-            let cookie = format!("{COOKIE}={token}; Path=/; HttpOnly; SameSite=Strict; Max-Age=31536000");
+            // A browser sends it back encrypted alone, where it came encrypted.
+            let secure = if is_encrypted || was_encrypted(request.headers()) { "; Secure" } else { "" };
+            let cookie = format!("{COOKIE}={token}; Path=/; HttpOnly; SameSite=Strict; Max-Age=31536000{secure}");
             match HeaderValue::from_str(&cookie) {
                 Ok(cookie) => {
                     let path = HeaderValue::from_str(request.uri().path()).unwrap_or(HeaderValue::from_static("/"));
@@ -82,6 +93,16 @@ pub(super) async fn check(State(access): State<Arc<Access>>, request: Request, n
         }
         Verdict::Refused(why) => refused(why),
     }
+}
+
+/// True if a proxy says that the viewer came by https. Who says so of itself has only its own cookie by it.
+fn was_encrypted(headers: &HeaderMap) -> bool {
+    let text = |name: &str| headers.get(name).and_then(|value| value.to_str().ok()).unwrap_or_default();
+    // The first one is what the viewer used, those behind are between proxies.
+    let first = |list: &str| list.split(',').next().unwrap_or_default().trim().to_ascii_lowercase();
+    let forwarded = first(text("forwarded"));
+    let mut pairs = forwarded.split(';').filter_map(|pair| pair.trim().strip_prefix("proto="));
+    first(text("x-forwarded-proto")) == "https" || pairs.any(|proto| proto.trim_matches('"') == "https")
 }
 
 fn refused(why: &'static str) -> Response {
@@ -130,6 +151,29 @@ mod tests {
     fn the_name_in_the_address_counts_where_there_is_one() {
         let of = |uri: &str| Access::OwnMachine.allows(&uri.parse().unwrap(), &HeaderMap::new()) == Verdict::Allowed;
         assert!(of("https://localhost:8642/") && !of("https://evil.example/") && !of("/"));
+    }
+
+    #[test]
+    fn a_proxy_says_how_the_viewer_came() {
+        let came = |name: &'static str, value: &'static str| {
+            was_encrypted(&HeaderMap::from_iter([(
+                header::HeaderName::from_static(name),
+                HeaderValue::from_static(value),
+            )]))
+        };
+        for (name, value) in [
+            ("x-forwarded-proto", "https"),
+            ("x-forwarded-proto", "HTTPS, http"),
+            ("forwarded", "for=192.0.2.43;proto=https, for=198.51.100.17"),
+            ("forwarded", "Proto=\"https\""),
+        ] {
+            assert!(came(name, value), "{name}: {value}");
+        }
+        for (name, value) in
+            [("x-forwarded-proto", "http, https"), ("forwarded", "for=a;proto=http"), ("x-forwarded-for", "https")]
+        {
+            assert!(!came(name, value), "{name}: {value}");
+        }
     }
 
     #[test]

@@ -1,12 +1,16 @@
 //! Headers of answers: caching, and what a browser may do with the page.
 
-use crate::source::Bytes;
+use super::compression::{gzip, is_compressible, takes_gzip};
+use crate::source::{Bytes, hex};
 use axum::body::Body;
 use axum::extract::Request;
 use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
 use sha2::{Digest, Sha256};
+
+/// A header of the page and its server alone, which a form of another site cannot send.
+pub(super) const OWN_PAGE: &str = "x-groundplan";
 
 /// Scripts, styles and data from this server alone; pictures also from memory, as the page draws them. No page may hold it in a
 /// frame, and no form leads anywhere.
@@ -40,22 +44,37 @@ pub(crate) async fn with_security_headers(request: Request, next: Next) -> Respo
 }
 
 /// A document, or that the browser has it already.
-pub(crate) fn document(asked: &HeaderMap, bytes: Bytes, media_type: &'static str, caching: Caching) -> Response {
-    let tag: String = Sha256::digest(&bytes)[..12].iter().map(|byte| format!("{byte:02x}")).collect();
-    let tag = format!("\"{tag}\"");
+pub(crate) fn document(asked: &HeaderMap, bytes: &Bytes, media_type: &'static str, caching: Caching) -> Response {
+    // Weak: compressed or not, it is the same document.
+    let tag = format!("W/\"{}\"", hex(&Sha256::digest(bytes)[..12]));
     let keep = match caching {
         Caching::Forever => "private, max-age=31536000, immutable",
         Caching::Checked => "no-cache",
     };
-    let headers = [
+    let is_known = asked.get_all(header::IF_NONE_MATCH).iter().any(|known| names(known, &tag));
+    let mut headers = HeaderMap::from_iter([
         (header::ETAG, HeaderValue::from_str(&tag).expect("digits are a header")),
         (header::CACHE_CONTROL, HeaderValue::from_static(keep)),
         (header::CONTENT_TYPE, HeaderValue::from_static(media_type)),
-    ];
-    if asked.get(header::IF_NONE_MATCH).is_some_and(|known| known.as_bytes() == tag.as_bytes()) {
+    ]);
+    let is_compressible = is_compressible(media_type, bytes.len());
+    if is_compressible {
+        headers.insert(header::VARY, HeaderValue::from_static("Accept-Encoding"));
+    }
+    if is_known {
         return (StatusCode::NOT_MODIFIED, headers).into_response();
     }
+    if is_compressible && takes_gzip(asked) {
+        headers.insert(header::CONTENT_ENCODING, HeaderValue::from_static("gzip"));
+        return (headers, Body::from(gzip(bytes))).into_response();
+    }
     (headers, Body::from(bytes.to_vec())).into_response()
+}
+
+/// True if a list of tags has this one, weak or not.
+fn names(known: &HeaderValue, tag: &str) -> bool {
+    let opaque = |tag: &str| tag.trim().trim_start_matches("W/").to_owned();
+    known.to_str().is_ok_and(|list| list.split(',').any(|known| opaque(known) == opaque(tag)))
 }
 
 /// There is no such thing.

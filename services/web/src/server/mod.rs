@@ -4,10 +4,13 @@
 //! allows it has.
 
 mod access;
+mod compression;
+mod connections;
 mod control;
 mod events;
 mod headers;
 mod paths;
+mod request_body;
 mod served;
 
 pub(crate) use access::Access;
@@ -15,25 +18,31 @@ pub(crate) use served::{MAX_VIEWERS, Served};
 
 use crate::page::{FILES, INDEX, PageFile};
 use crate::source::{Bytes, ContentName, SourceError};
+use access::Door;
 use axum::Router;
-use axum::extract::{DefaultBodyLimit, Path, State};
+use axum::extract::{Path, State};
 use axum::http::{HeaderMap, StatusCode, Uri, header};
 use axum::middleware;
 use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
+use axum_server::tls_rustls::RustlsAcceptor;
 use axum_server::tls_rustls::RustlsConfig;
+use connections::ConnectionLimit;
 use headers::{Caching, document, not_found};
+use hyper_util::rt::TokioTimer;
+use request_body::REQUEST_TIMEOUT;
 use std::net::{SocketAddr, TcpListener};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
+use tokio::runtime::Runtime;
 
-/// Longest body of a request.
-const MAX_REQUEST_BYTES: usize = 4096;
 /// Requests that are worked on at the same time; others wait.
 const N_WORKERS: usize = 4;
-/// Time in which the head of a request has to be there.
-const HEAD_TIMEOUT: Duration = Duration::from_secs(10);
+/// Interval at which an idle connection of HTTP/2 is asked whether its other end is there.
+const PING_INTERVAL: Duration = Duration::from_secs(20);
+/// Connections at the same time: six, which a browser opens, for each viewer, and some.
+const MAX_CONNECTIONS: usize = 400;
 
 /// Where and how to serve.
 #[derive(Debug, Clone)]
@@ -42,6 +51,15 @@ pub(crate) struct ServerSettings {
     pub(crate) listen: SocketAddr,
     /// Certificate and private key, PEM files.
     pub(crate) tls: Option<(PathBuf, PathBuf)>,
+    /// Connections at the same time.
+    pub(crate) n_connections: usize,
+}
+
+impl ServerSettings {
+    /// For as many connections as its viewers need.
+    pub(crate) fn of(listen: SocketAddr, tls: Option<(PathBuf, PathBuf)>) -> Self {
+        Self { listen, tls, n_connections: MAX_CONNECTIONS }
+    }
 }
 
 /// A server that listens.
@@ -49,13 +67,15 @@ pub(crate) struct Server {
     listener: TcpListener,
     settings: ServerSettings,
     served: Served,
+    runtime: Runtime,
+    tls: Option<RustlsConfig>,
 }
 
 /// Why nothing can be served.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum ServeError {
     /// The address is taken, or not one of this machine.
-    #[error("cannot listen on {address}")]
+    #[error("cannot listen on {address}, which another program may use")]
     Listen {
         /// The address.
         address: SocketAddr,
@@ -81,26 +101,8 @@ impl Server {
     /// Listens.
     ///
     /// # Errors
-    /// An address that cannot be had.
+    /// An address that cannot be had, a certificate that cannot be used, a machine that gives no threads.
     pub(crate) fn bind(settings: ServerSettings, served: Served) -> Result<Self, ServeError> {
-        let listen = |source| ServeError::Listen { address: settings.listen, source };
-        let listener = TcpListener::bind(settings.listen).map_err(listen)?;
-        listener.set_nonblocking(true).map_err(listen)?;
-        Ok(Self { listener, settings, served })
-    }
-
-    /// The address of the page.
-    pub(crate) fn url(&self) -> String {
-        let address = self.listener.local_addr().unwrap_or(self.settings.listen);
-        let scheme = if self.settings.tls.is_some() { "https" } else { "http" };
-        format!("{scheme}://{address}/")
-    }
-
-    /// Serves until the process ends.
-    ///
-    /// # Errors
-    /// A certificate that cannot be used, a machine that gives no threads.
-    pub(crate) fn run(self) -> Result<(), ServeError> {
         let runtime = tokio::runtime::Builder::new_multi_thread()
             .worker_threads(1)
             .max_blocking_threads(N_WORKERS)
@@ -108,38 +110,62 @@ impl Server {
             .enable_all()
             .build()
             .map_err(ServeError::Ended)?;
+        let tls = settings.tls.as_ref().map(|(certificate, key)| {
+            let failed =
+                |source| ServeError::Certificate { certificate: certificate.clone(), key: key.clone(), source };
+            runtime.block_on(RustlsConfig::from_pem_file(certificate, key)).map_err(failed)
+        });
+        let tls = tls.transpose()?;
+        let listen = |source| ServeError::Listen { address: settings.listen, source };
+        let listener = TcpListener::bind(settings.listen).map_err(listen)?;
+        listener.set_nonblocking(true).map_err(listen)?;
+        Ok(Self { listener, settings, served, runtime, tls })
+    }
+
+    /// The address of the page.
+    pub(crate) fn url(&self) -> String {
+        let address = self.listener.local_addr().unwrap_or(self.settings.listen);
+        let scheme = if self.tls.is_some() { "https" } else { "http" };
+        format!("{scheme}://{address}/")
+    }
+
+    /// Serves until the process ends.
+    ///
+    /// # Errors
+    /// The listener is of no use.
+    pub(crate) fn run(self) -> Result<(), ServeError> {
+        let Self { listener, settings, served, runtime, tls } = self;
+        let limit = ConnectionLimit::of(settings.n_connections);
+        let service = router(served, tls.is_some()).into_make_service_with_connect_info::<SocketAddr>();
         runtime.block_on(async {
-            let service = router(self.served).into_make_service();
-            match self.settings.tls {
-                None => {
-                    let mut server = axum_server::from_tcp(self.listener).map_err(ServeError::Ended)?;
-                    server.http_builder().http1().timer(hyper_util_timer()).header_read_timeout(HEAD_TIMEOUT);
-                    server.serve(service).await.map_err(ServeError::Ended)
-                }
-                Some((certificate, key)) => {
-                    let config = RustlsConfig::from_pem_file(&certificate, &key).await;
-                    let config = config.map_err(|source| ServeError::Certificate { certificate, key, source })?;
-                    let mut server = axum_server::from_tcp_rustls(self.listener, config).map_err(ServeError::Ended)?;
-                    server.http_builder().http1().timer(hyper_util_timer()).header_read_timeout(HEAD_TIMEOUT);
-                    server.serve(service).await.map_err(ServeError::Ended)
+            let server = axum_server::from_tcp(listener).map_err(ServeError::Ended)?;
+            match tls {
+                None => with_time_limits(server.acceptor(limit)).serve(service).await,
+                Some(tls) => {
+                    let encrypted = server.acceptor(RustlsAcceptor::new(tls).acceptor(limit));
+                    with_time_limits(encrypted).serve(service).await
                 }
             }
+            .map_err(ServeError::Ended)
         })
     }
 }
 
-fn hyper_util_timer() -> hyper_util::rt::TokioTimer {
-    hyper_util::rt::TokioTimer::new()
+fn with_time_limits<A>(server: axum_server::Server<SocketAddr, A>) -> axum_server::Server<SocketAddr, A> {
+    let mut server = server.first_request_timeout(REQUEST_TIMEOUT);
+    server.http_builder().http1().timer(TokioTimer::new()).header_read_timeout(REQUEST_TIMEOUT);
+    let http2 = server.http_builder();
+    http2.http2().timer(TokioTimer::new()).keep_alive_interval(PING_INTERVAL).keep_alive_timeout(REQUEST_TIMEOUT);
+    server
 }
 
 /// All paths.
-pub(crate) fn router(served: Served) -> Router {
-    let mut router = Router::new().route("/", get(|headers: HeaderMap| async move { page_file(&headers, INDEX) }));
+pub(crate) fn router(served: Served, is_encrypted: bool) -> Router {
+    let mut router = Router::new().route("/", get(|headers: HeaderMap| page_file(headers, INDEX)));
     for file in FILES {
-        router = router
-            .route(&format!("/{}", file.path), get(move |headers: HeaderMap| async move { page_file(&headers, file) }));
+        router = router.route(&format!("/{}", file.path), get(move |headers: HeaderMap| page_file(headers, file)));
     }
-    let access = Arc::clone(&served.access);
+    let door = Door { access: Arc::clone(&served.access), is_encrypted };
     router
         .route("/data/site.json", get(site))
         .route("/data/calendar.json", get(calendar))
@@ -151,14 +177,15 @@ pub(crate) fn router(served: Served) -> Router {
         .route("/data/control/date", post(control::set_date))
         .route("/data/control/confirm", post(control::confirm))
         .fallback(|_: Uri| async { not_found() })
-        .layer(DefaultBodyLimit::max(MAX_REQUEST_BYTES))
-        .layer(middleware::from_fn_with_state(access, access::check))
+        .layer(middleware::from_fn(request_body::read_whole))
+        .layer(middleware::from_fn_with_state(door, access::check))
+        .layer(middleware::from_fn(connections::tell_one_too_many))
         .layer(middleware::from_fn(headers::with_security_headers))
         .with_state(served)
 }
 
-fn page_file(headers: &HeaderMap, file: PageFile) -> Response {
-    document(headers, Bytes::from(file.bytes), file.media_type, Caching::Checked)
+async fn page_file(headers: HeaderMap, file: PageFile) -> Response {
+    answer(headers, file.media_type, Caching::Checked, move || Ok(Some(Bytes::from(file.bytes)))).await
 }
 
 async fn site(State(served): State<Served>, headers: HeaderMap) -> Response {
@@ -204,13 +231,22 @@ async fn answer(
     caching: Caching,
     make: impl FnOnce() -> Result<Option<Bytes>, SourceError> + Send + 'static,
 ) -> Response {
-    match tokio::task::spawn_blocking(make).await {
-        Ok(Ok(Some(bytes))) => document(&headers, bytes, media_type, caching),
+    let made = tokio::task::spawn_blocking(move || {
+        let made = make();
+        made.map(|bytes| bytes.map(|bytes| document(&headers, &bytes, media_type, caching)))
+    });
+    match made.await {
+        Ok(Ok(Some(document))) => document,
         Ok(Ok(None)) => not_found(),
         Ok(Err(why @ SourceError::NotYet)) => (StatusCode::SERVICE_UNAVAILABLE, why.to_string()).into_response(),
+        Ok(Err(why @ SourceError::Changed { .. })) => (StatusCode::CONFLICT, why.to_string()).into_response(),
         Ok(Err(why)) => {
             tracing::error!(service = "groundplan-web", error = daemon::chain(&why), "a document cannot be made");
-            (StatusCode::INTERNAL_SERVER_ERROR, [(header::CONTENT_TYPE, "text/plain")], daemon::chain(&why))
+            (
+                StatusCode::INTERNAL_SERVER_ERROR,
+                [(header::CONTENT_TYPE, "text/plain; charset=utf-8")],
+                daemon::chain(&why),
+            )
                 .into_response()
         }
         Err(_) => (StatusCode::INTERNAL_SERVER_ERROR, "the work was given up").into_response(),

@@ -4,7 +4,13 @@ use std::io::{Read, Write};
 use std::net::TcpStream;
 use tokio::sync::Semaphore;
 
+/// For what must happen by itself.
+const DEADLINE: Duration = Duration::from_secs(120);
+
 struct OneSite;
+
+/// A document that is worth compressing.
+const LONG: &str = include_str!("tests.rs");
 
 impl Source for OneSite {
     fn site(&self) -> Result<Bytes, SourceError> {
@@ -16,7 +22,12 @@ impl Source for OneSite {
     }
 
     fn date(&self, key: &str) -> Result<Option<Bytes>, SourceError> {
-        Ok((key == "0").then(|| Bytes::from(*b"[]")))
+        match key {
+            "0" => Ok(Some(Bytes::from(*b"[]"))),
+            "long" => Ok(Some(LONG.as_bytes().into())),
+            "before" => Err(SourceError::Changed { folder: "maps".into() }),
+            _ => Ok(None),
+        }
     }
 
     fn tile(&self, address: &TileAddress) -> Result<Option<Bytes>, SourceError> {
@@ -30,13 +41,17 @@ impl Source for OneSite {
 
 /// Serves on a free port for as long as the tests run.
 fn served(access: Access) -> SocketAddr {
+    served_to(access, MAX_CONNECTIONS)
+}
+
+fn served_to(access: Access, n_connections: usize) -> SocketAddr {
     let served = Served {
         source: Arc::new(OneSite),
         live: None,
         access: Arc::new(access),
         viewers: Arc::new(Semaphore::new(1)),
     };
-    let settings = ServerSettings { listen: "127.0.0.1:0".parse().unwrap(), tls: None };
+    let settings = ServerSettings { listen: "127.0.0.1:0".parse().unwrap(), tls: None, n_connections };
     let server = Server::bind(settings, served).unwrap();
     let address = server.url().trim_start_matches("http://").trim_end_matches('/').parse().unwrap();
     std::thread::spawn(move || server.run());
@@ -45,11 +60,21 @@ fn served(access: Access) -> SocketAddr {
 
 /// The answer to a request with these lines behind its first.
 fn ask(address: SocketAddr, first: &str, more: &str) -> String {
+    String::from_utf8_lossy(&bytes_of(address, first, more)).into_owned()
+}
+
+fn bytes_of(address: SocketAddr, first: &str, more: &str) -> Vec<u8> {
     let mut stream = TcpStream::connect(address).unwrap();
     write!(stream, "{first} HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n{more}\r\n").unwrap();
+    rest_of(&mut stream)
+}
+
+/// What comes until the other end closes.
+fn rest_of(stream: &mut TcpStream) -> Vec<u8> {
+    stream.set_read_timeout(Some(DEADLINE)).unwrap();
     let mut answer = Vec::new();
     stream.read_to_end(&mut answer).unwrap();
-    String::from_utf8_lossy(&answer).into_owned()
+    answer
 }
 
 fn status(answer: &str) -> &str {
@@ -121,4 +146,87 @@ fn other_names_and_viewers_without_a_token_are_refused() {
     assert!(status(&welcome) == "303" && welcome.contains("set-cookie: groundplan_token=secret"), "{welcome}");
     assert!(welcome.contains("HttpOnly") && welcome.contains("SameSite=Strict"));
     assert_eq!(status(&ask(guarded, "GET /data/site.json", "Cookie: groundplan_token=secret\r\n")), "200");
+}
+
+#[test]
+fn documents_are_compressed_for_whoever_takes_it() {
+    let address = served(Access::OwnMachine);
+    let plain = bytes_of(address, "GET /data/dates/long.json", "");
+    let packed = bytes_of(address, "GET /data/dates/long.json", "Accept-Encoding: br, gzip\r\n");
+    let parts = |answer: &[u8]| {
+        let end = answer.windows(4).position(|w| w == b"\r\n\r\n").unwrap() + 4;
+        (String::from_utf8(answer[..end].to_vec()).unwrap(), answer[end..].to_vec())
+    };
+    let (plain_head, plain_body) = parts(&plain);
+    let (head, body) = parts(&packed);
+    assert!(head.contains("content-encoding: gzip") && head.contains("vary: Accept-Encoding"), "{head}");
+    assert!(!plain_head.contains("content-encoding") && plain_head.contains("vary: Accept-Encoding"), "{plain_head}");
+    let mut unpacked = String::new();
+    flate2::read::GzDecoder::new(&body[..]).read_to_string(&mut unpacked).unwrap();
+    assert!(unpacked == LONG && plain_body == LONG.as_bytes() && body.len() < LONG.len() / 2);
+    let tag = |head: &str| head.lines().find_map(|line| line.strip_prefix("etag: ").map(str::to_owned)).unwrap();
+    assert_eq!(tag(&head), tag(&plain_head), "one document has one tag");
+    let known = format!("Accept-Encoding: gzip\r\nIf-None-Match: \"x\", {}\r\n", tag(&head));
+    assert_eq!(status(&ask(address, "GET /data/dates/long.json", &known)), "304");
+    assert!(!ask(address, "GET /data/dates/0.json", "Accept-Encoding: gzip\r\n").contains("content-encoding"));
+}
+
+#[test]
+fn only_what_its_address_names_is_kept_by_browsers() {
+    let address = served(Access::OwnMachine);
+    let kept = "cache-control: private, max-age=31536000, immutable";
+    assert!(ask(address, "GET /data/tiles/0/planning/0123456789abcdef/0/0/7.png", "").contains(kept));
+    for path in ["", "app.js", "data/site.json", "data/dates/0.json"] {
+        let answer = ask(address, &format!("GET /{path}"), "");
+        assert!(status(&answer) == "200" && answer.contains("cache-control: no-cache"), "{path}: {answer}");
+    }
+    let before = ask(address, "GET /data/dates/before.json", "");
+    assert!(status(&before) == "409" && before.contains("load the page again"), "{before}");
+}
+
+#[test]
+fn a_body_and_a_head_that_do_not_come_end_their_connections() {
+    let address = served(Access::OwnMachine);
+    let head = "POST /data/control/date HTTP/1.1\r\nHost: localhost\r\nContent-Length: 9\r\n";
+    let begun = |text: &str| {
+        let mut stream = TcpStream::connect(address).unwrap();
+        stream.write_all(text.as_bytes()).unwrap();
+        stream
+    };
+    let mut streams = ["", "GET / HT", head, &format!("{head}\r\n{{\"at\"")].map(begun);
+    let answers = streams.each_mut().map(|stream| String::from_utf8(rest_of(stream)).unwrap());
+    assert_eq!(status(&answers[3]), "408", "{answers:?}");
+    assert!(answers[..3].iter().all(|answer| !answer.contains(" 200 ")), "{answers:?}");
+    let long = format!("{}\r\n{}", head.replace("Content-Length: 9", "Content-Length: 5000"), " ".repeat(5000));
+    let mut stream = begun(&long);
+    assert_eq!(status(&String::from_utf8_lossy(&rest_of(&mut stream))), "413");
+}
+
+#[test]
+fn who_is_one_too_many_is_told_so_until_a_place_is_free() {
+    let address = served_to(Access::OwnMachine, 2);
+    let mut held: Vec<TcpStream> = (0..2).map(|_| TcpStream::connect(address).unwrap()).collect();
+    for stream in &mut held {
+        write!(stream, "GET /data/dates/0.json HTTP/1.1\r\nHost: localhost\r\n\r\n").unwrap();
+        let mut answer = [0; 12];
+        stream.read_exact(&mut answer).unwrap();
+        assert_eq!(&answer, b"HTTP/1.1 200");
+    }
+    let refused = ask(address, "GET /data/site.json", "");
+    assert!(status(&refused) == "503" && refused.contains("there are too many connections"), "{refused}");
+    assert!(refused.contains("retry-after: 10"), "{refused}");
+    held.pop();
+    let begun = std::time::Instant::now();
+    while status(&ask(address, "GET /data/site.json", "")) != "200" {
+        assert!(begun.elapsed() < DEADLINE, "the place stays taken");
+        std::thread::sleep(Duration::from_millis(10));
+    }
+}
+
+#[test]
+fn the_cookie_is_sent_back_encrypted_where_the_viewer_came_so() {
+    let guarded = served(Access::Token(Access::hash_of("secret")));
+    assert!(!ask(guarded, "GET /?token=secret", "").contains("Secure"));
+    let of_proxy = ask(guarded, "GET /?token=secret", "X-Forwarded-Proto: https\r\n");
+    assert!(of_proxy.contains("SameSite=Strict; Max-Age=31536000; Secure"), "{of_proxy}");
 }

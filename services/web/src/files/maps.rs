@@ -1,0 +1,161 @@
+//! The documents of an output folder as it was when its manifests were read.
+//!
+//! Requests name a date, a storey or a hash, never a path: the paths are those that the manifests list.
+
+use super::folder::{MapFile, MapsFolder};
+use super::kept::Kept;
+use super::map_image::MapImage;
+use crate::documents::{Calendar, DateDocument, SiteDocument, SiteHead};
+use crate::source::{Bytes, ContentName, Source, SourceError, TileAddress, json, locked};
+use crate::tiles::{LayerCells, TileGrid};
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::{Arc, Mutex, OnceLock};
+
+/// Pictures of layers that are kept decoded, in pixels: those of the storey that is looked at, and of the dates beside.
+const MAX_KEPT_PIXELS: usize = 48 << 20;
+/// Documents of dates that are kept, in bytes.
+const MAX_KEPT_DATES: usize = 24 << 20;
+
+/// The maps of a folder.
+pub(crate) struct Maps {
+    folder: MapsFolder,
+    head: SiteHead,
+    tiles: TileGrid,
+    layers: BTreeMap<ContentName, MapFile>,
+    models: BTreeMap<ContentName, String>,
+    site: OnceLock<Bytes>,
+    calendar: OnceLock<Bytes>,
+    dates: Mutex<Kept<usize, Bytes>>,
+    images: Mutex<Kept<ContentName, Arc<MapImage>>>,
+}
+
+impl Maps {
+    /// Of an output folder.
+    ///
+    /// # Errors
+    /// A folder without maps, or with files that are not those of groundplan.
+    pub(super) fn open(folder: &Path) -> Result<Self, SourceError> {
+        let folder = MapsFolder::open(folder)?;
+        let head = folder.head();
+        let tiles = head.tiles();
+        Ok(Self {
+            layers: folder.layers(&tiles),
+            models: folder.models(),
+            folder,
+            head,
+            tiles,
+            site: OnceLock::new(),
+            calendar: OnceLock::new(),
+            dates: Mutex::new(Kept::of(MAX_KEPT_DATES)),
+            images: Mutex::new(Kept::of(MAX_KEPT_PIXELS)),
+        })
+    }
+
+    /// True if the manifests are still those that were read.
+    pub(crate) fn is_current(&self) -> bool {
+        self.folder.is_current()
+    }
+
+    /// The tiles of all storeys.
+    pub(crate) fn tiles(&self) -> TileGrid {
+        self.tiles
+    }
+
+    /// What the manifests say of the site.
+    pub(crate) fn head(&self) -> &SiteHead {
+        &self.head
+    }
+
+    /// Keys of all dates, in their order.
+    pub(crate) fn keys(&self) -> impl Iterator<Item = String> {
+        (0..self.folder.dates.len()).map(|date| self.folder.key(date))
+    }
+
+    /// Every layer that there is, once, with the storey that it is of.
+    pub(crate) fn layers(&self) -> &BTreeMap<ContentName, MapFile> {
+        &self.layers
+    }
+
+    /// Every model that there is, once.
+    pub(crate) fn models(&self) -> impl Iterator<Item = &ContentName> {
+        self.models.keys()
+    }
+
+    fn image(&self, name: &ContentName, file: &MapFile) -> Result<Arc<MapImage>, SourceError> {
+        if let Some(image) = locked(&self.images).get(name) {
+            return Ok(image);
+        }
+        let (bytes, _) = self.folder.files.read(&file.path)?;
+        let path = self.folder.files.path().join(&file.path);
+        let image = Arc::new(MapImage::of(&path, &bytes, file.storey.size_cells)?);
+        locked(&self.images).insert(name.clone(), Arc::clone(&image), image.n_pixels());
+        Ok(image)
+    }
+}
+
+impl Source for Maps {
+    fn site(&self) -> Result<Bytes, SourceError> {
+        made_once(&self.site, || {
+            let last = self.folder.dates.last();
+            let semantic = last.map(|date| date.semantic(&self.folder.files)).transpose()?.unwrap_or_default();
+            Ok(json(&SiteDocument::of(&self.head, &self.folder.stops(), semantic)))
+        })
+    }
+
+    fn calendar(&self) -> Result<Bytes, SourceError> {
+        made_once(&self.calendar, || {
+            let mut calendar = Calendar::default();
+            for (number, date) in self.folder.dates.iter().enumerate() {
+                calendar.add(number, &date.semantic(&self.folder.files)?);
+            }
+            Ok(json(&calendar))
+        })
+    }
+
+    fn date(&self, key: &str) -> Result<Option<Bytes>, SourceError> {
+        let Some((number, name)) = key.split_once('-') else { return Ok(None) };
+        let Some((number, date)) = number.parse().ok().and_then(|n: usize| Some((n, self.folder.dates.get(n)?))) else {
+            return Ok(None);
+        };
+        if name != self.folder.name {
+            return Err(SourceError::Changed { folder: self.folder.files.path().to_owned() });
+        }
+        if let Some(document) = locked(&self.dates).get(&number) {
+            return Ok(Some(document));
+        }
+        let published = date.published(&self.folder.files)?;
+        let document = json(&DateDocument::of(self.folder.head_at(number, &self.tiles), published));
+        locked(&self.dates).insert(number, Arc::clone(&document), document.len());
+        Ok(Some(document))
+    }
+
+    fn tile(&self, address: &TileAddress) -> Result<Option<Bytes>, SourceError> {
+        let file = self.layers.get(&address.name);
+        let Some(file) = file.filter(|file| (file.storey.index, file.layer) == (address.storey, address.layer)) else {
+            return Ok(None);
+        };
+        let image = self.image(&address.name, file)?;
+        let extent = file.storey.extent();
+        let cells = LayerCells {
+            layer: file.layer,
+            extent,
+            offset: self.tiles.offset(&extent, self.head.resolution_m),
+            strength: &|column, row| image.strength(file.layer, column, row),
+        };
+        Ok(cells.tile(&self.tiles, address.place).map(Bytes::from))
+    }
+
+    fn model(&self, name: &ContentName) -> Result<Option<Bytes>, SourceError> {
+        let path = self.models.get(name);
+        path.map(|path| self.folder.files.read(path).map(|(bytes, _)| Bytes::from(bytes))).transpose()
+    }
+}
+
+fn made_once(kept: &OnceLock<Bytes>, make: impl FnOnce() -> Result<Bytes, SourceError>) -> Result<Bytes, SourceError> {
+    if let Some(bytes) = kept.get() {
+        return Ok(Arc::clone(bytes));
+    }
+    let bytes = make()?;
+    Ok(Arc::clone(kept.get_or_init(|| bytes)))
+}

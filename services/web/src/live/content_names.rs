@@ -1,0 +1,31 @@
+//! Names of pictures and models of a running site: hashes of all that they are made of.
+
+use crate::source::{ContentName, TilesOfGrid};
+use crate::tiles::{Extent, Layer, TileGrid};
+use bus::{CheckedSample, SiteSet};
+use daemon::{SiteConfig, read_parsed};
+use messages::Grid;
+use std::convert::Infallible;
+use std::path::Path;
+
+/// Of the tiles of a layer.
+pub(super) fn tiles_name(layer: Layer, grid: &Grid<'_>, tiles: &TileGrid) -> ContentName {
+    let spec = grid.spec();
+    let place = TilesOfGrid { tiles, extent: &Extent::of(&spec), resolution_m: spec.resolution_m() };
+    ContentName::of_tiles(layer, grid.head.map_storey, &grid.content_hash().to_le_bytes(), &place)
+}
+
+/// Of the model of what stands.
+pub(super) fn model_name(config: &SiteConfig, set: &SiteSet<'_>) -> ContentName {
+    let plan = set.mission_plan.map_or(0, CheckedSample::content_hash);
+    let hashes = [set.site.content_hash(), set.state.content_hash(), set.index.content_hash(), plan];
+    // Options that cannot be read are told when the model is asked for.
+    let read = |path: &Path| read_parsed("options of worlds", path, |text| Ok::<_, Infallible>(text.to_owned())).ok();
+    let options = config.world.options.as_deref().and_then(read).unwrap_or_default();
+    ContentName::of_parts(&[hashes.map(u64::to_le_bytes).as_flattened(), options.as_bytes()])
+}
+
+/// Of what is made of one sample alone.
+pub(super) fn name_of(content_hash: u64) -> ContentName {
+    ContentName::of_parts(&[&content_hash.to_le_bytes()])
+}
