@@ -157,6 +157,8 @@ codes! {
     ClosedSpaceUnknown = "closed_space_unknown",
     /// A task that is complete, without a finish.
     CompletionWithoutFinish = "completion_without_finish",
+    /// A date that binds a task and that its dates, or what it depends on, do not keep.
+    ConstraintUnmet = "constraint_unmet",
     /// A date that can be read in two orders.
     DateAmbiguous = "date_ambiguous",
     /// A date in another order than the configured one.

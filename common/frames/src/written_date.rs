@@ -41,6 +41,23 @@ pub struct WrittenDate {
 }
 
 impl WrittenDate {
+    /// A date that was read already: civil seconds at the site, or of a clock with this offset to UTC in seconds.
+    ///
+    /// # Errors
+    /// An offset where the zone of the site is not known, or a date beyond the calendar.
+    pub fn of_seconds(
+        at_s: i64,
+        is_day: bool,
+        offset_s: Option<i64>,
+        site_zone: Option<&TimeZone>,
+    ) -> Result<Self, DateError> {
+        let Some(offset_s) = offset_s else { return Ok(Self { at_s, is_day }) };
+        let utc_s = at_s.saturating_sub(offset_s);
+        let instant = Timestamp::from_second(utc_s).map_err(|_| DateError::Unreadable(utc_s.to_string()))?;
+        let zone = site_zone.ok_or_else(|| DateError::NoSiteZone(instant.to_string()))?;
+        Ok(Self { at_s: seconds(zone.to_datetime(instant)), is_day: false })
+    }
+
     /// As a start: a day begins at its midnight.
     pub fn start_s(self) -> i64 {
         self.at_s

@@ -311,3 +311,56 @@ impl TaskUncertaintyRecord {
             && duration_pessimistic_s <= Self::MAX_DURATION_S
     }
 }
+
+/// A date that binds a task.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Zeroable, Pod)]
+#[repr(C)]
+pub struct TaskConstraintRecord {
+    /// The date in civil seconds since 1970, on the clock of its offset; 0 for [`TaskConstraintKind::AsLateAsPossible`].
+    pub at_s: i64,
+    /// Its offset to UTC in seconds, or [`Self::NO_OFFSET`]: it is of the site's clock.
+    pub offset_s: i32,
+    /// The task; it may have several.
+    pub task: u32,
+    /// What is bound.
+    pub kind: Tag<TaskConstraintKind>,
+    /// Bits of [`constraint_flags`].
+    pub flags: u32,
+}
+const _: () = assert!(size_of::<TaskConstraintRecord>() == 24);
+
+impl TaskConstraintRecord {
+    /// A date without an offset.
+    pub const NO_OFFSET: i32 = i32::MIN;
+
+    /// True if the date is within ten thousand years of 1970.
+    pub fn is_in_calendar(&self) -> bool {
+        self.at_s.unsigned_abs() <= TaskUncertaintyRecord::MAX_DURATION_S.unsigned_abs()
+    }
+}
+
+/// Bits of [`TaskConstraintRecord::flags`].
+pub mod constraint_flags {
+    /// The date has no time of day: a start is its midnight, a finish its end.
+    pub const DAY: u32 = 1;
+    /// The date goes before dependencies, as in MS Project unless told otherwise.
+    pub const FIRM: u32 = 2;
+}
+
+/// How a date binds a task.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, CheckedBitPattern, NoUninit)]
+#[repr(u32)]
+#[expect(missing_docs, reason = "the names are those of the products")]
+pub enum TaskConstraintKind {
+    AsLateAsPossible = 1,
+    StartOn = 2,
+    FinishOn = 3,
+    StartNotEarlierThan = 4,
+    StartNotLaterThan = 5,
+    FinishNotEarlierThan = 6,
+    FinishNotLaterThan = 7,
+    /// It goes before dependencies, always.
+    MandatoryStart = 8,
+    /// It goes before dependencies, always.
+    MandatoryFinish = 9,
+}

@@ -41,6 +41,8 @@ pub(crate) mod section {
     /// Only in archives of schedule files.
     pub(crate) const LINK_RULES: u32 = 40;
     pub(crate) const SCHEDULE_SOURCES: u32 = 41;
+    /// Only in archives that have any.
+    pub(crate) const TASK_CONSTRAINTS: u32 = 42;
 }
 
 /// Data of the whole site: one record.

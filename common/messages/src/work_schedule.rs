@@ -37,6 +37,8 @@ pub struct WorkSchedule<'a> {
     pub task_links: &'a [TaskLinkRecord],
     /// Three-point durations of tasks, ascending by task; of most schedules none.
     pub uncertainties: &'a [TaskUncertaintyRecord],
+    /// Dates that bind tasks, in the order of the tasks; of most schedules none.
+    pub constraints: &'a [TaskConstraintRecord],
 }
 
 /// Numbers of what tasks may work on.
@@ -64,6 +66,7 @@ impl<'a> WorkSchedule<'a> {
             sequences: archive.section(section::SEQUENCES)?,
             task_links: archive.section(section::TASK_LINKS)?,
             uncertainties: archive.optional_section(section::TASK_UNCERTAINTIES)?,
+            constraints: archive.optional_section(section::TASK_CONSTRAINTS)?,
         })
     }
 
@@ -90,6 +93,7 @@ impl<'a> WorkSchedule<'a> {
         check_tags(self.sequences.iter().map(|s| s.lag_kind), "kind of duration")?;
         check_tags(self.sequences.iter().map(|s| s.kind), "kind of sequence")?;
         check_tags(self.task_links.iter().map(|l| l.kind), "kind of link")?;
+        check_tags(self.constraints.iter().map(|c| c.kind), "kind of constraint")?;
         check_diagnostics(self.diagnostics)?;
         self.check_indices(targets)?;
         self.check_texts()
@@ -127,6 +131,8 @@ impl<'a> WorkSchedule<'a> {
             && self.task_links.iter().all(link)
             && self.uncertainties.iter().all(|u| (u.task as usize) < n_tasks && u.is_elapsed <= 1 && u.is_ascending())
             && self.uncertainties.is_sorted_by(|a, b| a.task < b.task)
+            && self.constraints.iter().all(|c| (c.task as usize) < n_tasks && c.is_in_calendar())
+            && self.constraints.is_sorted_by_key(|c| c.task)
             && is_forest(self.tasks);
         if whole { Ok(()) } else { Err(ArchiveError::Index { what: "the schedule" }) }
     }

@@ -16,6 +16,7 @@ pub struct WorkScheduleRecords {
     pub sequences: Vec<SequenceRecord>,
     pub task_links: Vec<TaskLinkRecord>,
     pub uncertainties: Vec<TaskUncertaintyRecord>,
+    pub constraints: Vec<TaskConstraintRecord>,
 }
 
 impl WorkScheduleRecords {
@@ -30,6 +31,9 @@ impl WorkScheduleRecords {
         // An archive without them has no such section, as those that were written before there was one.
         if !self.uncertainties.is_empty() {
             list.add(section::TASK_UNCERTAINTIES, &self.uncertainties);
+        }
+        if !self.constraints.is_empty() {
+            list.add(section::TASK_CONSTRAINTS, &self.constraints);
         }
     }
 }

@@ -5,7 +5,8 @@ mod support;
 use bytemuck::Zeroable;
 use messages::{
     Alignment, ArchiveBuffer, ArchiveError, Deviations, FloorKind, Grid, Grids, MapStoreyRecord, MissionPlan, NONE,
-    PartRecord, ScheduleState, Site, SiteBuilder, TaskRecord, TaskUncertaintyRecord,
+    PartRecord, ScheduleState, Site, SiteBuilder, TaskConstraintKind, TaskConstraintRecord, TaskRecord,
+    TaskUncertaintyRecord,
 };
 use proptest::prelude::*;
 use support::{
@@ -62,6 +63,24 @@ fn a_task_that_is_nested_in_itself_is_refused() {
         buffer.bytes_mut()[parents[task]..][..4].copy_from_slice(&parent.to_le_bytes());
         reseal(buffer.bytes_mut());
         assert_eq!(Site::open(buffer.bytes()).unwrap_err(), ArchiveError::Index { what: "the schedule" });
+    }
+}
+
+#[test]
+fn constraints_of_tasks_that_are_not_there_or_out_of_order_are_refused() {
+    let opened = |constraints: &[(u32, i64)]| {
+        let mut builder = SiteBuilder::default();
+        let task = TaskRecord { parent: NONE, control: NONE, calendar: NONE, ..TaskRecord::zeroed() };
+        builder.schedule.tasks.extend([task, task]);
+        let kind = TaskConstraintKind::MandatoryStart.into();
+        let record = |&(task, at_s)| TaskConstraintRecord { at_s, task, kind, ..TaskConstraintRecord::zeroed() };
+        builder.schedule.constraints = constraints.iter().map(record).collect();
+        let archive = builder.finish();
+        Site::open(archive.bytes()).map(|site| site.schedule.constraints.len()).ok()
+    };
+    assert_eq!(opened(&[(0, 5), (0, 3), (1, -5)]), Some(3));
+    for refused in [[(1, 0), (0, 0)], [(0, 0), (2, 0)], [(0, i64::MAX), (1, 0)], [(0, i64::MIN), (1, 0)]] {
+        assert_eq!(opened(&refused), None, "{refused:?}");
     }
 }
 

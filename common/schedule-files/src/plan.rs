@@ -28,6 +28,8 @@ pub struct PlanFile {
     pub dependencies: Vec<Dependency>,
     /// In whose working time lags are counted.
     pub lag_calendar: LagCalendar,
+    /// Dates of constraints go before dependencies, as in MS Project unless told otherwise; in P6 only mandatory ones do.
+    pub honours_constraints: bool,
     /// What is wrong with it, and what was done about it.
     pub findings: Vec<Finding>,
 }

@@ -81,6 +81,8 @@ pub(crate) fn site() -> ArchiveBuffer {
         ..Zeroable::zeroed()
     });
     b.schedule.task_links.push(TaskLinkRecord { task: 0, kind: LinkKind::Element.into(), target: 1, flags: 0 });
+    let kind = TaskConstraintKind::StartNotEarlierThan.into();
+    b.schedule.constraints.push(TaskConstraintRecord { task: 1, kind, ..Zeroable::zeroed() });
     b.schedule.uncertainties.push(TaskUncertaintyRecord {
         duration_optimistic_s: 3_600,
         duration_likely_s: 7_200,

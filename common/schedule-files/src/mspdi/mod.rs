@@ -38,7 +38,7 @@ use tasks::Outline;
 /// # Errors
 /// XML that is not well-formed, and more of something than a schedule has.
 pub(crate) fn read(xml: &mut Xml<'_>) -> Result<PlanFile, PlanFileError> {
-    let mut file = PlanFile::default();
+    let mut file = PlanFile { honours_constraints: true, ..PlanFile::default() };
     let mut plan = WrittenPlan::default();
     let mut fields = Fields::default();
     let mut calendars = Vec::new();
@@ -53,6 +53,7 @@ pub(crate) fn read(xml: &mut Xml<'_>) -> Result<PlanFile, PlanFileError> {
             "CalendarUID" => default_calendar = xml.text()?,
             "StartDate" => file.start = project_date(xml, "start", &mut plan)?,
             "StatusDate" => file.data_date = project_date(xml, "status date", &mut plan)?,
+            "HonorConstraints" => file.honours_constraints = !["0", "false"].contains(&&*xml.text()?),
             "OutlineCodes" => fields.read_outline_codes(xml)?,
             "ExtendedAttributes" => fields.read_extended_attributes(xml)?,
             "Calendars" => calendars = calendars::read(xml, &mut plan.findings)?,

@@ -81,6 +81,7 @@ fn task_schedule<'s>(
             let delay_s = delays(tasks, &dates, overrides, diagnostics)?;
             dates = tasks::delay(tasks, &dates, &delay_s);
         }
+        tasks::report_constraints(tasks, &dates, diagnostics);
         let floats = tasks::floats(tasks, &dates);
         Ok(TaskSchedule { dates, floats })
     })
@@ -125,7 +126,15 @@ fn with_tasks<'s, T>(
     for (k, task) in (0..).zip(site.schedule.tasks).filter(|(_, t)| t.parent != NONE) {
         children[task.parent as usize].push(k);
     }
-    work(&Tasks { site, rules, task_times: &task_times, calendars: &calendars, children: &children }, diagnostics)
+    let tasks = Tasks {
+        site,
+        rules,
+        task_times: &task_times,
+        limits: &tasks::limits(site, rules, diagnostics),
+        calendars: &calendars,
+        children: &children,
+    };
+    work(&tasks, diagnostics)
 }
 
 /// The delay of each task in seconds of its own clock.

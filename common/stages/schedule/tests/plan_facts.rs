@@ -5,10 +5,10 @@ mod support;
 
 use jiff::civil::DateTime;
 use messages::{Site, Tasks};
-use schedule::{Delay, Overrides, Rules, Timeline, evaluate};
+use schedule::{Delay, Overrides, Period, Rules, Timeline, evaluate, probabilities};
 use schedule_files::*;
 use support::{ScheduledSite, diagnostic, text};
-use tasks::{LinkRules, Links, ScheduleFile, tasks_of};
+use tasks::{Effect, Link, LinkOrigin, LinkRules, Links, ScheduleFile, Target, tasks_of};
 
 const HOUR_S: i64 = 3600;
 
@@ -142,4 +142,128 @@ fn an_actual_finish_with_0_per_cent_is_told() {
     check(Some(0.0), true);
     check(Some(0.5), false);
     check(None, false);
+}
+
+fn bound(kind: ConstraintKind, date: &str, task: PlanTask) -> PlanTask {
+    PlanTask { constraints: vec![Constraint { kind, date: at(date) }], ..task }
+}
+
+/// A, a week, before B, two days with a constraint, before C, a day.
+fn chain(kind: ConstraintKind, date: &str) -> PlanFile {
+    let kinds = [after(0, 1, DependencyKind::FinishStart, 0), after(1, 2, DependencyKind::FinishStart, 0)];
+    plan(vec![task("A", 40), bound(kind, date, task("B", 16)), task("C", 8)], kinds.to_vec())
+}
+
+#[test]
+fn constraints_bind_computed_dates_as_the_planners_tool_has_them() {
+    use ConstraintKind::*;
+    // Start and finish of B, float of A in days, in P6 and in MS Project: as MPXJ computes them.
+    let free = ["03-11T08:00", "03-12T17:00"];
+    let later = ["03-20T08:00", "03-21T17:00"];
+    let sooner = ["03-06T08:00", "03-07T17:00"];
+    let [finish_later, finish_sooner] = [["03-19T08:00", "03-20T17:00"], ["03-05T08:00", "03-06T17:00"]];
+    for (kind, date, p6, project) in [
+        (StartNotEarlierThan, "03-06T08:00", (free, 0), (free, 0)),
+        (StartNotEarlierThan, "03-20T08:00", (later, 7), (later, 7)),
+        (FinishNotEarlierThan, "03-20T17:00", (finish_later, 6), (finish_later, 6)),
+        (StartNotLaterThan, "03-20T08:00", (free, 0), (free, 0)),
+        (StartNotLaterThan, "03-06T08:00", (free, -3), (sooner, -3)),
+        (FinishNotLaterThan, "03-06T17:00", (free, -4), (finish_sooner, -4)),
+        (MustStartOn, "03-06T08:00", (free, -3), (sooner, -3)),
+        (MustStartOn, "03-20T08:00", (later, 7), (later, 7)),
+        (MustFinishOn, "03-06T17:00", (free, -4), (finish_sooner, -4)),
+        (MandatoryStart, "03-06T08:00", (sooner, -3), (sooner, -3)),
+        (MandatoryFinish, "03-20T17:00", (finish_later, 6), (finish_later, 6)),
+    ] {
+        for (honours_constraints, (expected, float_days)) in [(false, p6), (true, project)] {
+            let timeline = evaluated(&PlanFile { honours_constraints, ..chain(kind, date) }, &[]);
+            assert_eq!(dates(&timeline, 1), expected, "{kind:?} {date} {honours_constraints}");
+            let float_s = timeline.float(0).unwrap().total_s;
+            assert_eq!(float_s, float_days * 8 * HOUR_S, "{kind:?} {date} {honours_constraints}");
+            let told = diagnostic(&timeline, "constraint_unmet");
+            assert_eq!(told.is_some(), float_days < 0, "{kind:?} {date} {honours_constraints}");
+            assert!(told.is_none_or(|told| told.entity.as_ref().unwrap().name == "B"));
+        }
+    }
+}
+
+#[test]
+fn what_waits_for_a_constrained_task_is_pushed_by_its_constraint() {
+    let timeline = evaluated(&chain(ConstraintKind::StartNotEarlierThan, "04-15T08:00"), &[]);
+    assert_eq!(dates(&timeline, 2), ["04-17T08:00", "04-17T17:00"]);
+}
+
+#[test]
+fn two_constraints_of_a_task_both_count() {
+    let mut plan = chain(ConstraintKind::StartNotEarlierThan, "03-14T08:00");
+    plan.tasks[1].constraints.push(Constraint { kind: ConstraintKind::FinishNotLaterThan, date: at("03-14T17:00") });
+    let timeline = evaluated(&plan, &[]);
+    assert_eq!(dates(&timeline, 1), ["03-14T08:00", "03-15T17:00"]);
+    let message = &diagnostic(&timeline, "constraint_unmet").unwrap().message;
+    assert_eq!(
+        message,
+        "its constraint to finish no later than 2024-03-14T17:00:00 is not kept: it finishes 2024-03-15T17:00:00"
+    );
+}
+
+#[test]
+fn as_late_as_possible_uses_up_the_free_float() {
+    let late = PlanTask {
+        constraints: vec![Constraint { kind: ConstraintKind::AsLateAsPossible, date: None }],
+        ..task("late", 8)
+    };
+    let before = PlanTask { uid: "before".into(), name: "before".into(), ..late.clone() };
+    let links = vec![
+        after(0, 1, DependencyKind::FinishStart, 0),
+        after(3, 2, DependencyKind::FinishStart, 0),
+        after(2, 1, DependencyKind::FinishStart, 8),
+    ];
+    let timeline = evaluated(&plan(vec![task("long", 40), task("end", 8), late, before], links), &[]);
+    assert_eq!(dates(&timeline, 1), ["03-11T08:00", "03-11T17:00"]);
+    assert_eq!(dates(&timeline, 2), ["03-07T08:00", "03-07T17:00"]);
+    assert_eq!(dates(&timeline, 3), ["03-06T08:00", "03-06T17:00"]);
+}
+
+#[test]
+fn a_delay_stops_at_a_date_that_goes_before_dependencies() {
+    let check = |kind, honours_constraints, start: &str| {
+        let plan = PlanFile { honours_constraints, ..chain(kind, "03-12T08:00") };
+        let timeline = evaluated(&plan, &["A=5d"]);
+        assert_eq!(dates(&timeline, 1)[0], start, "{kind:?}");
+        assert!(diagnostic(&timeline, "constraint_unmet").is_some(), "{kind:?}");
+    };
+    check(ConstraintKind::StartNotLaterThan, false, "03-18T08:00");
+    check(ConstraintKind::StartNotLaterThan, true, "03-12T08:00");
+    check(ConstraintKind::MandatoryStart, false, "03-12T08:00");
+    let timeline = evaluated(&chain(ConstraintKind::MandatoryStart, "03-12T08:00"), &["B=1d"]);
+    assert_eq!(dates(&timeline, 1)[0], "03-13T08:00", "its own delay moves it");
+}
+
+#[test]
+fn drawn_dates_keep_constraints() {
+    let check = |kind, date: &str, honours_constraints, range: [&str; 2]| {
+        let plan = PlanFile { honours_constraints, ..chain(kind, date) };
+        let plans = [ScheduleFile { file: "plan.xer".to_owned(), sha256: [0; 32], plan }];
+        let mut site = ScheduledSite::new();
+        site.element("IfcWall");
+        let bytes = site.builder.finish();
+        let site = Site::open(bytes.bytes()).unwrap();
+        let link = Link { task: 1, target: Target::Element(0), effect: Effect::Builds, origin: LinkOrigin::Table(1) };
+        let links = Links { links: vec![link], ..Links::default() };
+        let archive = tasks_of(&site, &plans, &LinkRules::default(), &links).finish();
+        let tasks = Tasks::open(archive.bytes()).unwrap();
+        let (site, rules) = (site.with_tasks(&tasks).unwrap(), Rules::default());
+        let timeline = evaluate(&site, &rules, &Overrides::default()).unwrap();
+        let drawn = probabilities(&site, &rules, &Overrides::default(), &timeline).unwrap();
+        let begun = range.map(|at| {
+            let at = format!("2024-{at}:00").parse::<frames::PlanTime>().unwrap().civil_seconds();
+            drawn.elements(Period::instant(at))[0].there
+        });
+        assert_eq!(begun, [0.0, 1.0], "{kind:?}");
+    };
+    // A ends within some days around 8 March: B begins on its date, never before.
+    check(ConstraintKind::StartNotEarlierThan, "04-15T08:00", false, ["04-15T07:00", "04-15T09:00"]);
+    check(ConstraintKind::FinishNotEarlierThan, "04-30T17:00", false, ["04-23T08:00", "04-30T17:00"]);
+    check(ConstraintKind::MandatoryStart, "03-06T08:00", false, ["03-06T07:00", "03-06T09:00"]);
+    check(ConstraintKind::StartNotLaterThan, "03-06T08:00", true, ["03-06T07:00", "03-06T09:00"]);
 }

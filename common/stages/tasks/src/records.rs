@@ -12,7 +12,8 @@ use crate::task_values::{all_tasks, is_work, task_ids};
 use frames::counted;
 use messages::*;
 use schedule_files::{
-    Dependency, DependencyKind, LagCalendar, Length, PlanDate, PlanFile, PlanLag, PlanTask, PlanTaskKind,
+    Constraint, ConstraintKind, Dependency, DependencyKind, LagCalendar, Length, PlanDate, PlanFile, PlanLag, PlanTask,
+    PlanTaskKind,
 };
 
 /// The `tasks` archive of schedule files that were linked with a site by [`crate::link`].
@@ -79,6 +80,9 @@ fn add_file(builder: &mut TasksBuilder, plan: &ScheduleFile, source: u32, first_
         builder.schedule.tasks.push(record);
         let three_point = three_point_record(task, at as u32).filter(TaskUncertaintyRecord::is_ascending);
         builder.schedule.uncertainties.extend(three_point);
+        let constraints = task.constraints.iter().filter(|_| !task.is_inactive);
+        let firm = if plan.honours_constraints { constraint_flags::FIRM } else { 0 };
+        builder.schedule.constraints.extend(constraints.map(|c| constraint_record(c, at as u32, firm)));
     }
     for dependency in &plan.dependencies {
         let record = SequenceRecord {
@@ -163,6 +167,30 @@ pub(crate) fn three_point_record(task: &PlanTask, at: u32) -> Option<TaskUncerta
         task: at,
         is_elapsed: u32::from(likely.is_elapsed),
     })
+}
+
+/// A constraint of a task, with a flag that says whether its date goes before dependencies.
+fn constraint_record(constraint: &Constraint, task: u32, firm: u32) -> TaskConstraintRecord {
+    let kind = match constraint.kind {
+        ConstraintKind::AsLateAsPossible => TaskConstraintKind::AsLateAsPossible,
+        ConstraintKind::MustStartOn => TaskConstraintKind::StartOn,
+        ConstraintKind::MustFinishOn => TaskConstraintKind::FinishOn,
+        ConstraintKind::StartNotEarlierThan => TaskConstraintKind::StartNotEarlierThan,
+        ConstraintKind::StartNotLaterThan => TaskConstraintKind::StartNotLaterThan,
+        ConstraintKind::FinishNotEarlierThan => TaskConstraintKind::FinishNotEarlierThan,
+        ConstraintKind::FinishNotLaterThan => TaskConstraintKind::FinishNotLaterThan,
+        ConstraintKind::MandatoryStart => TaskConstraintKind::MandatoryStart,
+        ConstraintKind::MandatoryFinish => TaskConstraintKind::MandatoryFinish,
+    };
+    let offset = constraint.date.and_then(|date| date.offset);
+    let is_day = constraint.date.is_some_and(|date| date.is_day);
+    TaskConstraintRecord {
+        at_s: constraint.date.map_or(0, |date| date.at.civil_seconds()),
+        offset_s: offset.map_or(TaskConstraintRecord::NO_OFFSET, |offset| offset.seconds()),
+        task,
+        kind: kind.into(),
+        flags: firm | if is_day { constraint_flags::DAY } else { 0 },
+    }
 }
 
 fn sequence_record(

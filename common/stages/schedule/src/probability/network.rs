@@ -3,7 +3,7 @@
 use super::three_point::{TaskStream, ThreePoint};
 use super::uncertainty::Uncertainty;
 use crate::clock::Clock;
-use crate::tasks::{SpanBounds, TaskDates, Tasks, WorkStarts, dependencies, ends, span_dates, total_delay_s};
+use crate::tasks::{Limits, SpanBounds, TaskDates, Tasks, WorkStarts, dependencies, ends, span_dates, total_delay_s};
 use messages::DateSource;
 
 /// A date beyond all working time: what is drawn so long that no calendar holds it never happens.
@@ -37,6 +37,10 @@ struct UncertainTask<'t> {
     stream: TaskStream,
     /// It begins no earlier, whatever its predecessors do.
     earliest_s: i64,
+    /// It ends no earlier.
+    finish_min_s: Option<i64>,
+    /// Dates that go before its predecessors.
+    limits: Limits,
     incoming: Vec<Bound<'t>>,
 }
 
@@ -91,7 +95,7 @@ impl<'t> Network<'t> {
                     task.incoming = incoming[k].iter().filter_map(bound).collect();
                     let is_computed = planned.source == DateSource::Computed && total_delay_s(tasks, delay_s, k) == 0;
                     if is_computed && !task.incoming.is_empty() {
-                        task.earliest_s = starts.of_task(site, k).unwrap_or(i64::MIN);
+                        task.free_start(starts.of_task(site, k));
                     }
                 }
                 steps.push(Step::Task(task));
@@ -192,7 +196,19 @@ impl<'t> UncertainTask<'t> {
             left: 1.0 - done,
             stream: TaskStream::new(rules.seed, task),
             earliest_s: planned.start_s,
+            finish_min_s: None,
+            limits: tasks.limits[task],
             incoming: Vec::new(),
+        }
+    }
+
+    /// Lets a computed task begin as early as its work schedule and its constraints allow.
+    fn free_start(&mut self, schedule_s: Option<i64>) {
+        let is_bound = self.limits.is_late || self.limits.firm_start_s(self.planned_s, self.clock).is_some();
+        if !is_bound {
+            let [start_min_s, finish_min_s] = self.limits.min_s;
+            self.earliest_s = schedule_s.into_iter().chain(start_min_s).max().unwrap_or(i64::MIN);
+            self.finish_min_s = finish_min_s;
         }
     }
 
@@ -214,7 +230,11 @@ impl<'t> UncertainTask<'t> {
         let duration_s = (self.planned_s as f64 * (1.0 - self.left) + drawn_s * self.left).round() as i64;
         let bounds_s =
             self.incoming.iter().map(|b| b.start_s(dates_s[b.predecessor], self.clock, duration_s) - b.lead_s);
-        let mut start_s = bounds_s.fold(self.earliest_s, i64::max);
+        let by_finish_s = self.finish_min_s.map(|s| add(self.clock, s, -duration_s)).filter(|s| *s < NEVER_S);
+        let mut start_s = bounds_s.chain(by_finish_s).fold(self.earliest_s, i64::max);
+        if let Some(firm_s) = self.limits.firm_start_s(duration_s, self.clock) {
+            start_s = start_s.min(firm_s.max(self.planned.start_s));
+        }
         if start_s == self.planned.start_s && duration_s == self.planned_s {
             return [start_s, self.planned.finish_s];
         }

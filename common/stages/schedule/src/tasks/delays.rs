@@ -35,7 +35,7 @@ pub(crate) fn delay(tasks: &Tasks<'_>, dates: &[Option<TaskDates>], delay_s: &[i
             let clock = tasks.calendars.clock(task_times.clock);
             let shifted = |s: i64| clock.add(s, own_s).unwrap_or(s);
             let mut start_s = shifted(planned.start_s);
-            let finish_s = shifted(planned.finish_s);
+            let (own_start_s, finish_s) = (start_s, shifted(planned.finish_s));
             // In a cycle there is no order in which delays propagate.
             for sequence in incoming[k].iter().filter(|_| !is_cycle) {
                 let predecessor = sequence.predecessor as usize;
@@ -48,6 +48,10 @@ pub(crate) fn delay(tasks: &Tasks<'_>, dates: &[Option<TaskDates>], delay_s: &[i
                     let lead_s = (before_s - planned.start_s).max(0);
                     start_s = start_s.max(after_s - lead_s);
                 }
+            }
+            // What depends on others does not move past a date that goes before them, but for a delay of its own.
+            if let Some(firm_s) = tasks.limits[k].firm_start_s(tasks.duration_s(k, planned), clock) {
+                start_s = start_s.min(firm_s.max(own_start_s));
             }
             moved[k] = Some(if start_s == planned.start_s {
                 TaskDates { finish_s, ..planned }

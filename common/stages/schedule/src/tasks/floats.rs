@@ -5,7 +5,7 @@
 
 use super::resolve::dependencies;
 use super::{TaskDates, Tasks, ends, with_ancestors};
-use messages::SequenceRecord;
+use messages::{SequenceRecord, Site};
 
 /// Float of a task in seconds of its own clock. Negative: its successors begin before it allows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -21,10 +21,7 @@ pub(crate) fn floats(tasks: &Tasks<'_>, dates: &[Option<TaskDates>]) -> Vec<Opti
     let site = tasks.site;
     let mut floats = vec![None; site.schedule.tasks.len()];
     let Some(end_s) = dates.iter().flatten().map(|d| d.finish_s).max() else { return floats };
-    let mut outgoing: Vec<Vec<&SequenceRecord>> = vec![Vec::new(); site.schedule.tasks.len()];
-    for sequence in site.schedule.sequences {
-        outgoing[sequence.predecessor as usize].push(sequence);
-    }
+    let outgoing = outgoing(site);
     // Latest start and finish, by task.
     let mut late: Vec<Option<[i64; 2]>> = vec![None; site.schedule.tasks.len()];
     for (group, is_cycle) in dependencies(site).groups().rev() {
@@ -32,23 +29,24 @@ pub(crate) fn floats(tasks: &Tasks<'_>, dates: &[Option<TaskDates>]) -> Vec<Opti
         let Some(own) = dates[k].filter(|_| !is_cycle) else { continue };
         let clock = tasks.calendars.clock(tasks.task_times[k].clock);
         let duration_s = clock.between(own.start_s, own.finish_s);
-        let (mut late_finish_s, mut free_s) = (end_s, clock.between(own.finish_s, end_s));
+        let free_s = free_float_s(tasks, &outgoing, dates, k, end_s);
+        let mut late_finish_s = end_s;
         for (sequence, is_own) in sequences_behind(tasks, &outgoing, k) {
             let (from_start, to_start) = ends(sequence);
             let successor = sequence.successor as usize;
-            let (Some(next), Some(next_late)) = (dates[successor], late[successor]) else { continue };
+            let (Some(_), Some(next_late)) = (dates[successor], late[successor]) else { continue };
             // What hangs on the start of a summary hangs on its first task alone.
             if from_start && !is_own {
                 continue;
             }
             let Some((lag_s, lag_clock)) = tasks.lag(sequence, own) else { continue };
             let before = |s: i64| lag_clock.add(s, -lag_s).unwrap_or(s);
-            let (next_s, next_late_s) =
-                if to_start { (next.start_s, next_late[0]) } else { (next.finish_s, next_late[1]) };
-            let (now_s, limit_s) = (if from_start { own.start_s } else { own.finish_s }, before(next_late_s));
-            free_s = free_s.min(clock.between(now_s, before(next_s)));
+            let limit_s = before(if to_start { next_late[0] } else { next_late[1] });
             let finish_limit_s = if from_start { clock.add(limit_s, duration_s).unwrap_or(limit_s) } else { limit_s };
             late_finish_s = late_finish_s.min(finish_limit_s);
+        }
+        if !tasks.is_summary(k) && !tasks.has_begun(k) {
+            late_finish_s = tasks.limits[k].late_finish_s(late_finish_s, duration_s, clock);
         }
         let late_start_s = clock.add(late_finish_s, -duration_s).unwrap_or(late_finish_s);
         late[k] = Some([late_start_s, late_finish_s]);
@@ -57,6 +55,38 @@ pub(crate) fn floats(tasks: &Tasks<'_>, dates: &[Option<TaskDates>]) -> Vec<Opti
         }
     }
     floats
+}
+
+/// Sequences by predecessor.
+pub(super) fn outgoing<'s>(site: &Site<'s>) -> Vec<Vec<&'s SequenceRecord>> {
+    let mut outgoing = vec![Vec::new(); site.schedule.tasks.len()];
+    for sequence in site.schedule.sequences {
+        outgoing[sequence.predecessor as usize].push(sequence);
+    }
+    outgoing
+}
+
+/// Slip of a task with dates that moves no successor, nor the end of the schedule, in seconds of its own clock.
+pub(super) fn free_float_s(
+    tasks: &Tasks<'_>,
+    outgoing: &[Vec<&SequenceRecord>],
+    dates: &[Option<TaskDates>],
+    k: usize,
+    end_s: i64,
+) -> i64 {
+    let Some(own) = dates[k] else { return 0 };
+    let clock = tasks.calendars.clock(tasks.task_times[k].clock);
+    let slip_s = |(sequence, is_own): (&SequenceRecord, bool)| {
+        let (from_start, to_start) = ends(sequence);
+        // What hangs on the start of a summary hangs on its first task alone.
+        let next = dates[sequence.successor as usize].filter(|_| is_own || !from_start)?;
+        let (lag_s, lag_clock) = tasks.lag(sequence, own)?;
+        let next_s = if to_start { next.start_s } else { next.finish_s };
+        let limit_s = lag_clock.add(next_s, -lag_s).unwrap_or(next_s);
+        Some(clock.between(if from_start { own.start_s } else { own.finish_s }, limit_s))
+    };
+    let behind = sequences_behind(tasks, outgoing, k).into_iter().filter_map(slip_s);
+    behind.fold(clock.between(own.finish_s, end_s), i64::min)
 }
 
 /// Sequences behind a task and behind what it is nested in, and whether they are its own.

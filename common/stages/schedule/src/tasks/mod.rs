@@ -1,5 +1,6 @@
 //! Task dates: written dates, forward pass over sequences, delays, float.
 
+mod constraints;
 mod delays;
 mod floats;
 mod graph;
@@ -7,11 +8,12 @@ mod resolve;
 mod span;
 mod task_times;
 
+pub(crate) use constraints::{Limits, limits, report as report_constraints};
 pub(crate) use delays::{delay, total_delay_s};
 pub use floats::Floats;
 pub(crate) use floats::floats;
 use graph::Order;
-pub(crate) use resolve::{WorkStarts, dependencies, resolve};
+pub(crate) use resolve::{WorkStarts, dependencies, label, resolve};
 pub(crate) use span::{SpanBounds, span_dates};
 pub(crate) use task_times::{TaskKind, TaskTimeTexts, TaskTimes, kind_of, task_times, written_span_s};
 
@@ -35,6 +37,8 @@ pub(crate) struct Tasks<'a> {
     pub(crate) site: &'a Site<'a>,
     pub(crate) rules: &'a Rules,
     pub(crate) task_times: &'a [TaskTimes],
+    /// What the constraints of each task say.
+    pub(crate) limits: &'a [Limits],
     pub(crate) calendars: &'a Calendars,
     /// Tasks nested in each task.
     pub(crate) children: &'a [Vec<u32>],
@@ -43,6 +47,12 @@ pub(crate) struct Tasks<'a> {
 impl Tasks<'_> {
     pub(crate) fn is_summary(&self, task: usize) -> bool {
         !self.children[task].is_empty()
+    }
+
+    /// It has actual dates: no constraint moves it.
+    pub(crate) fn has_begun(&self, task: usize) -> bool {
+        let task_times = &self.task_times[task];
+        task_times.actual_start.is_some() || task_times.actual_finish.is_some()
     }
 
     /// Working time of a task: as written, else between its dates.

@@ -3,6 +3,7 @@
 //! # Source
 //! Kelley and Walker, "Critical-Path Planning and Scheduling", 1959; precedence diagrams with lags after Fondahl, 1961.
 
+use super::floats::{free_float_s, outgoing};
 use super::task_times::inherited;
 use super::{Order, TaskDates, TaskTimes, Tasks, with_ancestors};
 use crate::diagnostics::{Entity, ScheduleDiagnostics};
@@ -32,6 +33,7 @@ pub(crate) fn resolve(tasks: &Tasks<'_>, diagnostics: &mut ScheduleDiagnostics<'
             pass.task(group[0] as usize);
         }
     }
+    pass.move_late(&order);
     pass.inherit();
     pass.report_undated();
     pass.dates
@@ -154,11 +156,42 @@ impl<'t, 'a, 'f, 's> Pass<'t, 'a, 'f, 's> {
                 .ok_or_else(|| format!("the lag behind {} cannot be worked out", label(site, predecessor)))?;
             start_s = Some(start_s.map_or(bound_s, |s| s.max(bound_s)));
         }
+        let start_s = self.tasks.limits[k].start_s(start_s, duration_s, clock);
         let start_s = start_s.ok_or("neither its work schedule nor a predecessor says when it can start")?;
         let ended = "its calendar has no working time left";
         let start_s = if duration_s == 0 { Some(start_s) } else { clock.next_working(start_s) }.ok_or(ended)?;
         let finish_s = clock.add(start_s, duration_s).ok_or(ended)?;
         Ok(TaskDates { start_s, finish_s, source: DateSource::Computed })
+    }
+
+    /// Computed tasks that are to be as late as possible use up their free float, the last of them first.
+    fn move_late(&mut self, order: &Order) {
+        let tasks = self.tasks;
+        let is_late = |k: usize| tasks.limits[k].is_late && !tasks.is_summary(k);
+        let end_s = self.dates.iter().flatten().map(|d| d.finish_s).max();
+        let Some(end_s) = end_s.filter(|_| (0..self.dates.len()).any(is_late)) else { return };
+        let outgoing = outgoing(tasks.site);
+        for k in order.groups().rev().filter(|(_, is_cycle)| !is_cycle).map(|(group, _)| group[0] as usize) {
+            let (Some(own), Written::Duration(duration_s)) = (self.dates[k], &self.written[k]) else { continue };
+            let clock = tasks.calendars.clock(tasks.task_times[k].clock);
+            let free_s = free_float_s(tasks, &outgoing, &self.dates, k, end_s);
+            if !is_late(k) || free_s <= 0 {
+                continue;
+            }
+            let Some(finish_s) = clock.add(own.finish_s, free_s) else { continue };
+            let finish_s = tasks.limits[k].late_finish_s(finish_s, *duration_s, clock).max(own.finish_s);
+            if let Some(start_s) = clock.add(finish_s, -duration_s) {
+                self.dates[k] = Some(TaskDates { start_s, finish_s, ..own });
+            }
+        }
+        for (group, _) in order.groups() {
+            for k in group.iter().map(|k| *k as usize).filter(|k| tasks.is_summary(*k)) {
+                let nested: Vec<TaskDates> = tasks.children[k].iter().filter_map(|c| self.dates[*c as usize]).collect();
+                if !nested.is_empty() {
+                    self.dates[k] = Some(roll_up(&nested));
+                }
+            }
+        }
     }
 
     /// A task that says nothing of time and hangs in no sequence takes the written dates of its nearest ancestor.

@@ -1,13 +1,15 @@
 //! Inputs of the schedule computation per task, from the file and from reported progress.
 
-use super::with_ancestors;
+use super::{constraints, with_ancestors};
 use crate::clock::Calendars;
 use crate::diagnostics::{Entity, ScheduleDiagnostics};
 use crate::durations::{self, WrittenDuration};
 use crate::rules::Rules;
 use frames::counted;
 use frames::written_date::{DateError, WrittenDate, parse_iso};
-use messages::{DateSource, DiagnosticCode, DurationKind, NONE, Severity, Site, TaskRecord, task_flags};
+use messages::{
+    DateSource, DiagnosticCode, DurationKind, NONE, Severity, Site, TaskConstraintKind, TaskRecord, task_flags,
+};
 
 /// The kind of effect of a task on linked elements.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -82,7 +84,10 @@ pub(crate) fn written_span_s(
     let of_controls =
         site.schedule.work_controls.iter().flat_map(|c| [c.start, c.finish].map(|t| site.schedule.text(t)));
     let dates = of_tasks.chain(of_controls).filter(|text| !text.is_empty());
-    let mut seconds = dates.filter_map(|text| parse_iso(text, rules.site_zone.as_ref()).ok()).map(WrittenDate::start_s);
+    let of_constraints = site.schedule.constraints.iter().filter(|c| c.kind != TaskConstraintKind::AsLateAsPossible);
+    let of_constraints = of_constraints.filter_map(|c| constraints::date_of(c, rules).ok());
+    let dates = dates.filter_map(|text| parse_iso(text, rules.site_zone.as_ref()).ok());
+    let mut seconds = dates.chain(of_constraints).map(WrittenDate::start_s);
     let first = seconds.next()?;
     Some(seconds.fold(first..first + 1, |span, s| span.start.min(s)..span.end.max(s + 1)))
 }
