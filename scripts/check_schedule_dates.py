@@ -24,7 +24,8 @@ NOT_COMPARED = [
     "constraints on days without work: MicrosoftScheduler starts tasks on them",
     "lags in per cent: MicrosoftScheduler leaves them out",
     "elapsed durations behind others: MicrosoftScheduler begins them in working time, MS Project at once",
-    "elapsed lags before finishes: MicrosoftScheduler goes on to the next working time with the whole task",
+    "elapsed lags before finishes: both go on to the end of the lag, and MicrosoftScheduler to the next working time with the whole task",
+    "lags from a start to a finish in XER: PrimaveraScheduler ends some tasks before their lag",
     "plans in which MPXJ starts a task before the project: nothing starts before it here",
     "plans in which MPXJ gives a task another length than its own",
 ]
@@ -144,25 +145,28 @@ def generate(rng, form):
             task.setCalendar(calendars[0])
         for before in befores:
             kind = rng.choice([RelationType.FINISH_START] * 3 + list(RelationType.values()))
-            task.addPredecessor(Relation.Builder().predecessorTask(tasks[before]).type(kind).lag(a_lag(rng, is_p6, kind)))
+            task.addPredecessor(Relation.Builder().predecessorTask(tasks[before]).type(kind).lag(a_lag(rng, properties.getRelationshipLagCalendar() if is_p6 else None, kind)))
         if rng.random() < 0.25:
             kind = getattr(ConstraintType, rng.choice(PRIMAVERA if is_p6 else MICROSOFT))
             hour = 8 if "START" in str(kind.name()) else 17
-            # Mondays to Fridays.
-            day = rng.choice([day for day in range(40) if day % 7 < 5])
+            # Mondays to Fridays, without the holiday.
+            day = rng.choice([day for day in range(40) if day % 7 < 5 and day != 9])
             task.setConstraintType(kind)
             task.setConstraintDate(start.plusDays(day).withHour(hour))
         tasks.append(task)
     return plan, start
 
 
-def a_lag(rng, is_p6, kind):
-    from org.mpxj import Duration, TimeUnit
+def a_lag(rng, lag_calendar, kind):
+    """A lag in hours; of MS Project, which has no calendar for all lags, also an elapsed one."""
+    from org.mpxj import Duration, RelationshipLagCalendar, TimeUnit
 
     amount = rng.choice([0, 0, rng.randint(1, 30), -rng.randint(1, 12)])
-    if is_p6:
-        return Duration.getInstance(float(amount), TimeUnit.HOURS)
     to_start = str(kind.name()) in ("FINISH_START", "START_START")
+    if lag_calendar is not None:
+        is_elapsed = lag_calendar == RelationshipLagCalendar.TWENTY_FOUR_HOUR
+        is_drawn = to_start or not is_elapsed and str(kind.name()) == "FINISH_FINISH"
+        return Duration.getInstance(float(amount if is_drawn else 0), TimeUnit.HOURS)
     unit = rng.choice([TimeUnit.HOURS, TimeUnit.ELAPSED_HOURS] if to_start else [TimeUnit.HOURS])
     return Duration.getInstance(float(amount), unit)
 

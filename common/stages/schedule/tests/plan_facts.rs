@@ -161,6 +161,7 @@ fn constraints_bind_computed_dates_as_the_planners_tool_has_them() {
     let free = ["03-11T08:00", "03-12T17:00"];
     let later = ["03-20T08:00", "03-21T17:00"];
     let sooner = ["03-06T08:00", "03-07T17:00"];
+    let outside = ["03-14T08:00", "03-16T17:00"];
     let [finish_later, finish_sooner] = [["03-19T08:00", "03-20T17:00"], ["03-05T08:00", "03-06T17:00"]];
     for (kind, date, p6, project) in [
         (StartNotEarlierThan, "03-06T08:00", (free, 0), (free, 0)),
@@ -174,6 +175,7 @@ fn constraints_bind_computed_dates_as_the_planners_tool_has_them() {
         (MustFinishOn, "03-06T17:00", (free, -4), (finish_sooner, -4)),
         (MandatoryStart, "03-06T08:00", (sooner, -3), (sooner, -3)),
         (MandatoryFinish, "03-20T17:00", (finish_later, 6), (finish_later, 6)),
+        (MandatoryFinish, "03-16T17:00", (outside, 3), (outside, 3)),
     ] {
         for (honours_constraints, (expected, float_days)) in [(false, p6), (true, project)] {
             let timeline = evaluated(&PlanFile { honours_constraints, ..chain(kind, date) }, &[]);

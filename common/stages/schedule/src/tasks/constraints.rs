@@ -65,6 +65,13 @@ impl Limits {
         Some(self.firm_start_s(duration_s, clock).map_or(earliest, |firm_s| firm_s.min(earliest)))
     }
 
+    /// The finish of a task that ends at `finish_s` by its duration: a date that goes before dependencies stays as it is, also outside
+    /// working time.
+    pub(crate) fn finish_s(&self, start_s: i64, finish_s: i64) -> i64 {
+        let fixed_s = self.fixed_s[1].filter(|s| self.fixed_s[0].is_none() && start_s <= *s);
+        fixed_s.unwrap_or(finish_s)
+    }
+
     /// The start behind which no predecessor pushes a task of this duration.
     pub(crate) fn firm_start_s(&self, duration_s: i64, clock: Clock<'_>) -> Option<i64> {
         let fixed = start_of(self.fixed_s, duration_s, clock).into_iter().flatten().next();

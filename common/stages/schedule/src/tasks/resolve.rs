@@ -161,6 +161,7 @@ impl<'t, 'a, 'f, 's> Pass<'t, 'a, 'f, 's> {
         let ended = "its calendar has no working time left";
         let start_s = if duration_s == 0 { Some(start_s) } else { clock.next_working(start_s) }.ok_or(ended)?;
         let finish_s = clock.add(start_s, duration_s).ok_or(ended)?;
+        let finish_s = self.tasks.limits[k].finish_s(start_s, finish_s);
         Ok(TaskDates { start_s, finish_s, source: DateSource::Computed })
     }
 
