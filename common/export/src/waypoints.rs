@@ -99,6 +99,9 @@ struct StoreyOutcome {
     unreached_m2: f64,
     /// Separate parts of the storey that the waypoints lie in.
     parts: u32,
+    /// How the robot comes to the storey: `start`, `portal` from another storey, `outer_door`, or `placed` where it has to be put
+    /// there; null if it does not.
+    entry: Option<&'static str>,
     /// Points on the meshes of elements at all heights that the check looked at; null without it.
     mesh_points: Option<u32>,
     /// Those of them that the scans see.
@@ -175,8 +178,14 @@ struct SpaceOutcome {
     reason: Option<String>,
     /// The same as a code for programs: `blocked`, `closed_door`, `too_narrow` ..
     why: Option<&'static str>,
-    /// GlobalId of the door that is closed to the robot.
+    /// GlobalId of the closed door that is nearest to it on the way there.
     door: Option<String>,
+    /// Whether the robot gets there: `reached`, `no_way` where it is open by the schedule, or `closed` by the schedule; null
+    /// for gross areas and spaces without a body or a map.
+    access: Option<&'static str>,
+    /// Why no way leads there: of all ways the obstacles of that with the fewest, the nearest to it first; null unless that is
+    /// so.
+    access_reason: Option<String>,
 }
 
 impl Waypoints {
@@ -238,6 +247,7 @@ fn storey(mission_plan: &MissionPlan<'_>, record: &MissionPlanStoreyRecord) -> S
         reached_m2: rounded(record.reached_m2),
         unreached_m2: rounded(record.unreached_m2),
         parts: record.n_parts,
+        entry: record.entry.get().name(),
         mesh_points: is_checked.then_some(record.n_mesh_points),
         mesh_points_seen: is_checked.then_some(record.n_mesh_seen),
     }
@@ -254,6 +264,8 @@ fn space(input: &ExportInput<'_>, index: usize) -> SpaceOutcome {
         reason: text_or_null(input.mission_plan.reason(index)),
         why: why.map(NoWaypoint::name),
         door: door.map(|d| input.site.text(input.site.elements[d.element as usize].global_id).to_owned()),
+        access: record.access.get().name(),
+        access_reason: text_or_null(input.mission_plan.access_reason(index)),
     }
 }
 

@@ -94,6 +94,11 @@ impl<'a> MissionPlan<'a> {
         self.text(self.spaces[space].reason)
     }
 
+    /// Why no way leads to a space; empty unless that is so.
+    pub fn access_reason(&self, space: usize) -> &'a str {
+        self.text(self.spaces[space].access_reason)
+    }
+
     /// The text of a record.
     pub fn text(&self, text: crate::Text) -> &'a str {
         text.of(self.strings).expect("texts were checked when the archive was opened")
@@ -112,6 +117,8 @@ impl<'a> MissionPlan<'a> {
     fn check_tags(&self) -> Result<(), ArchiveError> {
         check_tags(self.waypoints.iter().map(|w| w.kind), "kind of waypoint")?;
         check_tags(self.spaces.iter().map(|s| s.why), "reason for having no waypoint")?;
+        check_tags(self.spaces.iter().map(|s| s.access), "access to a space")?;
+        check_tags(self.storeys.iter().map(|s| s.entry), "entry to a storey")?;
         check_tags(self.nodes.iter().map(|n| n.kind), "kind of node")?;
         check_tags(self.edges.iter().map(|e| e.kind), "kind of edge")?;
         check_diagnostics(self.diagnostics)
@@ -128,7 +135,7 @@ impl<'a> MissionPlan<'a> {
             && self.points.as_flattened().iter().all(|c| c.is_finite())
             && self.floor_parts.iter().flat_map(|p| [p.area_m2, p.room_m2, p.at_m[0], p.at_m[1]]).all(f64::is_finite);
         let diagnostics = self.diagnostics.iter().flat_map(DiagnosticRecord::texts);
-        let mut texts = self.spaces.iter().map(|s| s.reason).chain(diagnostics);
+        let mut texts = self.spaces.iter().flat_map(|s| [s.reason, s.access_reason]).chain(diagnostics);
         let whole = texts.all(|text| text.of(self.strings).is_some());
         if inside && finite && whole { Ok(()) } else { Err(ArchiveError::Index { what: "a waypoint" }) }
     }
@@ -187,7 +194,8 @@ impl MissionPlanBuilder {
             centre: NONE,
             n_faces: 0,
             n_seen: 0,
-            reserved: 0,
+            access: SpaceAccess::NotJudged.into(),
+            access_reason: crate::Text::default(),
         };
         Self {
             texts: TextPool::default(),

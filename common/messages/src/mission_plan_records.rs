@@ -205,6 +205,61 @@ impl NoWaypoint {
     }
 }
 
+/// Whether a robot gets to a space at the plan time: what the schedule says, and whether a way leads there from where it starts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, CheckedBitPattern, NoUninit)]
+#[repr(u32)]
+pub enum SpaceAccess {
+    /// Nobody looked: a gross area, a space without a body, or one whose map storey has no grid.
+    NotJudged = 0,
+    /// Open, and the robot gets there.
+    Reached = 1,
+    /// Open by the schedule, and no way leads this robot there.
+    NoWay = 2,
+    /// Closed by the schedule.
+    Closed = 3,
+}
+
+impl SpaceAccess {
+    /// Its name in files; `None` if it was not judged.
+    pub fn name(self) -> Option<&'static str> {
+        match self {
+            Self::NotJudged => None,
+            Self::Reached => Some("reached"),
+            Self::NoWay => Some("no_way"),
+            Self::Closed => Some("closed"),
+        }
+    }
+}
+
+/// How the robot comes to a map storey.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, CheckedBitPattern, NoUninit)]
+#[repr(u32)]
+pub enum StoreyEntry {
+    /// It does not get there.
+    None = 0,
+    /// It starts there.
+    Start = 1,
+    /// From another storey, by a stair, ramp, lift or step that it uses.
+    Portal = 2,
+    /// Through an outer door, because no other storey leads there and no start is given.
+    OuterDoor = 3,
+    /// It has to be put there: no start, no outer door and nothing that it uses leads there.
+    Placed = 4,
+}
+
+impl StoreyEntry {
+    /// Its name in files; `None` if the robot does not get there.
+    pub fn name(self) -> Option<&'static str> {
+        match self {
+            Self::None => None,
+            Self::Start => Some("start"),
+            Self::Portal => Some("portal"),
+            Self::OuterDoor => Some("outer_door"),
+            Self::Placed => Some("placed"),
+        }
+    }
+}
+
 /// Outcome of a space.
 #[derive(Debug, Clone, Copy, PartialEq, Zeroable, Pod)]
 #[repr(C)]
@@ -221,10 +276,12 @@ pub struct MissionPlanSpaceRecord {
     pub n_faces: u32,
     /// Those of them that the scans see.
     pub n_seen: u32,
-    /// Zero.
-    pub reserved: u32,
+    /// Whether the robot gets there.
+    pub access: Tag<SpaceAccess>,
+    /// Why no way leads there, in words; empty unless that is so.
+    pub access_reason: Text,
 }
-const _: () = assert!(size_of::<MissionPlanSpaceRecord>() == 32);
+const _: () = assert!(size_of::<MissionPlanSpaceRecord>() == 40);
 
 /// Outcome of a map storey.
 #[derive(Debug, Clone, Copy, PartialEq, Zeroable, Pod)]
@@ -262,8 +319,12 @@ pub struct MissionPlanStoreyRecord {
     pub first_tour_point: u32,
     /// Number of points of its tour.
     pub n_tour_points: u32,
+    /// How the robot comes there.
+    pub entry: Tag<StoreyEntry>,
+    /// Zero.
+    pub reserved: u32,
 }
-const _: () = assert!(size_of::<MissionPlanStoreyRecord>() == 80);
+const _: () = assert!(size_of::<MissionPlanStoreyRecord>() == 88);
 
 /// A connected part of the floor of a map storey on which the middle of the robot can stand.
 #[derive(Debug, Clone, Copy, PartialEq, Zeroable, Pod)]

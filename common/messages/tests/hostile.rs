@@ -238,6 +238,8 @@ fn a_plan_with_an_unknown_kind_is_refused() {
     let fields = [
         (place_of(&archive, &view.waypoints[0].kind), "kind of waypoint"),
         (place_of(&archive, &view.spaces[0].why), "reason for having no waypoint"),
+        (place_of(&archive, &view.spaces[0].access), "access to a space"),
+        (place_of(&archive, &view.storeys[0].entry), "entry to a storey"),
         (place_of(&archive, &view.nodes[0].kind), "kind of node"),
         (place_of(&archive, &view.edges[0].kind), "kind of edge"),
         (place_of(&archive, &view.diagnostics[0].code), "code of a diagnostic"),

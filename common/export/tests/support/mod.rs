@@ -255,8 +255,14 @@ fn mission_plan() -> ArchiveBuffer {
     };
     let mut b = MissionPlanBuilder::new(head, 2);
     let reason = b.texts.add("it is a gross area, or made of other spaces");
-    b.spaces[0] =
-        MissionPlanSpaceRecord { n_faces: 8, n_seen: 7, why: NoWaypoint::Has.into(), centre: 0, ..b.spaces[0] };
+    b.spaces[0] = MissionPlanSpaceRecord {
+        n_faces: 8,
+        n_seen: 7,
+        why: NoWaypoint::Has.into(),
+        access: SpaceAccess::Reached.into(),
+        centre: 0,
+        ..b.spaces[0]
+    };
     b.spaces[1] = MissionPlanSpaceRecord { reason, why: NoWaypoint::MetadataOnly.into(), ..b.spaces[1] };
     let centre = WaypointRecord {
         position_in_map_m: [1.75, 1.75, 0.1],
@@ -289,6 +295,7 @@ fn mission_plan() -> ArchiveBuffer {
         reached_m2: 3.0,
         unreached_m2: 1.5,
         n_tour_points: 2,
+        entry: StoreyEntry::OuterDoor.into(),
         ..Zeroable::zeroed()
     });
     let part = FloorPartRecord { area_m2: 3.0, room_m2: 3.0, at_m: [1.75, 1.75], is_reached: 1, ..Zeroable::zeroed() };

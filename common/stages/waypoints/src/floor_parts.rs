@@ -15,6 +15,8 @@ pub(crate) struct PartProperties {
     pub(crate) room_cells: u32,
     /// True if a stair, ramp, lift or outer door leads to it.
     pub(crate) has_way_in: bool,
+    /// True if an outer door leads to it.
+    pub(crate) has_outer_door: bool,
 }
 
 /// A part with access is preferred if it has at least this share of the largest room area of a part, so that a lift landing
@@ -49,6 +51,7 @@ pub(crate) fn part_properties(
         if is_outer(site, door, passage.sides_with_floor) {
             for part in parts_at(free_space, grid, door, input.index.head.robot.radius_m) {
                 properties[part as usize].has_way_in = true;
+                properties[part as usize].has_outer_door = true;
             }
         }
     }
@@ -87,7 +90,7 @@ fn is_outer(site: &Site<'_>, door: &DoorRecord, sides_with_floor: u32) -> bool {
 }
 
 /// The parts beside a door; only those in its rooms where it has rooms.
-fn parts_at(free_space: &FreeSpace, grid: &Grid<'_>, door: &DoorRecord, radius_m: f64) -> Vec<u32> {
+pub(crate) fn parts_at(free_space: &FreeSpace, grid: &Grid<'_>, door: &DoorRecord, radius_m: f64) -> Vec<u32> {
     let indoors = |cell: usize| {
         let space = u32::from(grid.space[cell]).checked_sub(1);
         door.spaces == [NONE; 2] || space.is_some_and(|space| door.spaces.contains(&space))

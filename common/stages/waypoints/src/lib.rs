@@ -18,7 +18,9 @@
 //! # Waypoints
 //!
 //! - The centre of every open and reachable space, moved to the nearest clear place where it is blocked. The other spaces
-//!   get a reason, with the GlobalId of the closed door.
+//!   get a reason, with the GlobalId of the closed door. Of every space it is told whether the robot gets there
+//!   (`SpaceAccess`), whether or not it was asked for, and what keeps the robot from the others: of all ways there the one
+//!   with the fewest closed doors, blocked rooms and portals that the robot does not use.
 //! - Scans that together see 99 % of the target faces of structure visible from the reachable free space, but for what is
 //!   worth no scan; or, within a budget of scans or minutes, those that see most. A face is visible if it is in range, the
 //!   angle of incidence is at most 70 degrees, and the line of sight crosses free cells only; `mesh_check` adds the visibility
@@ -32,6 +34,7 @@
 mod input;
 mod options;
 
+mod barriers;
 mod changed_elements;
 mod floor_parts;
 mod free_space;

@@ -16,8 +16,8 @@ use frames::{Map, Point2, metres};
 use messages::{
     Diagnostic, DiagnosticCode, DiagnosticRecord, EdgeKind, ElementRecord, FloorPartRecord, GridHead, GrownScanRecord,
     MapGrids, MissionPlanBuilder, MissionPlanHead, MissionPlanSpaceRecord, MissionPlanStoreyRecord, NONE, Named,
-    NoWaypoint, NodeKind, RouteEdgeRecord, RouteNodeRecord, ScheduleStateHead, Severity, Site, WaypointKind,
-    WaypointRecord,
+    NoWaypoint, NodeKind, RouteEdgeRecord, RouteNodeRecord, ScheduleStateHead, Severity, Site, SpaceAccess,
+    StoreyEntry, Text, WaypointKind, WaypointRecord,
 };
 
 /// Assembles the archive: storeys in the order in which they are reached, refusals, and the graph over all storeys.
@@ -51,8 +51,10 @@ pub(crate) fn assemble(
             record.n_faces += seen.n_faces;
             record.n_seen += seen.n_seen;
         }
-        builder.storeys.push(storey_record(&mut builder.tour_points, input.grids.head(at).map_storey, planned));
+        let record = storey_record(&mut builder.tour_points, input.grids.head(at).map_storey, planned);
+        builder.storeys.push(MissionPlanStoreyRecord { entry: reached.entered[at].into(), ..record });
     }
+    judge_access(&mut builder, input, planned_storeys);
     add_graph(&mut builder, input, free_spaces, planned_storeys, portals);
     find_spaces_of_nodes(&mut builder.nodes, input.grids);
     if let Some(start) = input.options.start.filter(|_| reached.start_is_blocked) {
@@ -145,6 +147,43 @@ fn refuse(builder: &mut MissionPlanBuilder, space: usize, refusal: &Refusal) {
     *record = MissionPlanSpaceRecord { reason, why: refusal.why.into(), door: refusal.door, ..*record };
 }
 
+/// Whether the robot gets to each space: what the schedule closes is closed, and of the rest the planner looked for a way.
+fn judge_access(builder: &mut MissionPlanBuilder, input: &MissionPlanInput<'_>, planned_storeys: &[&PlannedStorey]) {
+    let has_grid = |map_storey: u32| input.grids.heads().any(|head| head.map_storey == map_storey);
+    for space in 0..builder.spaces.len() {
+        let record = builder.spaces[space];
+        let (access, reason) = match record.why.get() {
+            NoWaypoint::MetadataOnly | NoWaypoint::NoBody => (SpaceAccess::NotJudged, Text::default()),
+            _ if input.schedule_state.is_blocked(space) => (SpaceAccess::Closed, Text::default()),
+            NoWaypoint::Has if has_grid(input.site.spaces[space].map_storey) => (SpaceAccess::Reached, Text::default()),
+            // These are looked at whether or not they are asked for.
+            NoWaypoint::Has | NoWaypoint::External | NoWaypoint::Closing | NoWaypoint::NotAsked => {
+                looked_at(builder, planned_storeys, space)
+            }
+            _ => (SpaceAccess::NoWay, record.reason),
+        };
+        builder.spaces[space].access = access.into();
+        builder.spaces[space].access_reason = reason;
+    }
+}
+
+/// Access to a space that needs no waypoint; the closed door on the way there is noted.
+fn looked_at(
+    builder: &mut MissionPlanBuilder,
+    planned_storeys: &[&PlannedStorey],
+    space: usize,
+) -> (SpaceAccess, Text) {
+    let mut all = planned_storeys.iter().flat_map(|planned| &planned.looked_at);
+    match all.find(|(looked_at, _)| *looked_at == space) {
+        None => (SpaceAccess::NotJudged, Text::default()),
+        Some((_, None)) => (SpaceAccess::Reached, Text::default()),
+        Some((_, Some(refusal))) => {
+            builder.spaces[space].door = refusal.door;
+            (SpaceAccess::NoWay, builder.texts.add(&refusal.reason))
+        }
+    }
+}
+
 fn warn(builder: &mut MissionPlanBuilder, severity: Severity, code: DiagnosticCode, message: String) {
     let diagnostic = Diagnostic { severity, code, entity: None, source: None, message };
     builder.diagnostics.push(DiagnosticRecord::of(&diagnostic, &mut builder.texts));
@@ -209,6 +248,8 @@ fn storey_record(tour_points: &mut Vec<[f64; 2]>, map_storey: u32, planned: &Pla
         n_mesh_seen: planned.mesh.n_seen,
         first_tour_point,
         n_tour_points: planned.tour.len() as u32,
+        entry: StoreyEntry::None.into(),
+        reserved: 0,
     }
 }
 

@@ -1,5 +1,6 @@
 //! Plans all storeys, and reuses the results of storeys whose inputs did not change.
 
+use crate::barriers::{BarriersOfParts, barriers};
 use crate::changed_elements::{cells_of, changed_elements};
 use crate::floor_parts::{PartProperties, first_part, floor_parts, part_properties};
 use crate::free_space::FreeSpace;
@@ -16,7 +17,7 @@ use crate::spaces::{Refusal, refused};
 use crate::steps::steps;
 use crate::storey_planner::{PlannedStorey, StoreySurvey, instance_of, plan_storey, survey_storey};
 use crate::tour_stops::StoreyRequest;
-use messages::{ArchiveBuffer, DoorPassageRecord, MapGrids, NoWaypoint, RobotProfile, space_flags};
+use messages::{ArchiveBuffer, DoorPassageRecord, MapGrids, NoWaypoint, RobotProfile, StoreyEntry, space_flags};
 use rayon::prelude::*;
 use xxhash_rust::xxh3::Xxh3;
 
@@ -57,8 +58,9 @@ impl MissionPlanner {
         let refusals: Vec<Option<Refusal>> =
             (0..site.spaces.len()).map(|k| refused(site, schedule_state, options, k)).collect();
         let changed = options.changed_since_s.map(|since_s| changed_elements(site, schedule_state, since_s));
-        let jobs = (0..input.grids.count())
-            .map(|at| StoreyJob::new(input, at, &refusals, &reached, &portals, changed.as_deref()));
+        let ways =
+            Ways { reached: &reached, portals: &portals, barriers: &barriers(input, &free_spaces, &portals, &reached) };
+        let jobs = (0..input.grids.count()).map(|at| StoreyJob::new(input, at, &refusals, &ways, changed.as_deref()));
         jobs.zip(&self.storeys)
             .map(|(job, (_, planned))| {
                 let (instance, centroids) = job.with(input, free_spaces[job.at], instance_of);
@@ -80,9 +82,10 @@ impl MissionPlanner {
         let refusals: Vec<Option<Refusal>> =
             (0..site.spaces.len()).map(|k| refused(site, schedule_state, options, k)).collect();
         let changed = options.changed_since_s.map(|since_s| changed_elements(site, schedule_state, since_s));
-        let jobs: Vec<StoreyJob<'_>> = (0..grids.count())
-            .map(|at| StoreyJob::new(input, at, &refusals, &reached, &portals, changed.as_deref()))
-            .collect();
+        let ways =
+            Ways { reached: &reached, portals: &portals, barriers: &barriers(input, &free_spaces, &portals, &reached) };
+        let jobs: Vec<StoreyJob<'_>> =
+            (0..grids.count()).map(|at| StoreyJob::new(input, at, &refusals, &ways, changed.as_deref())).collect();
         let kept = &mut self.storeys;
         kept.resize_with(jobs.len(), || (0, PlannedStorey::default()));
         let old: Vec<(u64, PlannedStorey)> = std::mem::take(kept);
@@ -148,7 +151,13 @@ fn reached(
         .zip(&properties)
         .map(|(free_space, properties)| first_part(free_space, properties))
         .collect();
-    (Reachability::of(free_spaces, portals, &first, input.options.start), properties)
+    let mut reached = Reachability::of(free_spaces, portals, &first, input.options.start);
+    for (entry, (properties, &first)) in reached.entered.iter_mut().zip(properties.iter().zip(&first)) {
+        if *entry == StoreyEntry::Placed && properties[first as usize].has_outer_door {
+            *entry = StoreyEntry::OuterDoor;
+        }
+    }
+    (reached, properties)
 }
 
 /// The plans of all storeys, each with the hash of the inputs of all: what a storey gets of a budget depends on the others.
@@ -175,6 +184,14 @@ fn planned_within_budget(
     within_budget(input.options, &growths, plan).into_iter().map(|planned| (now, planned)).collect()
 }
 
+/// Where the robot gets to, and what keeps it from the rest.
+struct Ways<'a> {
+    reached: &'a Reachability,
+    portals: &'a [Portal],
+    /// By storey.
+    barriers: &'a [BarriersOfParts],
+}
+
 /// The inputs of planning one storey.
 struct StoreyJob<'a> {
     at: usize,
@@ -182,9 +199,11 @@ struct StoreyJob<'a> {
     /// Hash of its grid.
     grid_hash: u64,
     spaces: Vec<usize>,
+    others: Vec<usize>,
     may_scan: Vec<bool>,
     passages: Vec<DoorPassageRecord>,
     reached: &'a [bool],
+    barriers: &'a BarriersOfParts,
     entries: &'a [frames::Point2<frames::Map>],
     stagings: Vec<(usize, u32)>,
     changed: Option<&'a [usize]>,
@@ -195,12 +214,13 @@ impl<'a> StoreyJob<'a> {
         input: &MissionPlanInput<'a>,
         at: usize,
         refusals: &[Option<Refusal>],
-        reached: &'a Reachability,
-        portals: &[Portal],
+        ways: &Ways<'a>,
         changed: Option<&'a [usize]>,
     ) -> Self {
         let (site, map_storey) = (input.site, input.grids.head(at).map_storey);
         let is_here = |space: usize| site.spaces[space].map_storey == map_storey;
+        let needs_none =
+            |r: &Refusal| matches!(r.why, NoWaypoint::External | NoWaypoint::Closing | NoWaypoint::NotAsked);
         // Scans outside of spaces are allowed unless spaces are selected.
         let mut may_scan = vec![input.options.spaces.is_empty(); site.spaces.len() + 1];
         for (space, refusal) in refusals.iter().enumerate() {
@@ -208,7 +228,7 @@ impl<'a> StoreyJob<'a> {
             may_scan[space + 1] =
                 refusal.as_ref().is_none_or(is_open) && !site.spaces[space].has(space_flags::EXTERNAL);
         }
-        let ends = portals.iter().flat_map(|p| p.ends.map(|end| (end, p.element as u32)));
+        let ends = ways.portals.iter().flat_map(|p| p.ends.map(|end| (end, p.element as u32)));
         let mut stagings: Vec<(usize, u32)> =
             ends.filter(|(end, _)| end.storey == at).map(|(end, element)| (end.cell, element)).collect();
         stagings.sort_unstable();
@@ -218,10 +238,14 @@ impl<'a> StoreyJob<'a> {
             map_storey,
             grid_hash: input.grids.content_hash(at),
             spaces: (0..site.spaces.len()).filter(|&k| refusals[k].is_none() && is_here(k)).collect(),
+            others: (0..site.spaces.len())
+                .filter(|&k| refusals[k].as_ref().is_some_and(needs_none) && is_here(k))
+                .collect(),
             may_scan,
             passages: input.index.doors.iter().filter(|d| d.map_storey == map_storey).copied().collect(),
-            reached: &reached.parts[at],
-            entries: &reached.entries[at],
+            reached: &ways.reached.parts[at],
+            barriers: &ways.barriers[at],
+            entries: &ways.reached.entries[at],
             stagings,
             changed,
         }
@@ -243,6 +267,8 @@ impl<'a> StoreyJob<'a> {
         hash.update(format!("{:?}", input.options).as_bytes());
         hash.update(bytemuck::cast_slice(&self.passages));
         numbers(&mut self.spaces.iter().map(|&k| k as u64), &mut hash);
+        numbers(&mut self.others.iter().map(|&k| k as u64), &mut hash);
+        hash.update(format!("{:?}", self.barriers).as_bytes());
         let is_here =
             |space: &usize| space.checked_sub(1).is_none_or(|s| input.site.spaces[s].map_storey == self.map_storey);
         let may_scan = self.may_scan.iter().enumerate().filter(|(space, _)| is_here(space));
@@ -293,10 +319,12 @@ impl<'a> StoreyJob<'a> {
                 robot: &input.index.head.robot,
                 passages: &self.passages,
                 reached: self.reached,
+                barriers: self.barriers,
             };
             let request = StoreyRequest {
                 options: input.options,
                 spaces: &self.spaces,
+                others: &self.others,
                 may_scan: &self.may_scan,
                 changed: self.changed,
                 targets: targets.as_deref(),

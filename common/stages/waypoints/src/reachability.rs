@@ -5,6 +5,7 @@ use crate::options::Start;
 use crate::portal::{Portal, Staging};
 use crate::start_pose::start_cell;
 use frames::{Map, Point2};
+use messages::StoreyEntry;
 
 /// Reachability of each part of each storey, and the points of entry.
 #[derive(Debug, Clone, PartialEq)]
@@ -15,6 +16,8 @@ pub(crate) struct Reachability {
     pub(crate) entries: Vec<Vec<Point2<Map>>>,
     /// Storeys in the order in which they are first reached.
     pub(crate) order: Vec<usize>,
+    /// By storey, how the robot comes there; [`StoreyEntry::Placed`] for every storey that has a start of its own.
+    pub(crate) entered: Vec<StoreyEntry>,
     /// True if the robot cannot stand at the given start.
     pub(crate) start_is_blocked: bool,
 }
@@ -32,11 +35,13 @@ impl Reachability {
             parts: free_spaces.iter().map(|g| vec![false; g.n_parts() as usize + 1]).collect(),
             entries: vec![Vec::new(); free_spaces.len()],
             order: Vec::new(),
+            entered: vec![StoreyEntry::None; free_spaces.len()],
             start_is_blocked: false,
         };
         match start {
             Some(start) => match start_cell(free_spaces, start) {
                 Some((storey, cell)) => {
+                    reached.entered[storey] = StoreyEntry::Start;
                     reached.enter(free_spaces, storey, free_spaces[storey].part(cell), Some(cell));
                     reached.follow(free_spaces, portals);
                 }
@@ -46,6 +51,7 @@ impl Reachability {
                 for (storey, &first) in first_parts.iter().enumerate() {
                     // A storey reached through a portal has no start of its own.
                     if first != 0 && reached.entries[storey].is_empty() {
+                        reached.entered[storey] = StoreyEntry::Placed;
                         reached.enter(free_spaces, storey, first, None);
                         reached.follow(free_spaces, portals);
                     }
@@ -74,6 +80,9 @@ impl Reachability {
                 portals.iter().filter(|p| p.usable).flat_map(|p| [(p.ends[0], p.ends[1]), (p.ends[1], p.ends[0])]);
             let next = tour_distances.into_iter().find(|(from, to)| self.is_reached(*from) && !self.is_reached(*to));
             let Some((_, to)) = next else { return };
+            if self.entered[to.storey] == StoreyEntry::None {
+                self.entered[to.storey] = StoreyEntry::Portal;
+            }
             self.enter(free_spaces, to.storey, to.part, Some(to.cell));
         }
     }

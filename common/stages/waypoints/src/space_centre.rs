@@ -1,12 +1,14 @@
 //! Centre waypoint of a space: the place nearest to the centroid of its floor at which the robot can stand.
 
+use crate::barriers::Obstacle;
 use crate::free_space::FreeSpace;
 use crate::options::MissionPlanOptions;
-use crate::spaces::{Refusal, closed_door};
+use crate::spaces::{Refusal, behind, closed_door};
 use frames::{Map, Point2, TENTHS_PER_M, metres};
 use geometry::MultiPolygon;
 use grid::LineOfSight;
 use messages::{DoorPassageRecord, Grid, NoWaypoint, RobotProfile, ScheduleState, Site};
+use std::collections::BTreeSet;
 
 /// The centre of a space.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -30,6 +32,8 @@ pub(crate) struct StoreyInputs<'a> {
     pub(crate) passages: &'a [DoorPassageRecord],
     /// Whether each part of the free space is reachable; part 0 never is.
     pub(crate) reached: &'a [bool],
+    /// What keeps the robot from each part that it does not get to.
+    pub(crate) barriers: &'a [Vec<Obstacle>],
 }
 
 impl StoreyInputs<'_> {
@@ -124,8 +128,7 @@ pub(crate) fn centre_of(storey: &StoreyInputs<'_>, cells: &SpaceCells, space: us
     }
     let has = |fits: &dyn Fn(usize) -> bool| cells().any(fits);
     Err(if has(&|i| free_space.part(i) != 0 && inside(free_space.middle(i))) {
-        let closed = closed_door(site, robot, storey.passages, space);
-        closed.unwrap_or_else(|| Refusal::new(NoWaypoint::Unreachable, "no way leads there from where the robot is"))
+        not_reached(storey, cells().filter(|&i| inside(free_space.middle(i))), space)
     } else if has(&|i| grid.planning[i] == 0 && !grid.is_keepout(i)) {
         Refusal::new(NoWaypoint::TooNarrow, format!("it has no free place of {} m around", robot.radius_m))
     } else if has(&|i| grid.planning[i] == 0) {
@@ -138,6 +141,18 @@ pub(crate) fn centre_of(storey: &StoreyInputs<'_>, cells: &SpaceCells, space: us
     } else {
         Refusal::new(NoWaypoint::NoFloor, "it has no floor at the level of its map storey")
     })
+}
+
+/// Why no way leads to the parts of a space: what keeps the robot from that with the fewest obstacles.
+fn not_reached(storey: &StoreyInputs<'_>, cells: impl Iterator<Item = usize>, space: usize) -> Refusal {
+    let StoreyInputs { site, schedule_state, robot, .. } = *storey;
+    let parts: BTreeSet<u32> = cells.map(|cell| storey.free_space.part(cell)).filter(|&part| part != 0).collect();
+    let obstacles = parts.into_iter().map(|part| storey.barriers[part as usize].as_slice());
+    let fewest = obstacles.filter(|obstacles| !obstacles.is_empty()).min_by_key(|obstacles| obstacles.len());
+    fewest
+        .and_then(|obstacles| behind(site, schedule_state, robot, obstacles, space))
+        .or_else(|| closed_door(site, robot, storey.passages, space))
+        .unwrap_or_else(|| Refusal::new(NoWaypoint::Unreachable, "no way leads there from where the robot is"))
 }
 
 /// Another space that owns cells inside the polygon of this one: each cell belongs to one space only.

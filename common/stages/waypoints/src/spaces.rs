@@ -1,5 +1,6 @@
 //! Reasons for spaces without waypoints.
 
+use crate::barriers::{Obstacle, portal_text};
 use crate::options::MissionPlanOptions;
 use messages::{
     DoorPassage, DoorPassageRecord, NONE, NoWaypoint, RobotProfile, ScheduleState, ScheduleStateHead, Site, plan_time,
@@ -69,6 +70,36 @@ pub(crate) fn closed_door(
     // A door of another level may also lead there without floor on this level.
     let is_elsewhere = |p: &&DoorPassageRecord| p.passage == DoorPassage::NoFloor;
     let closed = passages.iter().filter(leads_there).filter(is_closed).min_by_key(is_elsewhere)?;
+    Some(Refusal { why: NoWaypoint::ClosedDoor, reason: door_text(site, robot, closed, space), door: closed.door })
+}
+
+/// Why a space is not reached: the obstacles on the way there, that nearest to it first.
+pub(crate) fn behind(
+    site: &Site<'_>,
+    schedule_state: &ScheduleState<'_>,
+    robot: &RobotProfile,
+    obstacles: &[Obstacle],
+    space: usize,
+) -> Option<Refusal> {
+    let text = |obstacle: &Obstacle| match obstacle {
+        Obstacle::Door(passage) => door_text(site, robot, passage, space),
+        Obstacle::Space(other) => {
+            let why = schedule_state.why(*other).collect::<Vec<_>>().join(", ");
+            format!("the room {} on the way is blocked: {why}", site.text(site.spaces[*other].global_id))
+        }
+        Obstacle::Portal(kind, element) => portal_text(site, *kind, *element),
+    };
+    let reason = obstacles.iter().map(text).collect::<Vec<_>>().join("; ");
+    let door = obstacles.iter().find_map(|obstacle| match obstacle {
+        Obstacle::Door(passage) => Some(passage.door),
+        _ => None,
+    });
+    let why = if door.is_some() { NoWaypoint::ClosedDoor } else { NoWaypoint::Unreachable };
+    (!obstacles.is_empty()).then_some(Refusal { why, reason, door: door.unwrap_or(NONE) })
+}
+
+/// A closed door on the way to a space, in words.
+fn door_text(site: &Site<'_>, robot: &RobotProfile, closed: &DoorPassageRecord, space: usize) -> String {
     let door = &site.doors[closed.door as usize];
     let element = &site.elements[door.element as usize];
     let needed_m = 2.0 * robot.radius_m + robot.door_margin_m;
@@ -94,6 +125,10 @@ pub(crate) fn closed_door(
         }
     };
     let id = site.text(element.global_id);
-    let reason = format!("its door {id} is closed to the robot: {:.2} m clear, {why}", closed.clear_width_m);
-    Some(Refusal { why: NoWaypoint::ClosedDoor, reason, door: closed.door })
+    let named = if door.spaces.contains(&(space as u32)) {
+        format!("its door {id}")
+    } else {
+        format!("the door {id} on the way")
+    };
+    format!("{named} is closed to the robot: {:.2} m clear, {why}", closed.clear_width_m)
 }

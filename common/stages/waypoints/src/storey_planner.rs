@@ -31,6 +31,8 @@ pub(crate) struct SpaceCoverage {
 pub(crate) struct PlannedStorey {
     /// Spaces without a centre, and why.
     pub(crate) refused: Vec<(usize, Refusal)>,
+    /// Spaces that need no waypoint, and why the robot does not get there; `None` if it does.
+    pub(crate) looked_at: Vec<(usize, Option<Refusal>)>,
     /// All waypoints, in the order of the tour.
     pub(crate) stops: Vec<TourStop>,
     pub(crate) tour: Vec<Point2<Map>>,
@@ -59,6 +61,8 @@ pub(crate) struct StoreySurvey {
     centres: Vec<(usize, SpaceCentre)>,
     /// Spaces without a centre, and why.
     refused: Vec<(usize, Refusal)>,
+    /// Spaces that need no waypoint, and why the robot does not get there; `None` if it does.
+    looked_at: Vec<(usize, Option<Refusal>)>,
     /// None if no scans are planned.
     scans: Option<ScanSurvey>,
     /// None if nothing is reachable, or no waypoints are planned on the storey.
@@ -74,11 +78,13 @@ impl StoreySurvey {
 
 /// Finds centres and candidate scans.
 pub(crate) fn survey_storey(storey: &StoreyInputs<'_>, request: &StoreyRequest<'_>) -> StoreySurvey {
-    let mut survey = StoreySurvey { centres: Vec::new(), refused: Vec::new(), scans: None, path_grid: None };
+    let space_cells = SpaceCells::of(storey.grid, storey.site.spaces.len());
+    let look_at = |&space: &usize| (space, centre_of(storey, &space_cells, space).err());
+    let looked_at = request.others.iter().map(look_at).collect();
+    let mut survey = StoreySurvey { centres: Vec::new(), refused: Vec::new(), looked_at, scans: None, path_grid: None };
     if !request.options.wants_storey(storey.grid.head.map_storey) {
         return survey;
     }
-    let space_cells = SpaceCells::of(storey.grid, storey.site.spaces.len());
     for &space in request.spaces {
         match centre_of(storey, &space_cells, space) {
             Ok(centre) => survey.centres.push((space, centre)),
@@ -97,7 +103,8 @@ pub(crate) fn plan_storey(
     survey: &StoreySurvey,
     n_scans: Option<usize>,
 ) -> PlannedStorey {
-    let mut planned = PlannedStorey { refused: survey.refused.clone(), ..PlannedStorey::default() };
+    let (refused, looked_at) = (survey.refused.clone(), survey.looked_at.clone());
+    let mut planned = PlannedStorey { refused, looked_at, ..PlannedStorey::default() };
     let cell_m2 = storey.free_space.spec.resolution_m().powi(2);
     for part in 1..=storey.free_space.n_parts() {
         let size_m2 = f64::from(storey.free_space.size(part)) * cell_m2;

@@ -10,6 +10,8 @@ pub(crate) struct StoreyRequest<'a> {
     pub(crate) options: &'a MissionPlanOptions,
     /// Selected open spaces of this storey.
     pub(crate) spaces: &'a [usize],
+    /// Spaces of this storey that need no waypoint, of which it is told whether the robot gets there.
+    pub(crate) others: &'a [usize],
     /// Whether scans may be made in a cell, by its space plus 1; 0 is outside of spaces.
     pub(crate) may_scan: &'a [bool],
     /// Elements that are targets, ascending; `None` for all.

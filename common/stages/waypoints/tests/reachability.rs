@@ -292,3 +292,23 @@ fn a_waypoint_looks_where_it_was_come_from_to_or_where_the_first_leg_leads() {
         }
     }
 }
+
+#[test]
+fn a_storey_says_how_the_robot_comes_there_and_a_room_above_which_stair_is_missing() {
+    let entries = |planned: &Planned| -> Vec<_> {
+        planned.mission_plan().storeys.iter().map(|storey| storey.entry.get().name()).collect()
+    };
+    assert_eq!(entries(&two_storeys(true, &[], AT_A)), [Some("start"), Some("portal")]);
+    let planned = two_storeys(false, &[], AT_A);
+    assert_eq!(entries(&planned), [Some("start"), None]);
+    let (why, reason) = planned.why('c');
+    assert_eq!(why, NoWaypoint::Unreachable);
+    assert!(reason.starts_with("this robot does not climb the stair IfcStair"), "{reason}");
+    assert!(
+        planned.why('d').1.starts_with("this robot does not take the lift IfcTransportElement"),
+        "{:?}",
+        planned.why('d')
+    );
+    // Without a start it is put onto the upper storey, which has no outer door.
+    assert_eq!(entries(&two_storeys(false, &[], None))[1], Some("placed"));
+}

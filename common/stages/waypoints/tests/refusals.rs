@@ -3,8 +3,8 @@
 mod support;
 
 use messages::{NONE, NoWaypoint, RobotProfile, SpaceRecord, space_flags};
-use support::{House, quick};
-use waypoints::MissionPlanOptions;
+use support::{House, Planned, quick};
+use waypoints::{MissionPlanOptions, Start};
 
 /// Two rooms with a door of a metre between them.
 const TWO_ROOMS: &str = "
@@ -174,4 +174,63 @@ fn the_same_door_is_closed_to_a_wider_robot() {
     let (why, reason) = why_b(wide);
     assert_eq!(why, NoWaypoint::ClosedDoor);
     assert_eq!(reason, "its door door-0 is closed to the robot: 0.90 m clear, the robot needs 0.92 m");
+}
+
+/// What the plan says of the way to a space.
+fn access(planned: &Planned, space: char) -> (Option<&'static str>, String) {
+    let place = planned.archives.names.iter().position(|name| *name == space).unwrap();
+    let mission_plan = planned.mission_plan();
+    (mission_plan.spaces[place].access.get().name(), mission_plan.access_reason(place).to_owned())
+}
+
+#[test]
+fn a_space_is_open_to_the_robot_only_where_a_way_leads() {
+    let mut house = House::drawn(&[TWO_ROOMS]);
+    assert_eq!(access(&house.planned(&quick_centres()), 'b'), (Some("reached"), String::new()));
+    house.blocked.insert('b', "private");
+    assert_eq!(access(&house.planned(&quick_centres()), 'b'), (Some("closed"), String::new()));
+    let closed = House::drawn(&[&TWO_ROOMS.replace('D', "X")]);
+    let reason = "its door door-0 is closed to the robot: 0.90 m clear, this robot does not open it (REVOLVING)";
+    assert_eq!(access(&closed.planned(&quick_centres()), 'b'), (Some("no_way"), reason.to_owned()));
+    // Also of a room that nobody asked for, and of one that is outdoors.
+    let asked = MissionPlanOptions { spaces: vec!["a".to_owned()], ..quick_centres() };
+    let planned = closed.planned(&asked);
+    assert_eq!((access(&planned, 'b'), planned.space('b').door), ((Some("no_way"), reason.to_owned()), 0));
+    assert_eq!(planned.why('b').0, NoWaypoint::NotAsked);
+    let mut outdoors = House::drawn(&[TWO_ROOMS]);
+    outdoors.spaces.insert('b', |s| s.flags = space_flags::EXTERNAL);
+    assert_eq!(access(&outdoors.planned(&quick_centres()), 'b').0, Some("reached"));
+    outdoors.spaces.insert('b', |s| s.flags = space_flags::METADATA_ONLY);
+    assert_eq!(access(&outdoors.planned(&quick_centres()), 'b').0, None);
+}
+
+/// Three rooms in a row.
+const THREE_ROOMS: &str = "
+##############################
+#aaaaaaaaaa#bbbbbbbb#cccccccc#
+#aaaaaaaaaa#bbbbbbbb#cccccccc#
+#aaaaaaaaaa#bbbbbbbb#cccccccc#
+#aaaaaaaaaaXbbbbbbbbDcccccccc#
+#aaaaaaaaaaXbbbbbbbbDcccccccc#
+#aaaaaaaaaaXbbbbbbbbDcccccccc#
+#aaaaaaaaaaXbbbbbbbbDcccccccc#
+#aaaaaaaaaaXbbbbbbbbDcccccccc#
+#aaaaaaaaaa#bbbbbbbb#cccccccc#
+#aaaaaaaaaa#bbbbbbbb#cccccccc#
+##############################";
+
+#[test]
+fn a_room_behind_another_one_names_what_closes_the_way_there() {
+    let start = Some(Start { storey: 0, x_m: 0.5, y_m: 0.5 });
+    let options = MissionPlanOptions { start, ..quick_centres() };
+    let planned = House::drawn(&[THREE_ROOMS]).planned(&options);
+    let reason =
+        "the door door-0 on the way is closed to the robot: 0.90 m clear, this robot does not open it (REVOLVING)";
+    assert_eq!(planned.why('c'), because(NoWaypoint::ClosedDoor, reason));
+    assert_eq!(access(&planned, 'c'), (Some("no_way"), reason.to_owned()));
+    let mut blocked = House::drawn(&[&THREE_ROOMS.replace('X', "D")]);
+    blocked.blocked.insert('b', "task:screed");
+    let planned = blocked.planned(&options);
+    let reason = "the room space-b on the way is blocked: task:screed";
+    assert_eq!(planned.why('c'), because(NoWaypoint::Unreachable, reason));
 }

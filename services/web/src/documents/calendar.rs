@@ -13,13 +13,13 @@ pub(crate) struct Calendar {
 }
 
 impl Calendar {
-    /// Adds `semantic.json` at the next date; dates come in their order.
-    pub(crate) fn add(&mut self, date: usize, semantic: &Value) {
+    /// Adds `semantic.json` and `waypoints.json` at the next date; dates come in their order.
+    pub(crate) fn add(&mut self, date: usize, semantic: &Value, waypoints: &Value) {
         for (id, element) in entries(semantic, "elements") {
             self.add_element(date, id, element_state(element));
         }
         for (id, space) in entries(semantic, "spaces") {
-            self.add_space(date, id, space_state(space));
+            self.add_space(date, id, space_state(space, &waypoints["spaces"][id]));
         }
     }
 
@@ -52,14 +52,20 @@ mod tests {
     #[test]
     fn only_changes_are_listed() {
         let mut calendar = Calendar::default();
-        for (date, (element, space)) in
-            [("not_started", "blocked"), ("built", "blocked"), ("built", "open")].into_iter().enumerate()
+        for (date, (element, space, access)) in [
+            ("not_started", "blocked", "closed"),
+            ("built", "blocked", "closed"),
+            ("built", "open", "no_way"),
+            ("built", "open", "reached"),
+        ]
+        .into_iter()
+        .enumerate()
         {
             let semantic =
                 json!({"elements": {"a": {"schedule": {"state": element}}}, "spaces": {"s": {"state": space}}});
-            calendar.add(date, &semantic);
+            calendar.add(date, &semantic, &json!({"spaces": {"s": {"access": access}}}));
         }
-        let expected = json!({"elements": {"a": [[0, "not_started"], [1, "built"]]}, "spaces": {"s": [[0, "blocked"], [2, "open"]]}});
+        let expected = json!({"elements": {"a": [[0, "not_started"], [1, "built"]]}, "spaces": {"s": [[0, "blocked"], [2, "no_way"], [3, "reached"]]}});
         assert_eq!(serde_json::to_value(calendar).unwrap(), expected);
     }
 }

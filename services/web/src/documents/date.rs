@@ -12,7 +12,7 @@ pub(crate) struct DateDocument {
     head: DateHead,
     /// States of elements that are not built.
     elements: BTreeMap<String, Value>,
-    /// State of each space, and what robots get there.
+    /// State of each space, why no way leads there, and what robots get there.
     spaces: Map<String, Value>,
     /// How doors can be passed, by storey.
     passages: BTreeMap<String, Value>,
@@ -21,6 +21,8 @@ pub(crate) struct DateDocument {
     waypoints: Value,
     /// The mission as a whole.
     mission: Map<String, Value>,
+    /// How the robot comes to each storey, by its index.
+    entries: BTreeMap<String, Value>,
     graph: Value,
 }
 
@@ -50,7 +52,7 @@ pub(crate) struct StoreyAtDate {
 }
 
 /// The documents of a date that robots get, as they are published.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(crate) struct Published {
     pub(crate) semantic: Value,
     pub(crate) waypoints: Value,
@@ -76,11 +78,13 @@ impl DateDocument {
         for (id, space) in entries(&semantic, "spaces") {
             let of_mission = &waypoints["spaces"][id];
             let value = json!({
-                "state": space_state(space), "why": space["why"],
+                "state": space_state(space, of_mission), "why": space["why"], "no_way": of_mission["access_reason"],
                 "coverage": of_mission["coverage"], "reason": of_mission["reason"], "door": of_mission["door"],
             });
             spaces.insert(id.clone(), value);
         }
+        let outcomes = waypoints["storeys"].as_array().into_iter().flatten();
+        let entries = outcomes.map(|storey| (storey["storey"].to_string(), storey["entry"].clone())).collect();
         let of_mission =
             ["coverage", "coverage_goal", "curve", "scans", "connecting_scans", "mission_s", "driving_s", "scanning_s"];
         Self {
@@ -90,6 +94,7 @@ impl DateDocument {
             passages,
             doors: report["doors"].take(),
             mission: of_mission.map(|key| (key.to_owned(), waypoints[key].take())).into_iter().collect(),
+            entries,
             waypoints: waypoints["waypoints"].take(),
             graph: json!({"nodes": site_graph["nodes"].take(), "edges": site_graph["edges"].take()}),
         }
@@ -101,9 +106,13 @@ pub(super) fn element_state(element: &Value) -> &str {
     element["schedule"]["state"].as_str().unwrap_or("built")
 }
 
-/// The state of a space of `semantic.json`.
-pub(super) fn space_state(space: &Value) -> &str {
-    space["state"].as_str().unwrap_or("open")
+/// The state of a space of `semantic.json` with its outcome in `waypoints.json`: `blocked` by the schedule, `reached` or `no_way`
+/// where it is open, and `open` where nobody looked for a way.
+pub(super) fn space_state<'a>(space: &'a Value, of_mission: &'a Value) -> &'a str {
+    match of_mission["access"].as_str() {
+        Some(access @ ("reached" | "no_way")) => access,
+        _ => space["state"].as_str().unwrap_or("open"),
+    }
 }
 
 /// The entries of an object in a document.
@@ -121,9 +130,11 @@ mod tests {
         let element = |state: &str| json!({"schedule": {"state": state}, "attributes": {"passage": {"0": state}}});
         let published = Published {
             semantic: json!({"elements": {"a": element("built"), "b": element("in_progress"), "c": {"schedule": {}}},
-                "spaces": {"s": {"state": "blocked", "why": ["private"]}, "t": {"state": "open", "why": []}}}),
-            waypoints: json!({"waypoints": [{"id": 0}], "coverage": 0.5,
-                "spaces": {"s": {"coverage": null, "reason": "it is closed", "door": "b"}}}),
+                "spaces": {"s": {"state": "blocked", "why": ["private"]}, "t": {"state": "open", "why": []},
+                    "u": {"state": "open", "why": []}, "v": {"state": "open", "why": []}}}),
+            waypoints: json!({"waypoints": [{"id": 0}], "coverage": 0.5, "storeys": [{"storey": 2, "entry": "placed"}],
+                "spaces": {"s": {"coverage": null, "reason": "it is closed", "door": "b", "access": "closed"},
+                    "u": {"access": "no_way", "access_reason": "its door b is closed"}, "v": {"access": "reached"}}}),
             site_graph: json!({"nodes": [1], "edges": []}),
             report: json!({"doors": [{"global_id": "b"}]}),
         };
@@ -133,8 +144,12 @@ mod tests {
         assert_eq!(document["spaces"]["s"]["door"], "b");
         assert_eq!(
             document["spaces"]["t"],
-            json!({"state": "open", "why": [], "coverage": null, "reason": null, "door": null})
+            json!({"state": "open", "why": [], "no_way": null, "coverage": null, "reason": null, "door": null})
         );
+        let states = ["s", "t", "u", "v"].map(|space| document["spaces"][space]["state"].as_str().unwrap().to_owned());
+        assert_eq!(states, ["blocked", "open", "no_way", "reached"]);
+        assert_eq!(document["spaces"]["u"]["no_way"], "its door b is closed");
+        assert_eq!(document["entries"], json!({"2": "placed"}));
         assert_eq!((&document["doors"][0]["global_id"], &document["graph"]["nodes"]), (&json!("b"), &json!([1])));
         assert_eq!((&document["mission"]["coverage"], &document["waypoints"][0]["id"]), (&json!(0.5), &json!(0)));
     }

@@ -2,8 +2,10 @@
 
 mod calendar;
 mod date;
+mod findings;
 mod site;
 
 pub(crate) use calendar::Calendar;
 pub(crate) use date::{DateDocument, DateHead, Published, StoreyAtDate};
+pub(crate) use findings::Findings;
 pub(crate) use site::{DateStop, SiteDocument, SiteHead, Storey};

@@ -1,5 +1,6 @@
 //! `site.json`: storeys, elements and spaces with all that does not change with the date, and the dates.
 
+use super::{Findings, Published};
 use crate::tiles::{Extent, TileGrid};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
@@ -22,6 +23,9 @@ pub(crate) struct SiteDocument<'a> {
     spaces: Value,
     /// Names of the tasks of elements.
     tasks: Map<String, Value>,
+    /// Index of the storey on which the robot starts, or that with the entrance; null where neither is known.
+    entrance: Option<u64>,
+    findings: Findings,
 }
 
 /// What a manifest says of the site.
@@ -102,8 +106,9 @@ impl SiteHead {
 }
 
 impl<'a> SiteDocument<'a> {
-    /// Of a head, the dates, and `semantic.json` at any of them.
-    pub(crate) fn of(head: &'a SiteHead, dates: &'a [DateStop], mut semantic: Value) -> Self {
+    /// Of a head, the dates, and what is published at any of them: that of the last one has all that is ever built.
+    pub(crate) fn of(head: &'a SiteHead, dates: &'a [DateStop], published: Published) -> Self {
+        let Published { mut semantic, waypoints, report, .. } = published;
         let mut take = |key: &str| semantic.get_mut(key).map_or_else(|| Value::Object(Map::new()), Value::take);
         let (mut elements, mut spaces) = (take("elements"), take("spaces"));
         let mut tasks = Map::new();
@@ -119,8 +124,17 @@ impl<'a> SiteDocument<'a> {
         for space in spaces.as_object_mut().into_iter().flat_map(Map::values_mut) {
             remove(space, &["state", "why"]);
         }
-        Self { version: VERSION, head, tiles: head.tiles(), dates, elements, spaces, tasks }
+        let findings = Findings::of(&report, &waypoints);
+        let entrance = entrance_of(&waypoints);
+        Self { version: VERSION, head, tiles: head.tiles(), dates, elements, spaces, tasks, entrance, findings }
     }
+}
+
+/// The storey of the robot's start, else the first one that it enters through an outer door.
+fn entrance_of(waypoints: &Value) -> Option<u64> {
+    let storeys = || waypoints["storeys"].as_array().into_iter().flatten();
+    let entered = |entry: &str| storeys().find(|storey| storey["entry"] == *entry).and_then(|s| s["storey"].as_u64());
+    entered("start").or_else(|| entered("outer_door"))
 }
 
 fn remove(of: &mut Value, keys: &[&str]) {
@@ -140,12 +154,16 @@ mod tests {
                 "attributes": {"passage": {"0": "passable"}, "clear_width_m": 0.9}}},
             "spaces": {"s": {"name": "G.01", "state": "open", "why": []}},
         });
-        let document = serde_json::to_value(SiteDocument::of(&SiteHead::default(), &[], semantic)).unwrap();
+        let entry = |storey: u32, entry: &str| json!({"storey": storey, "entry": entry});
+        let waypoints = json!({"storeys": [entry(0, "placed"), entry(1, "portal"), entry(2, "outer_door")]});
+        let published = Published { semantic, waypoints, site_graph: Value::Null, report: Value::Null };
+        let document = serde_json::to_value(SiteDocument::of(&SiteHead::default(), &[], published)).unwrap();
         let element =
             json!({"type": "IfcDoor", "schedule": {"start": "x", "task": "3.1"}, "attributes": {"clear_width_m": 0.9}});
         assert_eq!(document["elements"], json!({"a": element}));
         assert_eq!(document["tasks"], json!({"3.1": {"name": "Doors"}}));
         assert_eq!(document["spaces"], json!({"s": {"name": "G.01"}}));
+        assert_eq!(document["entrance"], 2);
         assert_eq!((&document["version"], &document["tiles"]["size"]), (&json!(1), &json!(512)));
     }
 }

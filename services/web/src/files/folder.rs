@@ -226,19 +226,27 @@ impl DatedMaps {
         self.json(files, "semantic.json")
     }
 
-    /// The documents that its own is made of.
+    /// `waypoints.json`.
     ///
     /// # Errors
     /// See [`SourceError`]; waypoints of another date.
-    pub(super) fn published(&self, files: &CheckedFolder) -> Result<Published, SourceError> {
+    pub(super) fn waypoints(&self, files: &CheckedFolder) -> Result<Value, SourceError> {
         let waypoints = self.json(files, "waypoints.json")?;
         if waypoints["plan_time"].as_str() != self.manifest.plan_time.as_deref() {
             let path = files.path().join(format!("{}waypoints.json", self.prefix));
             return Err(SourceError::Altered { path, what: "is of another date than manifest.json".to_owned() });
         }
+        Ok(waypoints)
+    }
+
+    /// The documents that its own is made of.
+    ///
+    /// # Errors
+    /// See [`SourceError`]; waypoints of another date.
+    pub(super) fn published(&self, files: &CheckedFolder) -> Result<Published, SourceError> {
         Ok(Published {
             semantic: self.semantic(files)?,
-            waypoints,
+            waypoints: self.waypoints(files)?,
             site_graph: self.json(files, "site-graph.json")?,
             report: self.json(files, "report.json")?,
         })

@@ -98,8 +98,8 @@ impl Source for Maps {
     fn site(&self) -> Result<Bytes, SourceError> {
         made_once(&self.site, || {
             let last = self.folder.dates.last();
-            let semantic = last.map(|date| date.semantic(&self.folder.files)).transpose()?.unwrap_or_default();
-            Ok(json(&SiteDocument::of(&self.head, &self.folder.stops(), semantic)))
+            let published = last.map(|date| date.published(&self.folder.files)).transpose()?.unwrap_or_default();
+            Ok(json(&SiteDocument::of(&self.head, &self.folder.stops(), published)))
         })
     }
 
@@ -107,7 +107,8 @@ impl Source for Maps {
         made_once(&self.calendar, || {
             let mut calendar = Calendar::default();
             for (number, date) in self.folder.dates.iter().enumerate() {
-                calendar.add(number, &date.semantic(&self.folder.files)?);
+                let files = &self.folder.files;
+                calendar.add(number, &date.semantic(files)?, &date.waypoints(files)?);
             }
             Ok(json(&calendar))
         })

@@ -38,7 +38,7 @@ pub(super) fn site_documents(config: &SiteConfig, set: &SiteSet<'_>) -> Result<M
         footprints: &footprints,
         ..ExportInput::of_maps(site, state, index, grids, mission_plan).ok_or("there are no maps yet")?
     };
-    let semantic = serde_json::to_value(Semantic::of(&input))?;
+    let published = published(&input)?;
     let manifest = serde_json::to_value(Manifest::of(&input, BTreeMap::new()))?;
     let head = SiteHead { live: true, control: config.web.allow_control, ..SiteHead::of_manifest(&manifest)? };
     let timeline = timeline(config, site)?;
@@ -53,7 +53,12 @@ pub(super) fn site_documents(config: &SiteConfig, set: &SiteSet<'_>) -> Result<M
         stops.push(DateStop { key: None, at: None, until: None });
     }
     let calendar = calendar(site, &timeline);
-    Ok(MadeSite { site: json(&SiteDocument::of(&head, &stops, semantic)), calendar: json(&calendar), head, instants_s })
+    Ok(MadeSite {
+        site: json(&SiteDocument::of(&head, &stops, published)),
+        calendar: json(&calendar),
+        head,
+        instants_s,
+    })
 }
 
 /// The schedule of the site with the rules and the progress in force, as schedule-eval evaluates it.
@@ -105,13 +110,17 @@ pub(super) fn date_document(
         storeys: storeys.collect(),
         model: Some(model_name(config, set)),
     };
-    let published = Published {
-        semantic: serde_json::to_value(Semantic::of(&input))?,
-        waypoints: serde_json::to_value(Waypoints::of(&input))?,
-        site_graph: serde_json::to_value(SiteGraph::of(&input))?,
-        report: serde_json::to_value(Report::of(&input))?,
-    };
-    Ok(json(&DateDocument::of(head, published)))
+    Ok(json(&DateDocument::of(head, published(&input)?)))
+}
+
+/// The documents that robots get.
+fn published(input: &ExportInput<'_>) -> Result<Published, Failure> {
+    Ok(Published {
+        semantic: serde_json::to_value(Semantic::of(input))?,
+        waypoints: serde_json::to_value(Waypoints::of(input))?,
+        site_graph: serde_json::to_value(SiteGraph::of(input))?,
+        report: serde_json::to_value(Report::of(input))?,
+    })
 }
 
 /// A plan time as text.
