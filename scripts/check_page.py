@@ -4,7 +4,7 @@
     python3 scripts/check_page.py [--programs target/debug] [--only WORD]   every fact, or those whose name has a word
     python3 scripts/check_page.py --url http://127.0.0.1:8000/              facts of a page of the demo that is served already
 
-Needs Chromium with its driver (installed for root on Debian, else the check is skipped), selenium and Pillow; axe-core lies in
+Needs Chromium with its driver (installed for root on Debian, else the check is skipped), selenium, Pillow and pypdfium2; axe-core lies in
 target/page, where scripts/build_page puts it. WebGL runs in software. Prints a line for each fact. Pictures of the page for a
 person lie in target/page/screenshots. Times are printed and not judged. Exit codes: 0 all facts hold, 1 one does not.
 """
@@ -23,13 +23,14 @@ import traceback
 
 try:
     import check_page_live
+    import pypdfium2
     from page_browser import PHONE, ROOT, Browser, LiveSite, Programs, Skipped, differing, get, get_json, until
     from selenium.common.exceptions import WebDriverException
     from selenium.webdriver.common.by import By
     from selenium.webdriver.common.keys import Keys
     from selenium.webdriver.support.select import Select
 except ImportError as missing:
-    sys.exit(f"scripts/check_page.py: {missing}: run it with target/venv/bin/python after scripts/python-env selenium pillow")
+    sys.exit(f"scripts/check_page.py: {missing}: run it with target/venv/bin/python after scripts/python-env selenium pillow pypdfium2")
 
 MARKUP = {"space": '<script>document.title="pwned"</script>', "wall": '<img src=x onerror=document.title="pwned">'}
 OFFICE, KITCHEN, STORE = "1sKGhI2trIeezvns$ocK_O", "2EWU3Hv_5RCxl$FiuD4RiW", "1mnVXnBrXMz9YSS4DuE$rM"
@@ -62,10 +63,14 @@ class Site:
         self.last = self.site["dates"][-1]["key"]
 
     def link(self, **state):
-        given = {"storey": 0, "date": self.last, "layers": "planning,rooms,elements", "view": "plan", **state}
-        if isinstance(given["date"], int):
-            given["date"] = self.site["dates"][given["date"]]["key"]
+        given = {"storey": 0, "date": -1, "layers": "planning,rooms,elements", "view": "plan", **state}
+        if str(given["date"]).lstrip("-").isdigit():
+            given["date"] = self.at(int(given["date"]))
         return f"{self.url}#" + "&".join(f"{key}={value}" for key, value in given.items() if value is not None)
+
+    def at(self, number):
+        """A date as links name it."""
+        return self.site["dates"][number]["at"][:16]
 
     def need_programs(self):
         if self.programs is None:
@@ -130,16 +135,16 @@ def the_plan_date_moves_by_keyboard_and_by_pointer(browser, site):
     maps, texts = [browser.settled("#plan")], [slider.get_attribute("aria-valuetext")]
     for key in [Keys.HOME] + 6 * [Keys.ARROW_RIGHT]:
         slider.send_keys(key)
-    until("the seventh date", lambda: browser.fragment()["date"] == site.site["dates"][6]["key"])
+    until("the seventh date", lambda: browser.fragment()["date"] == site.at(6))
     maps.append(browser.changed("#plan", maps[-1], 500))
     texts.append(slider.get_attribute("aria-valuetext"))
     browser.drag(slider, 200, 0)
-    until("another date", lambda: browser.fragment()["date"] != site.site["dates"][6]["key"])
+    until("another date", lambda: browser.fragment()["date"] != site.at(6))
     maps.append(browser.changed("#plan", maps[-1], 500))
     texts.append(slider.get_attribute("aria-valuetext"))
     assert len(set(texts)) == 3 and "25 March 2024" in texts[1], texts
     slider.send_keys(Keys.HOME)
-    until("the first date", lambda: browser.fragment()["date"] == site.site["dates"][0]["key"])
+    until("the first date", lambda: browser.fragment()["date"] == site.at(0))
     times = sorted(browser.driver.execute_async_script(STEP, "ArrowRight") for _ in site.site["dates"][1:])
     return f"a step takes {times[len(times) // 2]:.0f} ms, at most {times[-1]:.0f} ms"
 
@@ -178,6 +183,85 @@ def a_room_that_cannot_be_reached_names_its_door(browser, site):
 
 
 @fact
+def a_room_is_called_open_only_if_the_robot_gets_there(browser, site):
+    reason = "0.56 m clear, the robot needs 0.70 m"
+    doc = get_json(f"{site.url}data/dates/{site.last}.json")
+    no_way = [room for room, now in doc["spaces"].items() if now["state"] == "no_way"]
+    assert STORE in no_way and doc["spaces"][OFFICE]["state"] == "reached", no_way
+    assert all(doc["spaces"][room]["no_way"] for room in no_way), "each has a reason"
+    browser.open(site.link(layers="planning,rooms"))
+    rows = lambda: {row.find_element(By.CSS_SELECTOR, ".link-name").text.split("\n")[0]: row.text
+                    for row in browser.driver.find_elements(By.CSS_SELECTOR, "#panel-details .links .link")}
+    name = lambda room: " ".join(site.name(room))
+    listed = until("the rooms", rows)
+    door = site.site["elements"][STORE_DOOR]["name"]
+    assert "no way" in listed[name(STORE)] and reason in listed[name(STORE)] and door in listed[name(STORE)], listed
+    assert listed[name(OFFICE)].split("\n")[-1] == "open", listed[name(OFFICE)]
+    legend = browser.run("return document.getElementById('legend').innerText")
+    assert "open by the schedule, no way for this robot" in legend and "open, and the robot gets there" in legend, legend
+    # On the plan: the middle of a room's floor beside its label.
+    colour = lambda room: colour_in_room(browser, site, room)
+    assert colour(STORE)[0] - colour(STORE)[2] > 60, f"yellow where no way leads: {colour(STORE)}"
+    assert colour(OFFICE)[2] > colour(OFFICE)[0], f"blue where the robot gets to: {colour(OFFICE)}"
+    browser.named("button", "Calendar of rooms").click()
+    strip = until("the calendar", lambda: browser.run(
+        "const row = document.querySelector(`[data-room='${arguments[0]}'] .strip`);"
+        "return row && row.getAttribute('aria-label') + ' ' + row.querySelector('.strip-no_way').getAttribute('d')", STORE))
+    assert "no way" in strip and "H1000" in strip, strip
+    since = next(states[-1][0] for room, states in get_json(f"{site.url}data/calendar.json")["spaces"].items() if room == STORE)
+    browser.open(site.link(date=str(since)))
+    browser.named("[role=tab], button", "Changes").click()
+    browser.wait_for_text("Open, no way for the robot", name(STORE), reason)
+
+
+def colour_in_room(browser, site, room):
+    """The colour that most of a room's floor has on the plan."""
+    plan = browser.settled("#plan").convert("RGB")
+    place, box = browser.screen_of_map(), browser.run("const r = document.getElementById('plan').getBoundingClientRect();"
+                                                      "return [r.left, r.top, r.width]")
+    points = [point for polygon in site.site["spaces"][room]["polygon_m"] for ring in polygon for point in ring]
+    (x0, x1), (y0, y1) = ((min(axis), max(axis)) for axis in zip(*points))
+    ratio = plan.width / box[2]
+    seen = []
+    for k in range(1, 20):
+        for j in range(1, 20):
+            x, y = place(x0 + (x1 - x0) * k / 20, y0 + (y1 - y0) * j / 20)
+            seen.append(plan.getpixel((int((x - box[0]) * ratio), int((y - box[1]) * ratio))))
+    return max(set(seen), key=seen.count)
+
+
+@fact
+def doors_in_3d_have_the_colours_of_the_robot(browser, site):
+    browser.open(site.link(view="3d"))
+    until("the building", lambda: len(set(browser.picture("#scene canvas").resize((64, 64)).getdata())) > 20)
+    picture = browser.settled("#scene canvas").convert("RGB")
+    is_red = lambda r, g, b: r > 90 and r > 2 * g and r > 2 * b
+    is_green = lambda r, g, b: g > 60 and g > 1.5 * r and g > 1.3 * b
+    counts = [sum(test(*pixel) for pixel in picture.getdata()) for test in (is_red, is_green)]
+    assert min(counts) > 5, f"red and green pixels of doors: {counts}"
+
+
+@fact
+def the_search_finds_classes_tasks_materials_and_global_ids_in_any_case(browser, site):
+    elements = site.site["elements"]
+    task = next(part["schedule"]["task"] for part in elements.values() if part["schedule"].get("task"))
+    material = next(name for part in elements.values() for name in part["attributes"].get("materials", []))
+    browser.open(site.link())
+    search = browser.named("input", "Search")
+
+    def found(typed):
+        search.clear()
+        search.send_keys(typed)
+        return browser.run("return document.getElementById('results').innerText")
+    for typed, wanted in (("ifcslab", "IfcSlab"), (task.lower(), task), (material.upper(), material)):
+        until(f"{typed} finds {wanted}", lambda: wanted in found(typed))
+    until("windows by their class", lambda: "window" in found("WINDOW"))
+    found(STORE_DOOR.swapcase())
+    search.send_keys(Keys.ENTER)
+    until("the door", lambda: browser.fragment().get("select") == STORE_DOOR)
+
+
+@fact
 def the_search_finds_rooms_without_accents_and_elements_by_global_id(browser, site):
     browser.open(site.link())
     search = browser.named("input", "Search")
@@ -192,8 +276,8 @@ def a_link_restores_storey_date_layers_and_selection(browser, site):
     room = next(key for key, space in site.site["spaces"].items() if space["storey"] == 1)
     link = site.link(storey=1, date=20, layers="semantic,waypoints", select=room)
     browser.open(link)
-    wanted = {"storey": "1", "date": site.site["dates"][20]["key"], "layers": "semantic,waypoints", "select": room, "view": "plan"}
-    until("the state", lambda: browser.fragment() == wanted)
+    wanted = {"storey": "1", "date": site.at(20), "layers": "semantic,waypoints", "select": room, "view": "plan"}
+    until("the state", lambda: wanted.items() <= browser.fragment().items())
     assert browser.named("input", "Semantic map").is_selected() and not browser.named("input", "Planning map").is_selected()
     assert "3 May 2024" in browser.named("[role=slider]", "Plan date").get_attribute("aria-valuetext")
     browser.wait_for_text(room)
@@ -205,12 +289,93 @@ def a_link_restores_storey_date_layers_and_selection(browser, site):
 
 
 @fact
+def a_link_restores_the_part_of_the_plan_the_tab_the_camera_and_the_cut(browser, site):
+    browser.open(site.link(layers="planning"))
+    browser.named("[role=tab], button", "Mission").click()
+    browser.named("button", "Zoom in").click()
+    browser.drag(browser.driver.find_element(By.ID, "plan"), 60, 40)
+    kept = until("the part of the plan", lambda: {"centre", "zoom"} <= browser.fragment().keys() and browser.run("return location.hash"))
+    assert browser.fragment()["tab"] == "mission", kept
+    plan = browser.settled("#plan")
+    kept = browser.run("return location.hash")
+    browser.open(site.url + kept)
+    until("the same part", lambda: differing(plan, browser.settled("#plan")) < 50)
+    assert browser.named("[role=tab]", "Mission").get_attribute("aria-selected") == "true"
+    browser.named("button", "3D").click()
+    until("the building", lambda: len(set(browser.picture("#scene canvas").resize((64, 64)).getdata())) > 20)
+    browser.drag(browser.driver.find_element(By.CSS_SELECTOR, "#scene canvas"), 120, 30)
+    browser.run("const cut = document.getElementById('cut'); cut.value = 4; cut.dispatchEvent(new Event('input'))")
+    until("camera and cut", lambda: {"camera", "cut"} <= browser.fragment().keys())
+    scene = browser.settled("#scene canvas")
+    kept = browser.run("return location.hash")
+    browser.driver.get("about:blank")
+    browser.open(site.url + kept)
+    until("the building", lambda: len(set(browser.picture("#scene canvas").resize((64, 64)).getdata())) > 20)
+    until("the same view", lambda: differing(scene, browser.settled("#scene canvas")) < 200)
+
+
+@fact
+def a_link_names_its_date_and_says_if_it_is_gone(browser, site):
+    toast = lambda: browser.run("return document.getElementById('toast').innerText")
+    browser.open(site.link(date="12"))
+    assert browser.fragment()["date"] == site.at(12) and "T" in site.at(12), browser.fragment()
+    assert toast() == "", toast()
+    # Nothing changes between two dates: the maps of the first hold.
+    day = "2024-03-26T03:00"
+    held = max(k for k, date in enumerate(site.site["dates"]) if date["at"] <= f"{day}:00")
+    browser.open(site.link(date=day))
+    until("the date that holds", lambda: browser.fragment()["date"] == site.at(held))
+    assert toast() == "", toast()
+    for gone in ("1999-01-01T08:00", "12"):
+        browser.open(site.url + f"#storey=0&date={gone}")
+        until("that it is gone", lambda: "no maps of it any more" in toast() and gone in toast())
+    field = browser.driver.find_element(By.ID, "date-field")
+    browser.run("arguments[0].value = arguments[1]; arguments[0].dispatchEvent(new Event('change'))", field, site.at(7))
+    until("the date of the field", lambda: browser.fragment()["date"] == site.at(7))
+
+
+@fact
+def the_first_storey_is_the_one_with_the_entrance(browser, site):
+    entrance = site.site["entrance"]
+    assert entrance is not None
+    browser.open(site.url)
+    until("its storey", lambda: browser.fragment()["storey"] == str(entrance))
+
+
+@fact
+def findings_are_on_the_page_with_links_to_their_elements(browser, site):
+    site.need_programs()
+    with tempfile.TemporaryDirectory() as folder:
+        folder = pathlib.Path(folder)
+        # Without its type a door has an assumed width; without a date the schedule of the model is not used.
+        text = (ROOT / "config/demo/demo.ifc").read_text()
+        (folder / "model.ifc").write_text(re.sub(r"#\d+=IFCDOORPANELPROPERTIES\(.*\);\n", "", text))
+        site.programs.groundplan("convert", folder / "model.ifc", "-o", folder / "maps")
+        url, server = site.programs.serve("--out", folder / "maps", "--listen", "127.0.0.1:0")
+        found = get_json(f"{url}data/site.json")["findings"]
+        browser.open(f"{url}#tab=findings")
+        browser.wait_for_text("The schedule is not used: everything is shown as built")
+        panel = lambda: browser.run("return document.getElementById('panel-findings').innerText")
+        about = [f for kind in found.values() for f in kind["list"] if f["global_id"]]
+        assert about, found
+        known = get_json(f"{url}data/site.json")
+        linked = next(f for f in about if f["global_id"] in known["elements"] or f["global_id"] in known["spaces"])
+        until("its text", lambda: (linked["text"] or linked["name"]) in panel())
+        count = sum(kind["n"] for kind in found.values())
+        assert f"Findings: {count}" in browser.text(), browser.text()[:300]
+        name = linked["name"] or linked["global_id"]
+        next(row for row in browser.all("#panel-findings .link") if name in row.text).click()
+        until("what it is about", lambda: browser.fragment().get("select"))
+        site.programs.stop(server)
+
+
+@fact
 def what_changed_since_the_date_before_is_listed_by_task(browser, site):
     calendar = get_json(f"{site.url}data/calendar.json")["elements"]
     stop = next(k for k in range(20, 30) if sum(any(s[0] == k for s in states) for states in calendar.values()) > 3)
     changed = [key for key, states in calendar.items() if any(s[0] == stop for s in states)]
     tasks = {task for key in changed for task in [(site.site["elements"][key]["schedule"] or {}).get("task")] if task}
-    browser.open(site.link(date=site.site["dates"][stop]["key"]))
+    browser.open(site.link(date=str(stop)))
     browser.named("[role=tab], button", "Changes").click()
     until("the tasks", lambda: tasks and all(task in browser.text() for task in tasks))
 
@@ -396,10 +561,10 @@ def an_exported_folder_works_from_files(browser, site):
         size = sum(path.stat().st_size for path in (folder / "data").rglob("*") if path.is_file())
         maps = sum(path.stat().st_size for path in site.maps.rglob("*") if path.is_file())
         url = (folder / "index.html").as_uri()
-        browser.open(f"{url}#storey=0&date={site.last}&layers=planning,rooms&view=plan")
+        browser.open(f"{url}#storey=0&date={site.at(-1)}&layers=planning,rooms&view=plan")
         before = browser.settled("#plan")
         browser.named("[role=slider]", "Plan date").send_keys(Keys.HOME, *(8 * [Keys.ARROW_RIGHT]))
-        until("another date", lambda: browser.fragment()["date"] == site.site["dates"][8]["key"])
+        until("another date", lambda: browser.fragment()["date"] == site.at(8))
         browser.changed("#plan", before, 500)
         browser.click_at(*browser.screen_of_map()(*site.site["spaces"][OFFICE]["centroid_m"]))
         browser.wait_for_text(OFFICE)
@@ -408,6 +573,41 @@ def an_exported_folder_works_from_files(browser, site):
         assert not browser.errors()
         assert size <= 3 * maps, f"{size} bytes for {maps} bytes of maps"
         return f"{size / 1e6:.1f} MB for {maps / 1e6:.1f} MB of maps"
+
+
+def printed(browser):
+    """The picture of the page that Ctrl-P prints: no script of the page runs but that of `beforeprint`."""
+    told = browser.command("Page.printToPDF", preferCSSPageSize=True, printBackground=True)
+    pdf = pypdfium2.PdfDocument(base64.b64decode(told["data"]))
+    assert len(pdf) == 1, f"{len(pdf)} pages"
+    return pdf[0].render(scale=1.5).to_pil().convert("RGB"), pdf[0].get_textpage().get_text_bounded()
+
+
+def whole_sheet(browser):
+    """The sheet, once it does not say that parts of the map are missing."""
+    picture, text = printed(browser)
+    return None if "not loaded" in text else (picture, text)
+
+
+@fact
+def ctrl_p_prints_the_map_also_from_3d(browser, site):
+    # Far from the whole storey: none of the tiles on the screen are those of the sheet.
+    browser.open(site.link(layers="planning"))
+    browser.settled("#plan")
+    for _ in range(4):
+        browser.named("button", "Zoom in").click()
+    browser.settled("#plan")
+    picture, text = until("a sheet with all of the map", lambda: whole_sheet(browser))
+    plan = picture.crop((0, 0, int(picture.width * 0.72), picture.height))
+    dark = sum(max(pixel) < 90 for pixel in plan.getdata()) / (plan.width * plan.height)
+    white = sum(min(pixel) > 250 for pixel in plan.getdata()) / (plan.width * plan.height)
+    assert dark > 0.01 and white > 0.2, f"{dark:.3f} of the sheet is occupied, {white:.3f} free"
+    picture.save(ROOT / "target/page/screenshots/printed.png")
+    browser.named("button", "3D").click()
+    until("the building", lambda: len(set(browser.picture("#scene canvas").resize((64, 64)).getdata())) > 20)
+    from_3d, text = until("a sheet with all of the map", lambda: whole_sheet(browser))
+    assert "the 3D view is not printed" in text.replace("\r\n", " ").replace("\n", " "), text
+    assert differing(picture, from_3d) < 0.02 * picture.width * picture.height, "the same plan"
 
 
 @fact
@@ -444,11 +644,10 @@ def documents_come_compressed(browser, site):
 def it_prints_one_page_of_a3_across(browser, site):
     browser.open(site.link(select=OFFICE))
     browser.settled("#plan")
-    browser.run("""window.print = () => (watched.printed = [...document.querySelectorAll(".leaflet-tile")]
-        .map((tile) => tile.complete && tile.naturalWidth > 0))""")
+    browser.run("window.print = () => (watched.printed = document.getElementById('print-block').innerText)")
     browser.named("button", "Print").click()
-    tiles = until("the print begins", lambda: browser.run("return watched.printed"))
-    assert all(tiles), tiles
+    told = until("the print begins", lambda: browser.run("return watched.printed"))
+    assert "Scale" in told and "not loaded" not in told, told
     told = browser.command("Page.printToPDF", preferCSSPageSize=True, printBackground=True)
     pdf = base64.b64decode(told["data"])
     (ROOT / "target/page/print.pdf").write_bytes(pdf)

@@ -1,4 +1,5 @@
-// The calendar: a strip per room over all stops, open or blocked, with the date shown marked. It has the same scale
+// The calendar: a strip per room over all stops with its states, and the date shown marked. A live site knows the ways of the
+// date shown alone: there the strips say what the schedule says. It has the same scale
 // as the slider below it. A click on a strip goes to the date there.
 
 import { byId, h, show, svg } from "./dom.js";
@@ -47,19 +48,25 @@ function showRows() {
   const here = (id) => (space(id).storey === state.storey ? 0 : 1);
   rooms.sort(([a], [b]) => here(a) - here(b) || byName(nameOf(a), nameOf(b)));
   const rest = rooms.length - ROWS_MAX;
+  const states = state.site.live ? ["open", "blocked"] : ["reached", "no_way", "blocked"];
   show(
     rows,
+    h(
+      "p",
+      { class: "strip-legend" },
+      states.map((at) => [h("span", { class: `dot dot-${at}`, "aria-hidden": "true" }), ` ${word("l_room", at)} `]),
+    ),
     rooms.slice(0, ROWS_MAX).map(([id, steps], k) => row(id, steps, k === 0)),
     rest > 0 ? h("p", { class: "quiet" }, t("moreRooms", { n: rest })) : null,
   );
 }
 
 function row(id, steps, first) {
-  const paths = { open: "", blocked: "" };
+  const paths = { blocked: "", open: "", no_way: "", reached: "" };
   steps.forEach(([stop, at], i) => {
     const from = 1000 * placeOf(stop);
     const to = i + 1 < steps.length ? 1000 * placeOf(steps[i + 1][0]) : 1000;
-    paths[at === "open" ? "open" : "blocked"] += `M${from.toFixed(2)} 0H${to.toFixed(2)}V10H${from.toFixed(2)}Z`;
+    paths[at] += `M${from.toFixed(2)} 0H${to.toFixed(2)}V10H${from.toFixed(2)}Z`;
   });
   return h(
     "div",
@@ -80,8 +87,7 @@ function row(id, steps, first) {
       svg(
         "svg",
         { viewBox: "0 0 1000 10", preserveAspectRatio: "none", "aria-hidden": "true" },
-        svg("path", { class: "strip-blocked", d: paths.blocked }),
-        svg("path", { class: "strip-open", d: paths.open }),
+        Object.entries(paths).map(([at, d]) => svg("path", { class: `strip-${at}`, d })),
       ),
     ),
   );

@@ -4,6 +4,7 @@
 import { byId, h, show } from "./dom.js";
 import { link } from "./link.js";
 import { onChange, state } from "./state.js";
+import { noWayReason } from "./reasons.js";
 import { element, nameOf, taskName } from "./site.js";
 import { byName, shortDate, t, word } from "./texts.js";
 
@@ -93,6 +94,8 @@ function showChanges() {
     h("h2", {}, t("changes")),
     h("p", { class: "quiet" }, t("changesSince", { date: shortDate(changes.since) })),
     nothing ? h("p", {}, t("changesNone")) : null,
+    rooms(changes.spaces, "reached", "roomsReached"),
+    rooms(changes.spaces, "no_way", "roomsNoWay"),
     rooms(changes.spaces, "open", "roomsOpened"),
     rooms(changes.spaces, "blocked", "roomsClosed"),
     [...byTask(changes.elements)].map(([task, elements]) => taskBlock(task, elements)),
@@ -109,7 +112,7 @@ function rooms(spaces, after, title) {
     h(
       "ul",
       { class: "links" },
-      list.map(([id]) => h("li", {}, link(id, nameOf(id), word("s", after), after))),
+      list.map(([id]) => h("li", {}, link(id, nameOf(id), word("s", after), after, noWayReason(id)))),
     ),
   );
 }

@@ -6,7 +6,8 @@ import { elementDetails } from "./details_element.js";
 import { link } from "./link.js";
 import { roomDetails } from "./details_room.js";
 import { onChange, state, update } from "./state.js";
-import { elementState, featuresOf, nameOf, space, spaceState } from "./site.js";
+import { noWayReason } from "./reasons.js";
+import { elementState, featuresOf, nameOf, roomState, space } from "./site.js";
 import { byName, t, word } from "./texts.js";
 import { zoomTo } from "./plan.js";
 
@@ -60,7 +61,7 @@ function showLists(changed) {
     panel,
     h("p", { class: "quiet" }, t("nothingSelected")),
     h("h3", {}, t("roomsHere"), h("span", { class: "count" }, String(rooms.length))),
-    list(rooms, (id) => spaceState(id)?.state ?? "open"),
+    list(rooms, roomState, noWayReason),
     h(
       "details",
       { class: "block", open, "data-part": "elements", ontoggle: fillOnce },
@@ -78,11 +79,11 @@ function namesOf(kind) {
     .sort(([, a], [, b]) => byName(a, b));
 }
 
-function list(items, stateOf) {
+function list(items, stateOf, noteOf = () => null) {
   return h(
     "ul",
     { class: "links" },
-    items.slice(0, LISTED).map(([id, name]) => h("li", {}, link(id, name, word("s", stateOf(id)), stateOf(id)))),
+    items.slice(0, LISTED).map(([id, name]) => h("li", {}, link(id, name, word("s", stateOf(id)), stateOf(id), noteOf(id)))),
     items.length > LISTED ? h("li", { class: "quiet" }, t("more", { n: items.length - LISTED })) : null,
   );
 }

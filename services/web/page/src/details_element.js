@@ -5,7 +5,7 @@ import { heading, properties, valueText } from "./details_parts.js";
 import { link } from "./link.js";
 import { askConfirm, deviationOf, deviationText } from "./live.js";
 import { state } from "./state.js";
-import { element, elementState, isClosed, nameOf, passageOf, spaceState, storeyName, taskName } from "./site.js";
+import { element, elementState, isClosed, nameOf, passageOf, roomState, storeyName, taskName } from "./site.js";
 import { longDate, number, t, word } from "./texts.js";
 import { doorReasons } from "./reasons.js";
 
@@ -84,7 +84,7 @@ function doorRooms(spaces) {
           {},
           room === null
             ? h("span", { class: "quiet" }, t("outside"))
-            : link(room, nameOf(room), word("s", spaceState(room)?.state ?? "open"), spaceState(room)?.state),
+            : link(room, nameOf(room), word("s", roomState(room)), roomState(room)),
         ),
       ),
     ),

@@ -4,7 +4,7 @@ import { fact, h } from "./dom.js";
 import { heading, properties } from "./details_parts.js";
 import { link } from "./link.js";
 import { state, update } from "./state.js";
-import { element, isClosed, nameOf, neighbours, passageOf, space, spaceState, storeyName } from "./site.js";
+import { element, entryOf, isClosed, nameOf, neighbours, passageOf, roomState, space, spaceState, storeyName } from "./site.js";
 import { number, t, word } from "./texts.js";
 import { doorReasons, reachReason, roomReasons } from "./reasons.js";
 
@@ -46,10 +46,13 @@ export function roomDetails(id) {
   ];
 }
 
-// Why the robot has no waypoint here, or that it has one; of a blocked room "why" says it.
+// Whether the robot gets here, and from where; of a blocked room "why" says it.
 function reachOf(id, now) {
   if (!now || now.state === "blocked") return null;
-  return reachReason(id) ?? t("reached");
+  const reason = reachReason(id);
+  if (now.state !== "reached") return reason ?? t("notJudged");
+  const waypoint = reason === null ? t("reached") : t("reachedWithout", { why: reason });
+  return entryOf(space(id).storey) === "placed" ? `${waypoint}; ${t("placedThere")}` : waypoint;
 }
 
 function doorLine(id) {
@@ -68,7 +71,7 @@ function doorAndRoom({ door, room }, storey) {
       door,
       nameOf(door),
       passage === null ? null : word("p", passage),
-      closed ? "blocked" : passage === "absent" ? "plain" : "open",
+      closed ? "blocked" : passage === "absent" ? "plain" : "passable",
     ),
     room === null
       ? h("span", { class: "quiet" }, t("leadsTo", { room: t("outside") }))
@@ -77,8 +80,8 @@ function doorAndRoom({ door, room }, storey) {
           { type: "button", class: "link inset", onclick: () => update({ select: room }) },
           h("span", { class: "link-name" }, t("leadsTo", { room: nameOf(room) })),
           h("span", {
-            class: `dot dot-${spaceState(room)?.state ?? "plain"}`,
-            title: word("s", spaceState(room)?.state ?? "open"),
+            class: `dot dot-${roomState(room)}`,
+            title: word("s", roomState(room)),
           }),
         ),
   );

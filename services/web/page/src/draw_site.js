@@ -1,7 +1,7 @@
 // Draws rooms, elements, what changed and what is selected.
 
 import { hasLayer, state } from "./state.js";
-import { elementState, featuresOf, isClosed, passageOf, space, spaceState } from "./site.js";
+import { elementState, featuresOf, isClosed, passageOf, roomState, space } from "./site.js";
 import { changedIds } from "./changes.js";
 import { labelPoint } from "./geometry.js";
 
@@ -31,14 +31,16 @@ function visible(pen, kind) {
   return featuresOf(state.storey).filter((feature) => feature.kind === kind && isVisible(feature, pen));
 }
 
+// Inks of the states of rooms.
+export const ROOM_INKS = { reached: "room-open", no_way: "room-no-way", blocked: "room-blocked", open: "room-unjudged" };
+
 export function drawRooms(pen) {
   if (!hasLayer("rooms")) return;
   const { ctx } = pen;
   pen.metres();
   ctx.lineWidth = 1 / pen.scale;
   for (const feature of visible(pen, "room")) {
-    const open = spaceState(feature.id)?.state === "open";
-    ctx.fillStyle = pen.colour(open ? "room-open" : "room-blocked");
+    ctx.fillStyle = pen.colour(ROOM_INKS[roomState(feature.id)]);
     ctx.strokeStyle = pen.colour("room-edge");
     ctx.fill(pathOf(feature), "evenodd");
     ctx.stroke(pathOf(feature));

@@ -5,9 +5,11 @@ import L from "leaflet";
 import { onChange, state } from "./state.js";
 import { drawChanges, drawElements, drawLabels, drawRooms, drawSelection } from "./draw_site.js";
 import { drawGraph, drawScan, drawTour, drawWaypoints, drawWay } from "./draw_mission.js";
+import { drawSheet } from "./tiles.js";
 import { drawDeviations, drawRobot, drawSlam } from "./draw_live.js";
 
 const PAINTERS = [
+  drawSheet,
   drawRooms,
   drawElements,
   drawSlam,
@@ -64,11 +66,10 @@ export function redraw() {
   requested = requestAnimationFrame(() => layer?.paint());
 }
 
-// Draws at once. Chromium prints what was drawn just before as vectors, the clearing too, which would clear the tiles
-// below; reading a pixel makes a picture of it.
+// Draws at once, the maps too: tiles below would be cleared, because Chromium prints what was drawn just before as vectors, the
+// clearing too, and they may not be there yet.
 export function drawForPrint() {
   layer.paint();
-  layer._container.getContext("2d", CPU).getImageData(0, 0, 1, 1);
 }
 
 // Colours come from the style sheet (`--ink-wall`), so that themes are kept in one place.

@@ -2,7 +2,7 @@
 
 import { byId, h, show } from "./dom.js";
 import { hasLayer, LAYERS, onChange, state, toggleLayer, update } from "./state.js";
-import { storeyName } from "./site.js";
+import { entryOf, storeyName } from "./site.js";
 import { number, t, word } from "./texts.js";
 
 const MAPS = LAYERS.slice(0, 4);
@@ -44,7 +44,7 @@ function showStoreys() {
           title: maps ? null : t("noMap"),
         },
         h("span", { class: "storey-name" }, storeyName(index)),
-        h("span", { class: "storey-level" }, floor === "assumed" ? `${level}, ${t("assumedFloor")}` : level),
+        h("span", { class: "storey-level" }, [level, ...notesOf(index, floor)].join(", ")),
       );
     }),
   );
@@ -53,6 +53,12 @@ function showStoreys() {
   const shown = state.doc?.storeys.find((s) => s.index === state.storey);
   note.textContent = shown ? word("m", shown.status) : t("noMap");
   note.hidden = state.doc === null || shown?.status === "ok";
+}
+
+// What is to be known of a storey: that its floor is assumed, that the robot has to be put there.
+function notesOf(index, floor) {
+  const placed = entryOf(index) === "placed" && state.site.storeys.length > 1;
+  return [floor === "assumed" ? t("assumedFloor") : null, placed ? t("placedThere") : null].filter(Boolean);
 }
 
 // Scrolls the list, and only it, so far that the storey chosen is seen.

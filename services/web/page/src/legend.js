@@ -2,12 +2,13 @@
 
 import { h, show, byId } from "./dom.js";
 import { hasLayer, onChange, state } from "./state.js";
-import { featuresOf } from "./site.js";
+import { featuresOf, roomState } from "./site.js";
 import { inkOf } from "./draw_live.js";
+import { ROOM_INKS } from "./draw_site.js";
 import { t, word } from "./texts.js";
 
 export function createLegend() {
-  onChange(["layers", "storey", "slam", "slamShown", "deviations", "site", "from", "to"], showLegend);
+  onChange(["layers", "storey", "slam", "slamShown", "deviations", "site", "doc", "from", "to"], showLegend);
   showLegend();
 }
 
@@ -26,6 +27,12 @@ function classesHere() {
   );
 }
 
+// The three states that rooms have, and that of rooms of which nobody looked for a way, where there are any.
+function roomStates() {
+  const unjudged = featuresOf(state.storey).some((f) => f.kind === "room" && roomState(f.id) === "open");
+  return ["reached", "no_way", "blocked", ...(unjudged ? ["open"] : [])];
+}
+
 // [ink, text, shape] of each entry of what is shown.
 function entries() {
   const list = [];
@@ -37,10 +44,7 @@ function entries() {
   if (hasLayer("keepout")) list.push(["map-keepout", t("l_keepout")]);
   if (hasLayer("localization")) list.push(["map-localization", t("l_localization")]);
   if (hasLayer("rooms"))
-    list.push(
-      ["room-open", `${t("room")}, ${word("s", "open")}`],
-      ["room-blocked", `${t("room")}, ${word("s", "blocked")}`],
-    );
+    list.push(...roomStates().map((at) => [ROOM_INKS[at], `${t("room")}: ${word("l_room", at)}`]));
   if (hasLayer("elements")) {
     const classes = classesHere();
     if (classes.has("door")) list.push(["door-open", t("l_doorOpen")], ["door-closed", t("l_doorClosed")]);

@@ -4,7 +4,8 @@ import { h } from "./dom.js";
 import { state, update } from "./state.js";
 
 // A button that selects a room or an element, with its state at the right.
-export function link(id, name, tag = null, kind = null) {
+// `note` is a line below the name.
+export function link(id, name, tag = null, kind = null, note = null) {
   return h(
     "button",
     {
@@ -12,7 +13,7 @@ export function link(id, name, tag = null, kind = null) {
       class: "link",
       onclick: () => update({ select: id, tab: "details", sheet: state.sheet && "details" }),
     },
-    h("span", { class: "link-name" }, name),
+    h("span", { class: "link-name" }, name, note === null ? null : h("span", { class: "link-note" }, note)),
     tag === null ? null : h("span", { class: `tag tag-${kind ?? "plain"}` }, tag),
   );
 }

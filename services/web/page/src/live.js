@@ -133,7 +133,7 @@ function showServices() {
           told
             .slice(0, 100)
             .map(([id, { verdict }]) =>
-              h("li", {}, link(id, nameOf(id), word("v", verdict), verdict === "on_plan" ? "open" : "in_progress")),
+              h("li", {}, link(id, nameOf(id), word("v", verdict), verdict === "on_plan" ? "passable" : "in_progress")),
             ),
         ),
   );
@@ -153,12 +153,13 @@ export function deviationOf(id) {
 
 // A short message that goes away by itself.
 let timer = 0;
-export function say(text) {
+// `lasting`: it stays until something else is said.
+export function say(text, lasting = false) {
   const toast = byId("toast");
   toast.textContent = text;
   toast.classList.add("shown");
   clearTimeout(timer);
-  timer = setTimeout(() => toast.classList.remove("shown"), 4000);
+  if (!lasting) timer = setTimeout(() => toast.classList.remove("shown"), 4000);
 }
 
 // Asks in the dialog; resolves to true if the person agrees. A question that is open is given up for a new one.

@@ -4,6 +4,7 @@ import { byId, h, show } from "./dom.js";
 import { createCalendar } from "./calendar.js";
 import { createChanges } from "./changes.js";
 import { createDetails } from "./details.js";
+import { createFindings } from "./findings.js";
 import { createLayers } from "./layers.js";
 import { createLegend } from "./legend.js";
 import { askDate, createLive, say } from "./live.js";
@@ -15,12 +16,14 @@ import { createShell } from "./shell.js";
 import { createTimeline } from "./timeline.js";
 import { createView3d } from "./view3d.js";
 import { createWay } from "./way.js";
+import { linkDate, stopValidAt } from "./link_date.js";
 import { forgetDates, loadCalendar, loadChangedSite, loadDate, loadSite } from "./source.js";
 import { fromFragment, keepFragment, onChange, state, toFragment, update } from "./state.js";
 import { prefetchStop } from "./tiles.js";
 import { resetSite } from "./site.js";
 import { milliseconds, t, translate } from "./texts.js";
 
+const linkedDate = dateOfLink(); // what the address named when the page was opened
 const EMPTY_CALENDAR = { elements: {}, spaces: {} };
 
 start();
@@ -36,8 +39,9 @@ async function start() {
     // The plan asks for its tiles before the panels are made.
     if ((await dateShown) !== null) await showDate(state.date);
     createPanels();
-    keepFragment();
+    keepFragment(sayIfGone);
     history.replaceState(null, "", toFragment());
+    if (!site.live) sayIfGone(linkedDate);
     if (!site.live) {
       onChange(["date"], () => showDate(state.date));
       if (state.doc === null) await showDate(state.date); // it failed before: now there is a place to say so
@@ -49,12 +53,25 @@ async function start() {
   }
 }
 
-// What the link says, else the lowest storey that is not below ground, and what stands today.
+function dateOfLink() {
+  return new URLSearchParams(location.hash.slice(1)).get("date");
+}
+
+// A date of a link for which there are no maps is not shown, and that is said.
+function sayIfGone(wanted) {
+  if (wanted === null) return;
+  const { site } = state;
+  const gone = site.live ? state.doc !== null && linkDate(state.doc.at) !== wanted : stopValidAt(site.dates, wanted) === null;
+  if (gone) say(t(site.live ? "linkDateLive" : "linkDateGone", { date: wanted }), true);
+}
+
+// What the link says, else the storey with the entrance, or the lowest one that is not below ground, and what stands today.
 function firstState(site) {
   const wanted = fromFragment(site);
-  const storey = wanted.storey ?? (site.storeys.find((s) => s.floor_z_m >= -0.01) ?? site.storeys[0]).index;
+  const entrance = site.storeys.find((s) => s.index === site.entrance);
+  const storey = wanted.storey ?? (entrance ?? site.storeys.find((s) => s.floor_z_m >= -0.01) ?? site.storeys[0]).index;
   const date = site.live ? null : (wanted.date ?? presentDate(site.dates).key);
-  const tab = wanted.from && wanted.to ? "way" : "details";
+  const tab = wanted.tab ?? (wanted.from && wanted.to ? "way" : "details");
   return { ...wanted, site, storey, date, tab, stop: date === null ? null : stopOf(site, date) };
 }
 
@@ -70,6 +87,7 @@ function createPanels() {
   createLayers();
   createTimeline(setStop);
   createChanges();
+  createFindings();
   createDetails();
   createWay();
   createMissions();
@@ -112,7 +130,9 @@ async function showLiveDate({ key, stop }) {
   try {
     const doc = await loadDate(key);
     if (newest !== key || doc === state.doc) return;
+    const isFirst = state.doc === null;
     update({ doc, previousDoc: state.doc, stop, date: key });
+    if (isFirst) sayIfGone(linkedDate);
   } catch (error) {
     say(t("failed", { what: error.message }));
   }

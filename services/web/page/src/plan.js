@@ -48,6 +48,8 @@ export function createPlan() {
   });
   L.control.scale({ imperial: false, maxWidth: 140, position: "bottomleft" }).addTo(map);
   fitStorey();
+  const isLinked = state.centre !== null;
+  showPart();
   createTiles(map);
   createDrawing(map);
   wireControls();
@@ -56,7 +58,9 @@ export function createPlan() {
   onChange(["storey"], showStorey);
   onChange(["select", "sheet"], panToSelection);
   onChange(["from", "to", "sheet"], showWay);
-  panToSelection();
+  onChange(["centre", "zoom"], showPart);
+  map.on("moveend", keepPart);
+  if (!isLinked) panToSelection();
   return map;
 }
 
@@ -75,6 +79,27 @@ function fitStorey() {
 
 function isFitted() {
   return fitted !== null && fitted.zoom === map.getZoom() && fitted.center.equals(map.getCenter(), 1e-6);
+}
+
+// Shows the part of the plan that a link names.
+function showPart() {
+  const { centre, zoom } = state;
+  if (centre === null) {
+    if (!isFitted()) fitStorey();
+    return;
+  }
+  const wanted = L.latLng(centre[1], centre[0]);
+  const isShown = map.getCenter().equals(wanted, 0.002) && Math.abs(map.getZoom() - (zoom ?? map.getZoom())) < 0.001;
+  if (!isShown) map.setView(wanted, zoom ?? map.getZoom(), { animate: false });
+}
+
+// Keeps the part of the plan that is seen, for links.
+function keepPart() {
+  if (document.body.classList.contains("printing") || map.getSize().x === 0) return;
+  const { lat: y, lng: x } = map.getCenter();
+  const round = (value) => Math.round(1000 * value) / 1000;
+  if (isFitted()) update({ centre: null, zoom: null });
+  else update({ centre: [round(x), round(y)], zoom: round(map.getZoom()) });
 }
 
 // A storey of another size may lie outside of the view; one that is in it keeps the view, to compare.

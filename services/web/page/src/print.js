@@ -1,4 +1,5 @@
-// The print: an A3 sheet with the plan to a round scale, the title block, the legend and the north arrow.
+// The print: an A3 sheet with the plan to a round scale, the title block, the legend and the north arrow; from the 3D view too,
+// and then the sheet says so.
 // Before a print the page takes the sheet's form on the screen, so that Leaflet draws the plan in its size.
 
 import { byId, fact, h, show } from "./dom.js";
@@ -6,7 +7,7 @@ import { drawForPrint } from "./drawing.js";
 import { boundsOfStorey, planMap } from "./plan.js";
 import { state } from "./state.js";
 import { storeyName, storeyOf } from "./site.js";
-import { tilesReady } from "./tiles.js";
+import { sheetReady } from "./tiles.js";
 import { longDate, shortDate, t, today } from "./texts.js";
 
 const SCALES = [20, 25, 50, 100, 200, 250, 500, 1000, 2000, 5000, 10000];
@@ -21,11 +22,13 @@ export function createPrint() {
   window.addEventListener("afterprint", comeBack);
 }
 
-// With the button the plan has time to load its tiles at the sheet's scale.
+// With the button there is time to load the maps; Ctrl-P prints those that were loaded when the plan was shown.
 async function printSheet() {
   layOut();
   const start = performance.now();
-  while (!tilesReady() && performance.now() - start < TILES_WAIT_MS) await new Promise((next) => setTimeout(next, 50));
+  while (!sheetReady() && performance.now() - start < TILES_WAIT_MS) await new Promise((next) => setTimeout(next, 50));
+  drawForPrint();
+  showBlock(scaleFor(planMap()));
   window.print();
   comeBack();
 }
@@ -86,7 +89,8 @@ function showBlock(scale) {
     (list ?? []).map(({ file, sha256 }) => [file, sha256 ? ` (${sha256.slice(0, 12)})` : ""].join("")).join(", ");
   show(
     byId("print-block"),
-    h("p", { class: "print-kind" }, t("printTitle")),
+    h("p", { class: "print-kind" }, t(state.view === "3d" ? "printPlanOf3d" : "printTitle")),
+    sheetReady() ? null : h("p", { class: "print-missing" }, t("printMissing")),
     h("p", { class: "print-title" }, site.title),
     h(
       "dl",

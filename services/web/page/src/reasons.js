@@ -4,12 +4,23 @@ import { state } from "./state.js";
 import { nameOf, spaceState, taskName } from "./site.js";
 import { reasonText, sentence, word } from "./texts.js";
 
-// Why the robot has no waypoint in a room, or null. GlobalIds in the sentence become names.
+// Why no way leads the robot to a room, or why it has no waypoint there, or null.
 export function reachReason(id) {
   const now = spaceState(id);
-  if (!now?.reason) return null;
-  if (now.state === "blocked") return roomReasons(id);
-  return sentence(now.reason).replace(/[0-9A-Za-z_$]{22}/g, (found) => nameOf(found));
+  if (now?.state === "blocked") return roomReasons(id);
+  return noWayReason(id) ?? (now?.reason ? inWords(now.reason) : null);
+}
+
+// What keeps the robot from a room that the schedule has open, as the plan of its ways found it; null where it gets there.
+export function noWayReason(id) {
+  const now = spaceState(id);
+  return now?.no_way ? inWords(now.no_way) : null;
+}
+
+// Sentences of the reports, in which GlobalIds become names.
+function inWords(text) {
+  const sentences = text.split("; ").map(sentence).join("; ");
+  return sentences.replace(/[0-9A-Za-z_$]{22}/g, (found) => nameOf(found));
 }
 
 export function roomReasons(id) {

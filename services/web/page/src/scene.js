@@ -1,6 +1,7 @@
 // The 3D view: `groundplanScene(container, options)` shows a GLB of the building in the frame `map`, Z up, in metres.
 //
-// options: onPick(globalId) when an element is clicked; name, the canvas's accessible name; noWebgl, the text where there is none.
+// options: onPick(globalId) when an element is clicked; onCamera([x, y, z, x, y, z]) when a person moved the camera, with its place
+// and what it looks at; name, the canvas's accessible name; noWebgl, the text where there is none.
 // A picture is drawn when something changed, never in a loop. The canvas is transparent, the background is the page's.
 
 import {
@@ -20,7 +21,8 @@ const ZOOM_STEP = 1.2;
 const NAME = "3D view. Arrow keys move, with Shift they turn, plus and minus zoom, Home shows the whole building.";
 const NO_WEBGL = "This browser cannot show the 3D view: it has no WebGL.";
 
-window.groundplanScene = function groundplanScene(container, { onPick = () => {}, name = NAME, noWebgl = NO_WEBGL } = {}) {
+window.groundplanScene = function groundplanScene(container, options = {}) {
+  const { onPick = () => {}, onCamera = () => {}, name = NAME, noWebgl = NO_WEBGL } = options;
   const canvas = document.createElement("canvas");
   const context = canvas.getContext("webgl2", { antialias: true, alpha: true });
   if (!context) return messageOnly(container, noWebgl);
@@ -50,6 +52,7 @@ window.groundplanScene = function groundplanScene(container, { onPick = () => {}
   let waypoints = waypointMarks([]);
   let model = null;
   let framed = false;
+  let wantedCamera = null;
   let loads = 0;
   let frame = null;
 
@@ -91,7 +94,18 @@ window.groundplanScene = function groundplanScene(container, { onPick = () => {}
     return hits.find(isShown)?.object.userData.globalId ?? null;
   }
 
+  const cameraNow = () => [...camera.position, ...controls.target].map((value) => Math.round(1000 * value) / 1000);
+  function applyCamera() {
+    if (!model || wantedCamera === null) return;
+    if (!framed) showAll();
+    if (wantedCamera.every((value, k) => Math.abs(value - cameraNow()[k]) < 0.002)) return;
+    camera.position.set(...wantedCamera.slice(0, 3));
+    controls.target.set(...wantedCamera.slice(3));
+    controls.update();
+    drawSoon();
+  }
   controls.addEventListener("change", drawSoon);
+  controls.addEventListener("end", () => onCamera(cameraNow()));
   const sizes = new ResizeObserver(resize);
   sizes.observe(container);
   // Printers take the canvas outside of a frame of animation.
@@ -107,8 +121,10 @@ window.groundplanScene = function groundplanScene(container, { onPick = () => {}
       camera.position.sub(controls.target).multiplyScalar(zoom).add(controls.target);
       controls.update();
       drawSoon();
+      onCamera(cameraNow());
     } else if (event.key === "Home") {
       showAll();
+      onCamera(cameraNow());
     } else {
       return;
     }
@@ -133,6 +149,12 @@ window.groundplanScene = function groundplanScene(container, { onPick = () => {}
       if (model) scene.add(model.group);
       paint();
       if (!framed) showAll();
+      applyCamera();
+    },
+    /** Puts the camera where a link says; of a building that is not loaded yet, once it is. */
+    setCamera(list) {
+      wantedCamera = list;
+      applyCamera();
     },
     /** Hides everything above a height in `map`, or nothing. */
     setCut(zMetres) {
@@ -201,7 +223,7 @@ function messageOnly(container, text) {
   const nothing = () => {};
   return {
     load: async () => {}, setCut: nothing, select: nothing, highlight: nothing, setStates: nothing, setRobot: nothing,
-    setWaypoints: nothing, resize: nothing, project: () => null, dispose: () => message.remove(),
+    setWaypoints: nothing, setCamera: nothing, resize: nothing, project: () => null, dispose: () => message.remove(),
   };
 }
 

@@ -6,12 +6,14 @@ import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
 const GLOBAL_ID = /^[0-9A-Za-z_$]{22}$/;
 const SELECTED = "#1a73e8";
 const CHANGED = "#f9a825";
-// How states and verdicts look; every other state looks as built.
+// How states and verdicts look; every other state looks as built. Doors have the colours of style.css.
 const LOOKS = {
   in_progress: { opacity: 0.5 },
   being_removed: { opacity: 0.5, colour: "#c62828" },
   not_started: { opacity: 0.15 },
   removed: { opacity: 0.15 },
+  door_passable: { opacity: 1, colour: "#1f9d55" },
+  door_closed: { opacity: 1, colour: "#d13a2f" },
   late: { opacity: 0.7, colour: "#c62828" },
   early: { opacity: 1, colour: "#8e24aa" },
   displaced: { opacity: 1, colour: "#ef6c00" },

@@ -1,13 +1,13 @@
-// Search of rooms and elements by name or GlobalId.
+// Search of rooms and elements by name, class, type, task, material or GlobalId, in small or capital letters.
 
 import { byId, h, show } from "./dom.js";
 import { onChange, state, update } from "./state.js";
-import { nameOf } from "./site.js";
+import { nameOf, taskName } from "./site.js";
 import { t, word } from "./texts.js";
 
 const RESULTS_MAX = 30;
 
-let index = null; // [{id, name, text (lower case), kind}]
+let index = null; // [{id, lower, name, text, kind, more: [text]}], texts as `plain` makes them
 
 export function createSearch() {
   const box = byId("search");
@@ -45,30 +45,50 @@ function close() {
   byId("search-count").textContent = "";
 }
 
-// Small letters without marks, so that "kuche" finds "Küche"; GlobalIds are compared exactly.
+// Small letters without marks, so that "kuche" finds "Küche".
 const plain = (text) => text.normalize("NFD").replace(/\p{M}/gu, "").toLowerCase();
 
 function entries() {
   const { spaces, elements } = state.site;
   index ??= [
     ...Object.keys(spaces).map((id) => ({ id, name: nameOf(id), kind: t("room") })),
-    ...Object.entries(elements).map(([id, { class: cls }]) => ({ id, name: nameOf(id), kind: word("c", cls) })),
-  ].map((entry) => ({ ...entry, text: plain(entry.name) }));
+    ...Object.entries(elements).map(([id, part]) => ({
+      id,
+      name: nameOf(id),
+      kind: word("c", part.class),
+      more: moreOf(part),
+    })),
+  ].map((entry) => ({
+    ...entry,
+    text: plain(entry.name),
+    lower: entry.id.toLowerCase(),
+    more: (entry.more ?? []).filter(Boolean).map((text) => [plain(text), text]),
+  }));
   return index;
 }
 
-// Names of which a word begins with what was typed come first, then the others; rooms before elements.
+// What else an element is found by: its class in both languages, type, task and materials.
+function moreOf({ class: cls, type, schedule, attributes }) {
+  const task = schedule?.task ? taskName(schedule.task) : null;
+  return [word("c", cls), cls?.replace("_", " "), type, attributes?.predefined_type, task, ...(attributes?.materials ?? [])];
+}
+
+// A GlobalId alone, in its own letters before others; then names of which a word begins with what was typed, names and
+// GlobalIds that hold it, and what has it in another fact, which the result shows. Rooms before elements.
 function find(typed) {
-  const wanted = plain(typed);
-  const begins = [];
-  const holds = [];
-  for (const entry of entries()) {
-    if (entry.id === typed) return [entry];
+  const [wanted, lower] = [plain(typed), typed.toLowerCase()];
+  const all = entries();
+  const own = all.filter((entry) => entry.lower === lower);
+  if (own.length > 0) return [...own.filter((entry) => entry.id === typed), ...own.filter((entry) => entry.id !== typed)];
+  const [begins, holds, others] = [[], [], []];
+  for (const entry of all) {
     const at = entry.text.indexOf(wanted);
+    const fact = entry.more.find(([text]) => text.includes(wanted));
     if (at === 0 || (at > 0 && entry.text.includes(` ${wanted}`))) begins.push(entry);
-    else if (at > 0 || entry.id.startsWith(typed)) holds.push(entry);
+    else if (at > 0 || entry.lower.startsWith(lower)) holds.push(entry);
+    else if (fact) others.push({ ...entry, fact: fact[1] });
   }
-  return [...begins, ...holds];
+  return [...begins, ...holds, ...others];
 }
 
 function showResults() {
@@ -89,7 +109,12 @@ function showResults() {
           h(
             "button",
             { type: "button", class: "link", onclick: () => choose(entry.id) },
-            h("span", { class: "link-name" }, entry.name),
+            h(
+              "span",
+              { class: "link-name" },
+              entry.name,
+              entry.fact ? h("span", { class: "link-note" }, entry.fact) : null,
+            ),
             h("span", { class: "tag tag-plain" }, entry.kind),
           ),
         ),

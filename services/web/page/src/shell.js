@@ -1,11 +1,9 @@
 // The frame around the plan: tabs, sheets on phones, theme, link and the north arrow.
 
 import { byId } from "./dom.js";
-import { onChange, state, update } from "./state.js";
+import { onChange, state, TABS, update } from "./state.js";
 import { say } from "./live.js";
 import { t } from "./texts.js";
-
-const TABS = ["details", "changes", "way", "mission"];
 
 export function createShell() {
   createTabs();

@@ -99,6 +99,12 @@ export function spaceState(id) {
   return state.doc?.spaces[id] ?? null;
 }
 
+// State of a room: "reached" and "no_way" where the schedule has it open, "blocked" by the schedule, "open" where nobody looked for a way.
+export const roomState = (id) => spaceState(id)?.state ?? "open";
+
+// How the robot comes to a storey at the date shown; null where it does not.
+export const entryOf = (storey) => state.doc?.entries?.[storey] ?? null;
+
 // Whether a robot passes a door on a storey; null where the date says nothing.
 export function passageOf(id, storey) {
   const passages = state.doc?.passages?.[id];

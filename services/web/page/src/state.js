@@ -1,5 +1,8 @@
 // The one store of the page: what is shown, what is loaded, and who wants to know of changes.
-// The URL's fragment keeps what a link must carry: storey, date, layers, selection, view, from and to.
+// The URL's fragment keeps what a link must carry: storey, date, layers, selection, view, tab, from and to, the part of the plan
+// that is seen, and in 3D the camera and the cut.
+
+import { linkDate, stopValidAt } from "./link_date.js";
 
 export const LAYERS = [
   "planning",
@@ -14,6 +17,8 @@ export const LAYERS = [
   "graph",
 ];
 
+export const TABS = ["details", "changes", "way", "mission", "findings"];
+
 export const state = {
   site: null, // data/site.json
   calendar: null, // data/calendar.json
@@ -26,6 +31,10 @@ export const state = {
   select: null, // GlobalId of a room or an element
   waypoint: null, // id of the waypoint chosen in the mission
   view: "plan",
+  centre: null, // [x, y] of the middle of the plan in metres; null while all of the storey is shown
+  zoom: null,
+  camera: null, // 3D: [x, y, z] of the camera and of what it looks at; null before anybody moved it
+  cut: null, // 3D: height of the cut that was chosen; null for that of the storey
   from: null,
   to: null,
   tab: "details",
@@ -85,7 +94,8 @@ export function fromFragment(site) {
   const patch = {};
   const storey = Number(fields.get("storey"));
   if (fields.has("storey") && site.storeys.some((s) => s.index === storey)) patch.storey = storey;
-  if (site.dates.some((d) => d.key === fields.get("date"))) patch.date = fields.get("date");
+  const stop = fields.has("date") && !site.live ? stopValidAt(site.dates, fields.get("date")) : null;
+  if (stop !== null) patch.date = site.dates[stop].key;
   if (fields.has("layers")) {
     const wanted = fields.get("layers").split(",");
     patch.layers = LAYERS.filter((name) => wanted.includes(name));
@@ -96,28 +106,48 @@ export function fromFragment(site) {
   for (const end of ["from", "to"]) {
     if (fields.has(end) && Object.hasOwn(site.spaces, fields.get(end))) patch[end] = fields.get(end);
   }
+  if (TABS.includes(fields.get("tab"))) patch.tab = fields.get("tab");
+  const numbers = (key, n) => {
+    const list = fields.has(key) ? fields.get(key).split(",").map(Number) : [];
+    return list.length === n && list.every(Number.isFinite) ? list : null;
+  };
+  patch.centre = numbers("centre", 2);
+  patch.zoom = patch.centre && (numbers("zoom", 1)?.[0] ?? null);
+  patch.camera = numbers("camera", 6);
+  patch.cut = numbers("cut", 1)?.[0] ?? null;
   return patch;
 }
 
 export function toFragment() {
   const fields = new URLSearchParams();
   fields.set("storey", state.storey);
-  if (state.date !== null) fields.set("date", state.date);
+  const shown = state.site.live ? state.doc : state.site.dates[state.stop];
+  if (shown) fields.set("date", linkDate(shown.at));
   fields.set("layers", state.layers.join(","));
   for (const key of ["select", "from", "to"]) if (state[key] !== null) fields.set(key, state[key]);
   fields.set("view", state.view);
-  // Commas and the $ of GlobalIds are allowed in a fragment, and read better than %2C and %24.
-  return `#${fields.toString().replaceAll("%2C", ",").replaceAll("%24", "$")}`;
+  if (state.tab !== "details") fields.set("tab", state.tab);
+  if (state.centre !== null) fields.set("centre", state.centre.join(","));
+  if (state.centre !== null && state.zoom !== null) fields.set("zoom", state.zoom);
+  if (state.view === "3d" && state.camera !== null) fields.set("camera", state.camera.join(","));
+  if (state.view === "3d" && state.cut !== null) fields.set("cut", state.cut);
+  // Commas, colons and the $ of GlobalIds are allowed in a fragment, and read better than %2C, %3A and %24.
+  return `#${fields.toString().replaceAll("%2C", ",").replaceAll("%3A", ":").replaceAll("%24", "$")}`;
 }
 
 // Writes the fragment after every change of what it keeps, without filling the history.
-export function keepFragment() {
-  onChange(["storey", "date", "layers", "select", "view", "from", "to"], () => {
+// `onLink(date)` is told of a link that was followed in this page, with the date that it names.
+export function keepFragment(onLink) {
+  const kept = ["storey", "date", "stop", "doc", "layers", "select", "view", "tab", "from", "to", "centre", "zoom", "camera", "cut"];
+  onChange(kept, () => {
     const fragment = toFragment();
     if (fragment !== location.hash) history.replaceState(null, "", fragment);
   });
   window.addEventListener("hashchange", () => {
-    const cleared = { select: null, from: null, to: null };
-    if (location.hash !== toFragment()) update({ ...cleared, ...fromFragment(state.site) });
+    const cleared = { select: null, from: null, to: null, tab: "details" };
+    if (location.hash === toFragment()) return;
+    const date = new URLSearchParams(location.hash.slice(1)).get("date");
+    update({ ...cleared, ...fromFragment(state.site) });
+    onLink(date);
   });
 }

@@ -10,6 +10,9 @@ export function t(key, values = {}) {
   return TABLE[key][column].replace(/\{(\w+)\}/g, (_, name) => values[name] ?? "");
 }
 
+// Whether the table has a text.
+export const has = (key) => Object.hasOwn(TABLE, key);
+
 // The word for a value of the files; a value the table does not know is shown as it is.
 export function word(prefix, value) {
   const key = `${prefix}_${value}`;

@@ -2,6 +2,7 @@
 // The track is true to time: a stop lies where its date lies, so that the calendar below lines up with it.
 
 import { byId, show, h, icon } from "./dom.js";
+import { stopValidAt } from "./link_date.js";
 import { say } from "./live.js";
 import { onChange, state, update } from "./state.js";
 import { dayDate, longDate, mediumDate, milliseconds, monthDate, shortDate, t } from "./texts.js";
@@ -43,6 +44,7 @@ export function createTimeline(setStop) {
   byId("previous").addEventListener("click", () => step(-1));
   byId("next").addEventListener("click", () => step(1));
   byId("play").addEventListener("click", () => update({ playing: !state.playing }));
+  byId("date-field").addEventListener("change", goToDate);
   onChange(["playing"], play);
   onChange(["site"], showTrack);
   onChange(["site", "stop", "doc"], showStop);
@@ -73,6 +75,16 @@ function step(by) {
   // Back from between two stops is to the first of them.
   const stop = Math.max(0, Math.min(lastStop(), stopNow() + by + (between && by < 0 ? 1 : 0)));
   if (lastStop() >= 0 && (between || stop !== state.stop) && !isFixed()) goTo(stop);
+}
+
+// Goes to the stop whose maps hold at the date of the field, and says if there is none.
+function goToDate(event) {
+  const { value } = event.target;
+  if (value === "" || isFixed()) return;
+  const stop = stopValidAt(state.site.dates, value);
+  if (stop === null) say(t("noDate", { date: shortDate(value) }));
+  else if (stop !== state.stop || isBetween()) goTo(stop);
+  showStop();
 }
 
 function byKey(event) {
@@ -195,6 +207,10 @@ function showStop() {
   slider.setAttribute("aria-valuenow", String(stopNow()));
   slider.setAttribute("aria-valuetext", [longDate(shown.at), until, slider.title].filter(Boolean).join(", "));
   slider.setAttribute("aria-disabled", String(isFixed()));
+  const field = byId("date-field");
+  field.hidden = shown.at === null;
+  field.disabled = isFixed();
+  if (shown.at !== null && document.activeElement !== field) field.value = shown.at.slice(0, 16);
   byId("date").textContent = mediumDate(shown.at);
   byId("until").textContent = until;
   byId("stop-number").textContent =

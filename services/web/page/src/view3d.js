@@ -5,7 +5,7 @@ import { byId } from "./dom.js";
 import { changedIds } from "./changes.js";
 import { hasLayer, onChange, state, update } from "./state.js";
 import { loadModel } from "./source.js";
-import { storeyOf } from "./site.js";
+import { element, isClosed, passageOf, storeyOf } from "./site.js";
 import { number, t } from "./texts.js";
 
 const CUT_ABOVE_FLOOR_M = 1.4; // a cut through walls and windows of the storey
@@ -17,13 +17,21 @@ let shownModel = null;
 export function createView3d() {
   byId("view-plan").addEventListener("click", () => update({ view: "plan" }));
   byId("view-3d").addEventListener("click", () => update({ view: "3d" }));
-  byId("cut").addEventListener("input", cutFromSlider);
+  byId("cut").addEventListener("input", () => {
+    cutFromSlider();
+    update({ cut: Number(byId("cut").value) });
+  });
   onChange(["view"], showView);
   onChange(["doc", "calendar"], showModel);
   onChange(["select"], () => scene?.select(state.select));
   onChange(["robot"], showRobot);
   onChange(["doc", "layers"], showWaypoints);
-  onChange(["storey"], cutAtStorey);
+  // A link names a cut together with its storey; a storey that is chosen has its own.
+  onChange(["storey", "cut"], (changed) => {
+    if (changed.includes("storey") && !changed.includes("cut") && state.cut !== null) update({ cut: null });
+    else cutAtStorey();
+  });
+  onChange(["camera"], () => scene?.setCamera(state.camera));
   new ResizeObserver(() => scene?.resize()).observe(byId("scene"));
   showView();
 }
@@ -44,6 +52,7 @@ async function open() {
     await loading;
     scene.resize();
     cutAtStorey();
+    scene.setCamera(state.camera);
     await showModel();
     showRobot();
     showWaypoints();
@@ -64,8 +73,9 @@ async function loadScene() {
     script.addEventListener("error", () => reject(new Error("scene.js")));
     document.head.append(script);
   });
+  const onCamera = (camera) => update({ camera });
   const onPick = (id) => update({ select: id, tab: "details", sheet: id ? "details" : null });
-  scene = window.groundplanScene(byId("scene-canvas"), { onPick, name: t("sceneName"), noWebgl: t("noWebgl") });
+  scene = window.groundplanScene(byId("scene-canvas"), { onPick, onCamera, name: t("sceneName"), noWebgl: t("noWebgl") });
   window.groundplanView3d = scene; // for tests: where an element is on the screen
   tell("");
 }
@@ -91,9 +101,19 @@ async function showModel() {
       return;
     }
   }
-  scene.setStates(state.doc.elements);
+  scene.setStates({ ...doorStates(), ...state.doc.elements });
   scene.highlight([...changedIds()]);
   scene.select(state.select);
+}
+
+// Doors that stand have the colours of the plan: whether this robot passes them.
+function doorStates() {
+  const looks = {};
+  for (const id of Object.keys(state.doc.passages ?? {})) {
+    const passage = passageOf(id, element(id)?.attributes?.storey);
+    looks[id] = isClosed(passage) ? "door_closed" : "door_passable";
+  }
+  return looks;
 }
 
 function showRobot() {
@@ -125,7 +145,8 @@ function cutAtStorey() {
   const slider = byId("cut");
   slider.min = low.toFixed(1);
   slider.max = (high + 0.5).toFixed(1);
-  slider.value = String(Math.min((storeyOf(state.storey)?.floor_z_m ?? low) + CUT_ABOVE_FLOOR_M, high + 0.5));
+  const ofStorey = (storeyOf(state.storey)?.floor_z_m ?? low) + CUT_ABOVE_FLOOR_M;
+  slider.value = String(Math.min(state.cut ?? ofStorey, high + 0.5));
   cutFromSlider();
 }
 

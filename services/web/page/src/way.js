@@ -5,7 +5,7 @@ import { findObstacles, findWay, nodesOf } from "./graph.js";
 import { link } from "./link.js";
 import { doorReasons, reachReason, roomReasons } from "./reasons.js";
 import { onChange, state, update } from "./state.js";
-import { nameOf, storeyName } from "./site.js";
+import { element, nameOf, storeyName } from "./site.js";
 import { byName, number, t, word } from "./texts.js";
 
 let kept = { key: null, way: null };
@@ -127,7 +127,10 @@ function notFound(obstacles) {
 function obstacleLine(obstacle) {
   if (obstacle.kind === "edge") {
     const { edge, a, b } = obstacle;
-    return t("unusable", { what: word("e", edge.class), a: nameOf(a), b: nameOf(b) });
+    const known = edge.of && element(edge.of) ? edge.of : null;
+    const what = [word("e", edge.class), known && nameOf(known)].filter(Boolean).join(" ");
+    const text = t("unusable", { what, a: nameOf(a), b: nameOf(b) });
+    return known ? link(known, text) : text;
   }
   const { id } = obstacle;
   const why = obstacle.kind === "door" ? doorReasons(id, obstacle.passage) : roomReasons(id);
