@@ -126,17 +126,42 @@ def check_spaces(export):
             yield "space", f"space {space_id} has a waypoint and a reason for none, or neither"
         elif has_reason:
             yield from check_reason(export, space_id, outcome)
+        yield from check_access(export, space_id, outcome)
+
+
+def check_access(export, space_id, outcome):
+    """Reached only if the robot can stand there, without a way only if no waypoint lies in a part of it; what the schedule closes is
+    closed."""
+    space, access = export.spaces[space_id], outcome["access"]
+    if (access == "no_way") != (outcome["access_reason"] is not None):
+        yield "access", f"space {space_id} is {access}, with the reason {outcome['access_reason']!r}"
+    if access is None or space["storey"] is None:
+        return
+    if (access == "closed") != (space["state"] == "blocked"):
+        yield "access", f"space {space_id} is {space['state']} by the schedule, and {access} to the robot"
+    storey = export.storeys[space["storey"]]
+    is_reached = np.isin(storey.part, export.reached(space["storey"])) & storey.stands
+    can_be_true = {
+        "reached": storey.stands[export.own_cells(space_id, np.less, export.resolution_m)].any(),
+        "no_way": not is_reached[export.own_cells(space_id, np.less_equal, -export.resolution_m)].any(),
+    }
+    if not can_be_true.get(access, True):
+        yield "access", f"the map does not bear out that space {space_id} is {access}"
 
 
 def check_reason(export, space_id, outcome):
     space, why = export.spaces[space_id], outcome["why"]
-    if (why == "blocked") != (space["state"] == "blocked"):
+    never = ("metadata_only", "external", "no_body", "not_mapped")
+    if (why == "blocked") != (space["state"] == "blocked" and why not in never):
         yield "reason", f"space {space_id} is {space['state']}, and the reason is {outcome['reason']!r}"
-    if (why == "closed_door") != (outcome["door"] is not None):
+    # A space that was not asked for may have a closed door on the way, too.
+    if why == "closed_door" and outcome["door"] is None or outcome["door"] is not None and outcome["access"] != "no_way":
         yield "reason", f"space {space_id} has the reason {outcome['reason']!r} and the door {outcome['door']}"
     elif why == "closed_door":
         door = export.elements[outcome["door"]]["attributes"]
-        if space_id not in door["spaces"] or door["passage"][str(space["storey"])] in CAN_PASS:
+        is_own = space_id in door["spaces"]
+        passage = door["passage"][str(space["storey"] if is_own else door["storey"])]
+        if f"{'its' if is_own else 'the'} door {outcome['door']} " not in outcome["reason"] or passage in CAN_PASS:
             yield "reason", f"the door {outcome['door']} does not keep the robot out of {space_id}"
     if why not in ("no_floor", "keepout", "too_narrow", "closed_door", "unreachable"):
         return

@@ -1,6 +1,6 @@
 //! Plans all storeys, and reuses the results of storeys whose inputs did not change.
 
-use crate::barriers::{BarriersOfParts, barriers};
+use crate::barriers::{BarriersOfParts, Obstacle, barriers};
 use crate::changed_elements::{cells_of, changed_elements};
 use crate::floor_parts::{PartProperties, first_part, floor_parts, part_properties};
 use crate::free_space::FreeSpace;
@@ -269,6 +269,12 @@ impl<'a> StoreyJob<'a> {
         numbers(&mut self.spaces.iter().map(|&k| k as u64), &mut hash);
         numbers(&mut self.others.iter().map(|&k| k as u64), &mut hash);
         hash.update(format!("{:?}", self.barriers).as_bytes());
+        // The reason of a room names why rooms on the way are blocked.
+        for obstacle in self.barriers.iter().flatten() {
+            if let Obstacle::Space(space) = obstacle {
+                input.schedule_state.why(*space).for_each(|why| hash.update(why.as_bytes()));
+            }
+        }
         let is_here =
             |space: &usize| space.checked_sub(1).is_none_or(|s| input.site.spaces[s].map_storey == self.map_storey);
         let may_scan = self.may_scan.iter().enumerate().filter(|(space, _)| is_here(space));

@@ -225,7 +225,7 @@ fn a_room_behind_another_one_names_what_closes_the_way_there() {
     let options = MissionPlanOptions { start, ..quick_centres() };
     let planned = House::drawn(&[THREE_ROOMS]).planned(&options);
     let reason =
-        "the door door-0 on the way is closed to the robot: 0.90 m clear, this robot does not open it (REVOLVING)";
+        "the door door-1 on the way is closed to the robot: 0.90 m clear, this robot does not open it (REVOLVING)";
     assert_eq!(planned.why('c'), because(NoWaypoint::ClosedDoor, reason));
     assert_eq!(access(&planned, 'c'), (Some("no_way"), reason.to_owned()));
     let mut blocked = House::drawn(&[&THREE_ROOMS.replace('X', "D")]);
