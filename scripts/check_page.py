@@ -313,7 +313,8 @@ def a_link_restores_the_part_of_the_plan_the_tab_the_camera_and_the_cut(browser,
     browser.driver.get("about:blank")
     browser.open(site.url + kept)
     until("the building", lambda: len(set(browser.picture("#scene canvas").resize((64, 64)).getdata())) > 20)
-    until("the same view", lambda: all(abs(a - b) < 1 for now, then in zip(where(), seen) for a, b in zip(now, then)))
+    until("the same view", lambda: all(abs(a - b) < 1 for now, then in zip(where(), seen) if then
+                                             for a, b in zip(now or (-1e9, -1e9), then)))
     until("the same cut", lambda: browser.run("return Number(document.getElementById('cut').value)") == 4)
 
 
