@@ -363,4 +363,6 @@ pub enum TaskConstraintKind {
     MandatoryStart = 8,
     /// It goes before dependencies, always.
     MandatoryFinish = 9,
+    /// It moves nothing: a finish after it is told.
+    Deadline = 10,
 }

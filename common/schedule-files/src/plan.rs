@@ -243,6 +243,8 @@ pub enum ConstraintKind {
     /// Mandatory dates of P6 override dependencies.
     MandatoryStart,
     MandatoryFinish,
+    /// It moves nothing: a finish after it is to be told.
+    Deadline,
 }
 
 /// A calendar with all that it inherits resolved.

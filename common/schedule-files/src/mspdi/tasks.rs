@@ -36,6 +36,7 @@ struct WrittenTask {
     resume: Option<PlanDate>,
     constraint: String,
     constraint_date: Option<PlanDate>,
+    deadline: Option<PlanDate>,
     fields: Vec<WrittenField>,
     links: Vec<WrittenPredecessor>,
 }
@@ -108,6 +109,7 @@ impl WrittenTask {
                 "CalendarUID" => written.calendar = xml.text()?.into_owned(),
                 "ConstraintType" => written.constraint = xml.text()?.into_owned(),
                 "ConstraintDate" => written.constraint_date = read_value(xml, element, plan, iso::date)?,
+                "Deadline" => written.deadline = read_value(xml, element, plan, iso::date)?,
                 "Baseline" => read_baseline(xml, plan, task)?,
                 "ExtendedAttribute" | "OutlineCode" => written.fields.push(WrittenField::read(xml)?),
                 "PredecessorLink" => written.links.push(WrittenPredecessor::read(xml)?),
@@ -191,6 +193,8 @@ fn finish(written: &mut WrittenTask, plan: &mut WrittenPlan) {
         (false, true) => PlanTaskKind::Milestone,
         (false, false) => PlanTaskKind::Task,
     };
+    let deadline = written.deadline.map(|date| Constraint { kind: ConstraintKind::Deadline, date: Some(date) });
+    task.constraints.extend(deadline);
     match (constraint_kind(&written.constraint), written.constraint_date) {
         (Ok(None), _) => {}
         (Ok(Some(ConstraintKind::AsLateAsPossible)), _) => {

@@ -209,6 +209,17 @@ fn two_constraints_of_a_task_both_count() {
 }
 
 #[test]
+fn a_deadline_moves_nothing_and_is_told() {
+    let check = |date: &str, is_told: bool| {
+        let timeline = evaluated(&chain(ConstraintKind::Deadline, date), &[]);
+        assert_eq!((dates(&timeline, 1)[1].as_str(), timeline.float(1).unwrap().total_s), ("03-12T17:00", 0));
+        assert_eq!(diagnostic(&timeline, "constraint_unmet").is_some(), is_told, "{date}");
+    };
+    check("03-12T17:00", false);
+    check("03-12T16:00", true);
+}
+
+#[test]
 fn as_late_as_possible_uses_up_the_free_float() {
     let late = PlanTask {
         constraints: vec![Constraint { kind: ConstraintKind::AsLateAsPossible, date: None }],

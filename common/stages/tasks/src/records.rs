@@ -181,6 +181,7 @@ fn constraint_record(constraint: &Constraint, task: u32, firm: u32) -> TaskConst
         ConstraintKind::FinishNotLaterThan => TaskConstraintKind::FinishNotLaterThan,
         ConstraintKind::MandatoryStart => TaskConstraintKind::MandatoryStart,
         ConstraintKind::MandatoryFinish => TaskConstraintKind::MandatoryFinish,
+        ConstraintKind::Deadline => TaskConstraintKind::Deadline,
     };
     let offset = constraint.date.and_then(|date| date.offset);
     let is_day = constraint.date.is_some_and(|date| date.is_day);

@@ -24,6 +24,8 @@ pub(crate) struct Limits {
     is_firm: bool,
     /// As late as its successors allow.
     pub(crate) is_late: bool,
+    /// Its finish is told if it is later.
+    deadline_s: Option<i64>,
 }
 
 impl Limits {
@@ -38,6 +40,7 @@ impl Limits {
         let [max_start_s, max_finish_s] = &mut self.max_s;
         match record.kind.get() {
             AsLateAsPossible => self.is_late = true,
+            Deadline => self.deadline_s = Some(finish_s),
             StartNotEarlierThan => later(min_start_s, start_s),
             FinishNotEarlierThan => later(min_finish_s, finish_s),
             StartNotLaterThan => earlier(max_start_s, start_s),
@@ -132,6 +135,11 @@ pub(crate) fn report(tasks: &Tasks<'_>, dates: &[Option<TaskDates>], diagnostics
         let clock = tasks.calendars.clock(tasks.task_times[k].clock);
         let at = |s: i64| plan_time(s).map(|at| at.to_string()).unwrap_or_default();
         let ends_s = [own.start_s, own.finish_s];
+        let entity = Some(Entity::task(&site.schedule.tasks[k]));
+        if let Some(deadline_s) = limits.deadline_s.filter(|s| clock.between(*s, own.finish_s) > 0) {
+            let message = format!("its deadline {} is not kept: it finishes {}", at(deadline_s), at(own.finish_s));
+            diagnostics.add(Severity::Warning, DiagnosticCode::ConstraintUnmet, entity, message);
+        }
         for (end, [verb, verbs]) in [["start", "starts"], ["finish", "finishes"]].into_iter().enumerate() {
             let is_after = |limit_s: &i64| clock.between(*limit_s, ends_s[end]) > 0;
             let is_before = |limit_s: &i64| clock.between(*limit_s, ends_s[end]) < 0;
@@ -146,7 +154,6 @@ pub(crate) fn report(tasks: &Tasks<'_>, dates: &[Option<TaskDates>], diagnostics
                     at(limit_s),
                     at(ends_s[end])
                 );
-                let entity = Some(Entity::task(&site.schedule.tasks[k]));
                 diagnostics.add(Severity::Warning, DiagnosticCode::ConstraintUnmet, entity, message);
             }
         }
