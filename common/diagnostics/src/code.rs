@@ -39,13 +39,15 @@ codes! {
     DuplicateGlobalId = "duplicate_global_id",
     /// A STEP id that two records have.
     DuplicateId = "duplicate_id",
+    /// Texts in an encoding that the file does not name.
+    EncodingGuessed = "encoding_guessed",
     /// A body that could not be made, or in whose place a box stands.
     GeometryFailed = "geometry_failed",
     /// A body of which a part is missing.
     GeometryIncomplete = "geometry_incomplete",
     /// A header that is not as ISO 10303-21 has it.
     HeaderMalformed = "header_malformed",
-    /// A STEP id beyond 32 bits.
+    /// A STEP id beyond 64 bits.
     IdTooLarge = "id_too_large",
     /// The lag of a sequence that is not in the file, or none.
     LagMissing = "lag_missing",

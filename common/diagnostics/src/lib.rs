@@ -66,7 +66,7 @@ impl Severity {
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Named {
     /// STEP id in its file; 0 if it is not known.
-    pub step_id: u32,
+    pub step_id: u64,
     /// GlobalId, 22 characters; empty if it is not known.
     pub global_id: String,
     /// Name; empty if absent.
@@ -75,7 +75,7 @@ pub struct Named {
 
 impl Named {
     /// An entity of which only the STEP id is known.
-    pub fn of_id(step_id: u32) -> Self {
+    pub fn of_id(step_id: u64) -> Self {
         Self { step_id, ..Self::default() }
     }
 }

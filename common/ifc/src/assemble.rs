@@ -2,7 +2,6 @@
 
 use nalgebra::Affine3;
 use rustc_hash::{FxHashMap, FxHashSet};
-use std::collections::{BTreeMap, BTreeSet};
 
 use crate::affine::placement;
 use crate::geometry::ProductBody;
@@ -31,7 +30,7 @@ pub(crate) fn model(
     let relations = Relations::read(file, report);
     let products = Products::read(file, &relations, report);
     let mut bodies = Bodies::new(file);
-    let voids = voids(&relations);
+    let voids = voids(file, &relations);
     let bodied: Vec<ProductBody<'_, '_>> = products
         .all()
         .map(|product| ProductBody {
@@ -54,7 +53,7 @@ pub(crate) fn model(
     let storeys = spatial::storeys(file, unit.is_some().then_some(&mut placements), unit_m, report);
     options.report(Progress { stage: Stage::Reading, done: 1, total: 1, waits_for: None });
     let mut geometries = geometry::mesh(file, unit.as_ref(), &bodied, &frames, options, report)?;
-    let finder = Storeys::new(&storeys, &relations);
+    let finder = Storeys::new(file, &storeys, &relations);
     let mut reader = Reader {
         file,
         unit_m,
@@ -73,7 +72,7 @@ pub(crate) fn model(
         products.spaces.iter().filter_map(|space| relations.whole.get(&space.record.id).copied()).collect();
     let mut spaces: Vec<Space> =
         products.spaces.iter().map(|p| reader.space(p, &wholes, geometry(p.record.id))).collect();
-    memberships::add(file, &relations, &mut elements, &mut spaces, report);
+    memberships::add(file, &relations, &products, &mut elements, &mut spaces, report);
     let openings = products.openings.iter().map(|p| reader.opening(p, geometry(p.record.id))).collect();
     let schedule = schedule::read(file, &relations, &products, &storeys, report);
     Ok(Model {
@@ -89,12 +88,13 @@ pub(crate) fn model(
     })
 }
 
-/// Element -> its openings, by step id.
-fn voids(relations: &Relations) -> BTreeMap<u32, Vec<u32>> {
-    let pairs: BTreeSet<(u32, u32)> = relations.host.iter().map(|(&opening, &host)| (host, opening)).collect();
-    let mut voids: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
-    for (host, opening) in pairs {
-        voids.entry(host).or_default().push(opening);
+/// Element -> its openings, in their order: the body depends on it.
+fn voids(file: &File<'_>, relations: &Relations) -> FxHashMap<u32, Vec<u32>> {
+    let mut voids: FxHashMap<u32, Vec<u32>> = FxHashMap::default();
+    for (opening, _) in file.all("IfcFeatureElementSubtraction") {
+        if let Some(&host) = relations.host.get(&opening.id) {
+            voids.entry(host).or_default().push(opening.id);
+        }
     }
     voids
 }
@@ -283,13 +283,13 @@ mod tests {
         let found: Vec<(&str, bool)> =
             model.elements.iter().map(|e| (e.ifc_type, e.geometry.status == GeometryStatus::Meshed)).collect();
         let expected = [
-            ("IfcWall", true),
             ("IfcReinforcingBar", false),
             ("IfcCurtainWall", false),
             ("IfcBuildingElementProxy", true),
+            ("IfcWall", true),
         ];
         assert_eq!(found, expected);
-        assert_eq!(model.elements[3].predefined_type, "Kiosk");
+        assert_eq!(model.elements[2].predefined_type, "Kiosk");
         assert!(model.openings.is_empty(), "it voids nothing");
     }
 

@@ -19,7 +19,7 @@ const DEPTH_MAX: usize = 16;
 
 /// The classifications of a file, each read once.
 pub(crate) struct Classifications {
-    /// Occurrence or type -> IfcClassificationReference, in file order, each once.
+    /// Occurrence or type -> IfcClassificationReference, each once.
     references: FxHashMap<u32, Vec<u32>>,
     /// Reference -> its code as a property.
     codes: FxHashMap<u32, Property>,
@@ -37,8 +37,16 @@ impl Classifications {
                 continue;
             }
             let Some(reference) = record.filter(|r| r.is("IFCCLASSIFICATIONREFERENCE")) else {
-                let message = format!("the objects are classified by #{id}, which is no IfcClassificationReference");
-                report.add(Severity::Warning, DiagnosticCode::MembershipDangling, Some(named(&relation)), message);
+                let message = format!(
+                    "the objects are classified by #{}, which is no IfcClassificationReference",
+                    file.written_id(id)
+                );
+                report.add(
+                    Severity::Warning,
+                    DiagnosticCode::MembershipDangling,
+                    Some(named(file, &relation)),
+                    message,
+                );
                 continue;
             };
             let Some(code) = code(file, &reference) else { continue };

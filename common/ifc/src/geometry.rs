@@ -137,7 +137,7 @@ fn leave_out_costly_cuts(
         if let Some(item) = uncut.first() {
             let is_boolean = file.record(*item).is_some_and(|record| is_boolean(&record));
             let what = if is_boolean { "are booleans that are not evaluated" } else { "is not meshed" };
-            told(product, format!("its item #{item} {what}"));
+            told(product, format!("its item #{} {what}", file.written_id(*item)));
         }
         let cuts: Vec<Cut<'_>> = product
             .openings
@@ -150,7 +150,8 @@ fn leave_out_costly_cuts(
         });
         if !excess.is_empty() {
             excess.sort_unstable();
-            let list: Vec<String> = excess.iter().take(8).map(|opening| format!("#{opening}")).collect();
+            let list: Vec<String> =
+                excess.iter().take(8).map(|&opening| format!("#{}", file.written_id(opening))).collect();
             let (n, of) = (excess.len(), product.openings.len());
             told(product, format!("{n} of its {of} openings not cut: {}", list.join(", ")));
         }
@@ -303,13 +304,13 @@ fn report_doubts(product: &ProductBody<'_, '_>, why: &str, empty: bool, report: 
 
 fn describe(file: &File<'_>, lost: &[u32], why: &str) -> String {
     let Some(record) = lost.first().and_then(|&id| file.record(id)) else {
-        return format!("item #{} of its body is missing or malformed", lost[0]);
+        return format!("item #{} of its body is missing or malformed", file.written_id(lost[0]));
     };
     let entity =
         file.schema.lineage(record.keyword).first().map_or(record.keyword.to_owned(), |name| (*name).to_owned());
     let others =
         if lost.len() > 1 { format!(" and {}", frames::counted(lost.len() - 1, "other item")) } else { String::new() };
-    format!("{entity} #{}{others} cannot be meshed ({why})", record.id)
+    format!("{entity} #{}{others} cannot be meshed ({why})", file.written_id(record.id))
 }
 
 /// True if a mesh comes from the item, or from something inside it.

@@ -54,7 +54,7 @@ fn map_conversion(
         match written {
             Ok(conversion) => return Some(conversion),
             Err(why) => {
-                report.add(Severity::Warning, DiagnosticCode::MapConversionUnusable, Some(entity(&record)), why)
+                report.add(Severity::Warning, DiagnosticCode::MapConversionUnusable, Some(entity(file, &record)), why)
             }
         }
     }
@@ -63,37 +63,38 @@ fn map_conversion(
     for (span, _) in owners {
         let properties = psets.of(span.id, relations);
         let Some(record) = file.record(span.id) else { continue };
-        let Some(written) = property_sets(&properties, named(&record), file, unit) else { continue };
+        let Some(written) = property_sets(&properties, named(file, &record), file, unit) else { continue };
         match written.and_then(|written| in_metres(written, unit, report)) {
             Ok(conversion) => return Some(conversion),
-            Err(why) => report.add(Severity::Warning, DiagnosticCode::MapConversionUnusable, Some(named(&record)), why),
+            Err(why) => {
+                report.add(Severity::Warning, DiagnosticCode::MapConversionUnusable, Some(named(file, &record)), why)
+            }
         }
     }
     None
 }
 
 /// An operation has no GlobalId: its keyword stands for a name.
-fn entity(record: &Record<'_>) -> Named {
-    Named { step_id: record.id, name: record.keyword.to_owned(), ..Named::default() }
+fn entity(file: &File<'_>, record: &Record<'_>) -> Named {
+    Named { step_id: file.written_id(record.id), name: record.keyword.to_owned(), ..Named::default() }
 }
 
 /// IfcMapConversion, IfcMapConversionScaled or IfcRigidOperation.
 fn operation(file: &File<'_>, record: &Record<'_>, unit: &LengthUnit) -> Result<WrittenConversion, String> {
     let crs = record.at(1).reference().and_then(|id| file.record(id)).ok_or("it names no target system")?;
     if !crs.is("IFCPROJECTEDCRS") {
-        return Err(format!("its target {} #{} is no IfcProjectedCRS", crs.keyword, crs.id));
+        return Err(format!("its target {} #{} is no IfcProjectedCRS", crs.keyword, file.written_id(crs.id)));
     }
     let map_unit = match crs.at(6).reference() {
-        Some(id) => {
-            units::metres_per(file, id).ok_or_else(|| format!("MapUnit #{id} has no usable factor to metres"))?
-        }
+        Some(id) => units::metres_per(file, id)
+            .ok_or_else(|| format!("MapUnit #{} has no usable factor to metres", file.written_id(id)))?,
         None => (units::name(file, unit), unit.metres),
     };
     let number = |at: usize| record.at(at).number();
     let origin =
         [number(2).ok_or("it has no eastings")?, number(3).ok_or("it has no northings")?, number(4).unwrap_or(0.0)];
     let written = WrittenConversion {
-        entity: entity(record),
+        entity: entity(file, record),
         crs: crs.text(0),
         map_unit,
         origin,

@@ -13,7 +13,7 @@ pub(crate) const SETS: [&str; 4] = ["IfcZone", "IfcSystem", "IfcGroup", "IfcSpat
 
 /// The groups of a file with their members.
 pub(crate) struct Groups {
-    /// Member -> groups that it is assigned to or referenced by, in file order, each once.
+    /// Member -> groups that it is assigned to or referenced by, each once.
     assigned: FxHashMap<u32, Vec<u32>>,
     /// Group -> its names as properties.
     names: FxHashMap<u32, Vec<Property>>,
@@ -35,8 +35,14 @@ impl Groups {
             if names.contains_key(&group) {
                 pairs.extend(relation.at(4).references().into_iter().map(|member| (member, group)));
             } else {
-                let message = format!("the members are assigned to #{group}, which is no group of the file");
-                report.add(Severity::Warning, DiagnosticCode::MembershipDangling, Some(named(&relation)), message);
+                let message =
+                    format!("the members are assigned to #{}, which is no group of the file", file.written_id(group));
+                report.add(
+                    Severity::Warning,
+                    DiagnosticCode::MembershipDangling,
+                    Some(named(file, &relation)),
+                    message,
+                );
             }
         }
         for relation in file.records("IfcRelReferencedInSpatialStructure", report) {

@@ -7,6 +7,8 @@
 //! The foreign crate that scans STEP and tessellates is named in the private module `kernel` alone. All other modules
 //! answer one question each and work on records: `units`, `placement`, `relations`, `spatial`, `representations` ..
 //!
+//! Records with a GlobalId are read in the order of it: the order of a file's lines, and its ids, mean nothing.
+//!
 //! Dates and durations of the schedule stay the texts that they are: what they mean is configuration, not ours.
 
 mod affine;
@@ -18,6 +20,7 @@ mod classifications;
 mod container;
 mod cut_budget;
 mod doors;
+mod encoding;
 mod error;
 mod geometry;
 mod georeference;
@@ -35,12 +38,14 @@ mod property_sets;
 mod relations;
 mod representations;
 mod schedule;
+mod segments;
 mod spatial;
 mod stairs;
 mod substitutes;
 #[cfg(test)]
 mod testing;
 mod units;
+mod wide_ids;
 
 pub use container::unpack;
 pub use diagnostics::{Diagnostic, DiagnosticCode, Named, Severity};
@@ -65,9 +70,15 @@ pub use schedule::{
 /// Nothing could be made of the file: see [`ReadError`].
 pub fn read(bytes: &[u8], options: &ReadOptions<'_>) -> Result<(Model, Vec<Diagnostic>), ReadError> {
     let mut report = diagnostics::Report::default();
-    let bytes = unpack(bytes)?;
+    let bytes = encoding::as_utf_8(unpack(bytes)?, &mut report);
     let header = header::read(&bytes, &mut report)?;
-    let file = kernel::File::scan(&bytes, header.schema, &mut report)?;
+    let (bytes, written_ids) = if wide_ids::has_wide_ids(&bytes) {
+        let renumbered = wide_ids::renumbered(&bytes)?;
+        (renumbered.bytes.into(), renumbered.written_ids)
+    } else {
+        (bytes, wide_ids::WrittenIds::default())
+    };
+    let file = kernel::File::scan(&bytes, header.schema, written_ids, &mut report)?;
     let model = assemble::model(&file, header.label, options, &mut report)?;
     Ok((model, report.finish()))
 }

@@ -3,6 +3,7 @@
 use crate::classifications::{self, Classifications};
 use crate::groups::{self, Groups};
 use crate::kernel::File;
+use crate::products::Products;
 use crate::relations::Relations;
 use crate::{Element, Property, Space};
 use diagnostics::{DiagnosticCode, Report, Severity};
@@ -20,21 +21,24 @@ const PER_OBJECT_MAX: usize = 256;
 /// Groups and codes that the objects of a file may have together: groups in groups multiply.
 const TOTAL_MAX: usize = 1_000_000;
 
-/// Adds the groups and classifications of every element and space behind its other properties, in file order.
+/// Adds the groups and classifications of every element and space behind its other properties, in the order of their relations' GlobalIds.
 pub(crate) fn add(
     file: &File<'_>,
     relations: &Relations,
+    products: &Products<'_, '_>,
     elements: &mut [Element],
     spaces: &mut [Space],
     report: &mut Report,
 ) {
     let (groups, classifications) = (Groups::read(file, report), Classifications::read(file, report));
     let mut n_total = 0;
+    let objects = products.elements.iter().chain(&products.spaces).map(|product| product.record.id);
     let elements = elements.iter_mut().map(|e| (&e.id, &mut e.properties));
-    for (id, properties) in elements.chain(spaces.iter_mut().map(|s| (&s.id, &mut s.properties))) {
+    let named = elements.chain(spaces.iter_mut().map(|s| (&s.id, &mut s.properties)));
+    for (object, (id, properties)) in objects.zip(named) {
         // One more than there may be shows that there are too many.
-        let mut of_object = groups.of(id.step_id, relations, PER_OBJECT_MAX + 1);
-        of_object.extend(classifications.of(id.step_id, relations, PER_OBJECT_MAX + 1));
+        let mut of_object = groups.of(object, relations, PER_OBJECT_MAX + 1);
+        of_object.extend(classifications.of(object, relations, PER_OBJECT_MAX + 1));
         if of_object.len() > PER_OBJECT_MAX {
             let message =
                 format!("belongs to more than {PER_OBJECT_MAX} groups and classifications; the others are left out");

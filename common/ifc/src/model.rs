@@ -14,13 +14,13 @@ pub struct Model {
     pub georeference: Georeference,
     /// GlobalId and name of what contains the storeys: building, else site, else project.
     pub container: Named,
-    /// All IfcBuildingStorey, in file order.
+    /// All IfcBuildingStorey, by GlobalId.
     pub storeys: Vec<Storey>,
-    /// All IfcElement that can be an obstacle or carry floor, in file order.
+    /// All IfcElement that can be an obstacle or carry floor, by GlobalId.
     pub elements: Vec<Element>,
-    /// All IfcSpace, in file order.
+    /// All IfcSpace, by GlobalId.
     pub spaces: Vec<Space>,
-    /// All IfcOpeningElement that void an element, in file order.
+    /// All IfcOpeningElement that void an element, by GlobalId.
     pub openings: Vec<Opening>,
     /// IfcRelSpaceBoundary: which elements bound which spaces; indices into `spaces` and `elements`, sorted, unique.
     pub boundaries: Vec<SpaceBoundary>,
@@ -194,7 +194,7 @@ pub struct Door {
     pub lining_thickness_m: Option<f64>,
     /// PanelDepth of the first IfcDoorPanelProperties: the leaf's thickness.
     pub panel_depth_m: Option<f64>,
-    /// Its panels by IfcDoorPanelProperties, in file order; mirrored placements have left and right swapped already.
+    /// Its panels by IfcDoorPanelProperties; mirrored placements have left and right swapped already.
     pub panels: Vec<DoorPanel>,
     /// Right-handed frame in which the operation type is meant: origin at a jamb, x along the width, swinging leaves
     /// open towards +y. The placement, unless the operation type is of a style that the occurrence turns or mirrors.

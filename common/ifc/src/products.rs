@@ -13,7 +13,7 @@ pub(crate) struct Product<'f, 'a> {
     pub(crate) class: &'f Class,
 }
 
-/// The products that make the model, in file order.
+/// The products that make the model, each list by GlobalId.
 pub(crate) struct Products<'f, 'a> {
     pub(crate) elements: Vec<Product<'f, 'a>>,
     pub(crate) spaces: Vec<Product<'f, 'a>>,
@@ -48,14 +48,14 @@ impl<'f, 'a> Products<'f, 'a> {
 }
 
 /// Identity of an IfcRoot.
-pub(crate) fn named(record: &Record<'_>) -> Named {
-    Named { step_id: record.id, global_id: record.text(0), name: record.text(2) }
+pub(crate) fn named(file: &File<'_>, record: &Record<'_>) -> Named {
+    Named { step_id: file.written_id(record.id), global_id: record.text(0), name: record.text(2) }
 }
 
 fn products<'f, 'a>(file: &'f File<'a>, entity: &str, report: &mut Report) -> Vec<Product<'f, 'a>> {
     let parsed = file.all(entity).into_iter().filter_map(|(span, class)| {
         let record = file.parse(span, report)?;
-        Some(Product { id: named(&record), record, class })
+        Some(Product { id: named(file, &record), record, class })
     });
     parsed.collect()
 }
@@ -70,7 +70,7 @@ fn report_proxies(file: &File<'_>, report: &mut Report) {
 }
 
 fn report_repeated_ids(elements: &[Product<'_, '_>], report: &mut Report) {
-    let mut seen: FxHashMap<&str, u32> = FxHashMap::default();
+    let mut seen: FxHashMap<&str, u64> = FxHashMap::default();
     for element in elements {
         if let Some(first) = seen.insert(&element.id.global_id, element.id.step_id) {
             let message = format!("GlobalId {} is used by #{first} as well", element.id.global_id);

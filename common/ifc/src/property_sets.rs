@@ -27,6 +27,8 @@ impl<'f, 'a> PropertySets<'f, 'a> {
                 properties.extend(read(self.file, definition.set));
             }
         }
+        // Their relations get new GlobalIds in each export of some programs.
+        properties.sort_by(|a: &Property, b| a.set.cmp(&b.set));
         let sets = relations.type_of.get(&object).map(|&id| type_sets(self.file, id)).unwrap_or_default();
         let own: FxHashSet<(&str, &str)> = properties.iter().map(|p| (p.set.as_str(), p.name.as_str())).collect();
         let mut inherited = Vec::new();

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use crate::kernel::File;
 use diagnostics::Report;
 
-/// The relations of a file. Where a file states one twice, the first counts.
+/// The relations of a file. Where a file states one twice, that with the first GlobalId counts.
 #[derive(Default)]
 pub(crate) struct Relations {
     /// Element -> spatial structure (IfcRelContainedInSpatialStructure).
@@ -21,7 +21,7 @@ pub(crate) struct Relations {
     pub(crate) fills: FxHashMap<u32, u32>,
     /// Occurrence -> type.
     pub(crate) type_of: FxHashMap<u32, u32>,
-    /// Occurrence -> property set definitions, in file order.
+    /// Occurrence -> property set definitions.
     pub(crate) definitions: FxHashMap<u32, Vec<Definition>>,
     /// Occurrence or type -> material definition.
     pub(crate) material: FxHashMap<u32, u32>,

@@ -11,14 +11,16 @@ use diagnostics::{DiagnosticCode, Named, Report, Severity};
 
 /// Finds the storey of any product.
 pub(crate) struct Storeys<'r> {
-    index: FxHashMap<u32, usize>,
+    file: &'r File<'r>,
+    /// By the ids that the file has.
+    index: FxHashMap<u64, usize>,
     relations: &'r Relations,
 }
 
 impl<'r> Storeys<'r> {
-    pub(crate) fn new(storeys: &[Storey], relations: &'r Relations) -> Self {
+    pub(crate) fn new(file: &'r File<'r>, storeys: &[Storey], relations: &'r Relations) -> Self {
         let index = storeys.iter().enumerate().map(|(i, storey)| (storey.id.step_id, i)).collect();
-        Self { index, relations }
+        Self { file, index, relations }
     }
 
     /// Through containment, else through its whole, else through the element whose opening it fills.
@@ -26,11 +28,11 @@ impl<'r> Storeys<'r> {
         let r = self.relations;
         let host = |id| r.fills.get(&id).and_then(|opening| r.host.get(opening)).or_else(|| r.host.get(&id));
         let steps = |id| [r.container.get(&id), r.whole.get(&id), host(id)].into_iter().flatten().copied().collect();
-        Relations::search(product, steps, |id| self.index.get(&id).copied())
+        Relations::search(product, steps, |id| self.index.get(&self.file.written_id(id)).copied())
     }
 }
 
-/// All IfcBuildingStorey in file order; lengths only where the unit is known.
+/// All IfcBuildingStorey by GlobalId; lengths only where the unit is known.
 pub(crate) fn storeys(
     file: &File<'_>,
     placements: Option<&mut Placements<'_, '_>>,
@@ -40,7 +42,7 @@ pub(crate) fn storeys(
     let mut placements = placements;
     let mut storeys = Vec::new();
     for record in file.records("IfcBuildingStorey", report) {
-        let id = crate::products::named(&record);
+        let id = crate::products::named(file, &record);
         let placement = placements.as_mut().map_or(Ok(None), |placements| placements.of_product(&record));
         let placement = placement.unwrap_or_else(|why| {
             report.add(
@@ -60,7 +62,9 @@ pub(crate) fn storeys(
 
 /// The container of the storeys: building, else site, else project; nameless if there is none.
 pub(crate) fn container(file: &File<'_>, report: &mut Report) -> Named {
-    let first = |entity: &str, report: &mut Report| file.records(entity, report).first().map(crate::products::named);
+    let first = |entity: &str, report: &mut Report| {
+        file.records(entity, report).first().map(|record| crate::products::named(file, record))
+    };
     ["IfcBuilding", "IfcSite", "IfcProject"].into_iter().find_map(|entity| first(entity, report)).unwrap_or_default()
 }
 
@@ -115,7 +119,7 @@ mod tests {
             #5=IFCRELFILLSELEMENT('f',$,$,$,#3,#2);#6=IFCRELCONTAINEDINSPATIALSTRUCTURE('c',$,$,$,(#1),#11);";
         check(filling, &[Some(1), Some(1)]);
         let own = "#7=IFCRELCONTAINEDINSPATIALSTRUCTURE('c',$,$,$,(#2),#10);";
-        check(&format!("{filling}{own}"), &[Some(1), Some(0)]);
+        check(&format!("{filling}{own}"), &[Some(0), Some(1)]);
     }
 
     #[test]

@@ -412,8 +412,8 @@ mod tests {
         let (_, diagnostics) = read(&text).unwrap();
         let found: Vec<(Severity, &str)> = diagnostics.iter().map(|d| (d.severity, d.message.as_str())).collect();
         let expected = [
-            (Severity::Warning, "IFCDISCRETEWALL #50: no IFC schema has this entity; it is skipped"),
             (Severity::Info, "IFCDETAIL #51 and 1 more: no IFC schema has this entity; it is skipped"),
+            (Severity::Warning, "IFCDISCRETEWALL #50: no IFC schema has this entity; it is skipped"),
         ];
         assert_eq!(found, expected);
     }

@@ -2,6 +2,7 @@
 
 use crate::header;
 use crate::kernel::File;
+use crate::wide_ids::WrittenIds;
 use diagnostics::{Diagnostic, Report};
 
 /// A complete IFC4 file around the records.
@@ -31,7 +32,7 @@ pub(crate) const BASICS: &str = "
 pub(crate) fn with_file<T>(text: &str, work: impl FnOnce(&File<'_>) -> T) -> T {
     let mut report = Report::default();
     let header = header::read(text.as_bytes(), &mut report).unwrap();
-    work(&File::scan(text.as_bytes(), header.schema, &mut report).unwrap())
+    work(&File::scan(text.as_bytes(), header.schema, WrittenIds::default(), &mut report).unwrap())
 }
 
 /// Reads the text with one thread.

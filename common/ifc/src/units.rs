@@ -14,8 +14,8 @@ pub(crate) struct LengthUnit {
 /// Finds it, or says what is wrong with it.
 pub(crate) fn length_unit(file: &File<'_>) -> Result<LengthUnit, String> {
     let unit = unit(file, "LENGTHUNIT")?;
-    let metres =
-        factor(file, &unit, "METRE", 0).ok_or_else(|| format!("unit #{} has no usable factor to metres", unit.id))?;
+    let metres = factor(file, &unit, "METRE", 0)
+        .ok_or_else(|| format!("unit #{} has no usable factor to metres", file.written_id(unit.id)))?;
     Ok(LengthUnit { metres, record: unit.id })
 }
 
@@ -63,7 +63,8 @@ pub(crate) fn radians(file: &File<'_>) -> Option<f64> {
 /// Seconds per time unit of the project: a second where it names none.
 pub(crate) fn seconds_per_time_unit(file: &File<'_>) -> Result<f64, String> {
     let Ok(unit) = unit(file, "TIMEUNIT") else { return Ok(1.0) };
-    factor(file, &unit, "SECOND", 0).ok_or_else(|| format!("unit #{} has no usable factor to seconds", unit.id))
+    factor(file, &unit, "SECOND", 0)
+        .ok_or_else(|| format!("unit #{} has no usable factor to seconds", file.written_id(unit.id)))
 }
 
 /// The project's unit of this kind.
@@ -71,11 +72,12 @@ fn unit<'a>(file: &File<'a>, kind: &str) -> Result<Record<'a>, String> {
     let project = file.all("IfcProject").into_iter().find_map(|(span, _)| file.record(span.id));
     let project = project.ok_or("there is no IfcProject that could name it")?;
     let assignment = project.at(8).reference().and_then(|id| file.record_of(id, "IFCUNITASSIGNMENT"));
-    let assignment = assignment.ok_or_else(|| format!("IfcProject #{} has no UnitsInContext", project.id))?;
+    let assignment =
+        assignment.ok_or_else(|| format!("IfcProject #{} has no UnitsInContext", file.written_id(project.id)))?;
     let units = assignment.at(0).references();
     let is_wanted = |unit: &Record<'_>| unit.at(1).enumeration().is_some_and(|k| k.eq_ignore_ascii_case(kind));
     let unit = units.into_iter().filter_map(|id| file.record(id)).find(is_wanted);
-    unit.ok_or_else(|| format!("IfcUnitAssignment #{} names no {kind}", assignment.id))
+    unit.ok_or_else(|| format!("IfcUnitAssignment #{} names no {kind}", file.written_id(assignment.id)))
 }
 
 /// SI base units per unit.

@@ -10,6 +10,8 @@ use diagnostics::{Diagnostic, DiagnosticCode, Severity};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Zeroable, Pod)]
 #[repr(C)]
 pub struct DiagnosticRecord {
+    /// STEP id of the entity meant, or 0.
+    pub step_id: u64,
     /// GlobalId of the entity meant, or empty.
     pub global_id: Text,
     /// Name of the entity meant, or empty.
@@ -20,12 +22,12 @@ pub struct DiagnosticRecord {
     pub code: Tag<DiagnosticCode>,
     /// How bad it is.
     pub severity: Tag<Severity>,
-    /// STEP id of the entity meant, or 0.
-    pub step_id: u32,
     /// Index of the file, or `NONE`.
     pub source: u32,
+    /// Zero.
+    pub reserved: u32,
 }
-const _: () = assert!(size_of::<DiagnosticRecord>() == 40);
+const _: () = assert!(size_of::<DiagnosticRecord>() == 48);
 
 impl DiagnosticRecord {
     /// The record of a diagnostic, with its texts in an archive to be.
@@ -38,6 +40,7 @@ impl DiagnosticRecord {
             severity: diagnostic.severity.into(),
             step_id: diagnostic.entity.as_ref().map_or(0, |entity| entity.step_id),
             source: diagnostic.source.unwrap_or(NONE),
+            reserved: 0,
         }
     }
 

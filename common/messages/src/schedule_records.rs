@@ -33,6 +33,8 @@ const _: () = assert!(size_of::<ScheduleSourceRecord>() == 48);
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Zeroable, Pod)]
 #[repr(C)]
 pub struct WorkControlRecord {
+    /// STEP id in its file.
+    pub step_id: u64,
     /// GlobalId.
     pub global_id: ScheduleText,
     /// Name.
@@ -45,12 +47,8 @@ pub struct WorkControlRecord {
     pub finish: ScheduleText,
     /// 1 for IfcWorkPlan, 0 for IfcWorkSchedule.
     pub is_plan: u32,
-    /// STEP id in its file.
-    pub step_id: u32,
     /// Index of its file.
     pub source: u32,
-    /// Zero.
-    pub reserved: u32,
 }
 const _: () = assert!(size_of::<WorkControlRecord>() == 56);
 
@@ -58,6 +56,8 @@ const _: () = assert!(size_of::<WorkControlRecord>() == 56);
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Zeroable, Pod)]
 #[repr(C)]
 pub struct CalendarRecord {
+    /// STEP id in its file.
+    pub step_id: u64,
     /// GlobalId.
     pub global_id: ScheduleText,
     /// Name.
@@ -68,12 +68,8 @@ pub struct CalendarRecord {
     pub n_working: u32,
     /// Number of exceptions behind them.
     pub n_exceptions: u32,
-    /// STEP id in its file.
-    pub step_id: u32,
     /// Index of its file.
     pub source: u32,
-    /// Zero.
-    pub reserved: u32,
 }
 const _: () = assert!(size_of::<CalendarRecord>() == 40);
 
@@ -157,6 +153,8 @@ pub struct TaskRecord {
     pub actual_finish: ScheduleText,
     /// Completion from 0 to 1; -1 if absent.
     pub completion: f64,
+    /// STEP id in its file.
+    pub step_id: u64,
     /// Task it is nested in, or `NONE`; no task is its own ancestor.
     pub parent: u32,
     /// Work schedule that controls it directly, or `NONE`.
@@ -167,12 +165,8 @@ pub struct TaskRecord {
     pub duration_kind: Tag<DurationKind>,
     /// Bits of [`task_flags`].
     pub flags: u32,
-    /// STEP id in its file.
-    pub step_id: u32,
     /// Index of its file.
     pub source: u32,
-    /// Zero.
-    pub reserved: u32,
 }
 const _: () = assert!(size_of::<TaskRecord>() == 144);
 
@@ -208,6 +202,8 @@ pub struct SequenceRecord {
     pub lag: ScheduleText,
     /// Lag as a part of the predecessor's duration; 0 if it is none.
     pub lag_ratio: f64,
+    /// STEP id in its file.
+    pub step_id: u64,
     /// Task.
     pub predecessor: u32,
     /// Task.
@@ -216,14 +212,10 @@ pub struct SequenceRecord {
     pub kind: Tag<SequenceKind>,
     /// How the lag is counted.
     pub lag_kind: Tag<DurationKind>,
-    /// STEP id in its file.
-    pub step_id: u32,
     /// Index of its file.
     pub source: u32,
     /// Calendar in whose working time the lag is counted, or `NONE`: that of the successor.
     pub lag_calendar: u32,
-    /// Zero.
-    pub reserved: u32,
 }
 const _: () = assert!(size_of::<SequenceRecord>() == 56);
 

@@ -160,6 +160,8 @@ impl FloorKind {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Zeroable, Pod)]
 #[repr(C)]
 pub struct ElementRecord {
+    /// STEP id in its file.
+    pub step_id: u64,
     /// GlobalId.
     pub global_id: Text,
     /// Name.
@@ -199,8 +201,6 @@ pub struct ElementRecord {
     pub stair: u32,
     /// Index of its file.
     pub source: u32,
-    /// STEP id in its file.
-    pub step_id: u32,
     /// Bits of [`element_flags`].
     pub flags: u32,
     /// Its class.
@@ -208,7 +208,7 @@ pub struct ElementRecord {
     /// Zero.
     pub reserved: [u8; 3],
 }
-const _: () = assert!(size_of::<ElementRecord>() == 124);
+const _: () = assert!(size_of::<ElementRecord>() == 128);
 
 /// Bits of [`ElementRecord::flags`].
 pub mod element_flags {

@@ -27,7 +27,7 @@ pub(super) struct Topic {
 pub(super) struct Component {
     pub(super) global_id: String,
     /// Its line in the file, for programs that do not use GlobalIds.
-    pub(super) step_id: u32,
+    pub(super) step_id: u64,
 }
 
 /// Elements in the order of the site, stretches of elements, then obstacles from large to small.

@@ -7,15 +7,18 @@ use ifc_lite_core::EntityScanner;
 use frames::counted;
 
 use super::record_index::{RecordIndex, Row, Span};
-use super::{Record, Schema, references};
+use super::{Record, Schema, record_order, references};
 use crate::ReadError;
+use crate::wide_ids::WrittenIds;
 use diagnostics::{DiagnosticCode, Named, Report, Severity};
 
 /// All records of one entity, if its class is wanted.
 pub(crate) struct Class {
     /// The entity and its supertypes, as the schema spells them.
     pub(crate) lineage: Vec<&'static str>,
-    pub(crate) spans: Vec<Span>,
+    spans: Vec<Span>,
+    /// Place of each of them among the records of all classes.
+    places: Vec<u32>,
 }
 
 impl Class {
@@ -33,6 +36,7 @@ pub(crate) struct File<'a> {
     pub(super) superseded: Vec<Span>,
     /// The largest id.
     pub(super) last_id: u32,
+    written_ids: WrittenIds,
     classes: Vec<Class>,
 }
 
@@ -59,15 +63,24 @@ const WANTED_THEMSELVES: [&str; 5] = [
     "IfcTrapeziumProfileDef",
 ];
 
+/// Classes of which two records are equal to the reader, or which are few: their order is that of the file's content. All others
+/// without a GlobalId are patched one by one, in any order.
+const ORDERED: [&str; 3] = ["IfcRoot", "IfcCoordinateOperation", "IfcGeometricRepresentationContext"];
+
 /// Longest record that [`File::short_record_of`] gives.
 const SHORT_BYTES_MAX: usize = 8 << 10;
 
 impl<'a> File<'a> {
-    /// Scans the file once.
+    /// Scans the file once; `written_ids` are those that it had, where it was renumbered.
     ///
     /// # Errors
     /// A file of 4 GiB or more, one of which the rest is lost.
-    pub(crate) fn scan(bytes: &'a [u8], schema: Schema, report: &mut Report) -> Result<Self, ReadError> {
+    pub(crate) fn scan(
+        bytes: &'a [u8],
+        schema: Schema,
+        written_ids: WrittenIds,
+        report: &mut Report,
+    ) -> Result<Self, ReadError> {
         // The kernel writes skipped records to stderr unless they are collected; they are reported below.
         ifc_lite_core::set_report_sink(|_| {});
         if u32::try_from(bytes.len()).is_err() {
@@ -95,37 +108,49 @@ impl<'a> File<'a> {
             report_damage(bytes, at, last_end, report)?;
         }
         if scanner.skipped_oversized_ids() > 0 {
-            let message =
-                format!("{} with an id above 4294967295 left out", counted(scanner.skipped_oversized_ids(), "record"));
+            let message = format!(
+                "{} with an id above {} left out",
+                counted(scanner.skipped_oversized_ids(), "record"),
+                u64::MAX
+            );
             report.add(Severity::Error, DiagnosticCode::IdTooLarge, None, message);
         }
         let (index, superseded) = RecordIndex::of(rows);
         for span in &superseded {
-            let message = format!("#{} is used more than once; its last record counts", span.id);
-            report.add(Severity::Warning, DiagnosticCode::DuplicateId, Some(Named::of_id(span.id)), message);
+            let id = written_ids.of(span.id);
+            let message = format!("#{id} is used more than once; its last record counts");
+            report.add(Severity::Warning, DiagnosticCode::DuplicateId, Some(Named::of_id(id)), message);
         }
-        references::report_dangling(bytes, &index, report);
+        references::report_dangling(bytes, &index, &written_ids, report);
+        unknown.sort_by_key(|entity| entity.keyword);
         for entity in unknown {
-            entity.report(bytes, report);
+            entity.report(bytes, &written_ids, report);
         }
         if !superseded.is_empty() {
             for class in &mut classes {
                 class.spans.retain(|span| index.range_of(span.id).is_some_and(|(start, _)| start == span.start));
             }
         }
-        Ok(Self { bytes, schema, index, superseded, last_id, classes })
+        put_in_order(bytes, &index, &mut classes);
+        Ok(Self { bytes, schema, index, superseded, last_id, written_ids, classes })
     }
 
-    /// All records whose entity is `entity` or a subtype of it, in file order, each with its class.
+    /// The id that the file has for a record: what messages and outputs name.
+    pub(crate) fn written_id(&self, id: u32) -> u64 {
+        self.written_ids.of(id)
+    }
+
+    /// All records whose entity is `entity` or a subtype of it, each with its class: by GlobalId, and those that share one by
+    /// content.
     pub(crate) fn all(&self, entity: &str) -> Vec<(Span, &Class)> {
-        let mut found: Vec<(Span, &Class)> = self
-            .classes
-            .iter()
-            .filter(|class| class.is(entity))
-            .flat_map(|class| class.spans.iter().map(move |&span| (span, class)))
+        let classes = self.classes.iter().filter(|class| class.is(entity));
+        let mut found: Vec<(u32, Span, &Class)> = classes
+            .flat_map(|class| {
+                std::iter::zip(&class.places, &class.spans).map(move |(&place, &span)| (place, span, class))
+            })
             .collect();
-        found.sort_by_key(|(span, _)| span.start);
-        found
+        found.sort_by_key(|(place, ..)| *place);
+        found.into_iter().map(|(_, span, class)| (span, class)).collect()
     }
 
     /// The parsed records of [`File::all`]; broken ones are reported.
@@ -136,8 +161,13 @@ impl<'a> File<'a> {
     pub(crate) fn parse(&self, span: Span, report: &mut Report) -> Option<Record<'a>> {
         let record = Record::parse(&self.bytes[span.start..span.end]);
         if record.is_none() {
-            let message = format!("record #{} cannot be read and is skipped", span.id);
-            report.add(Severity::Error, DiagnosticCode::RecordMalformed, Some(Named::of_id(span.id)), message);
+            let message = format!("record #{} cannot be read and is skipped", self.written_id(span.id));
+            report.add(
+                Severity::Error,
+                DiagnosticCode::RecordMalformed,
+                Some(Named::of_id(self.written_id(span.id))),
+                message,
+            );
         }
         record
     }
@@ -190,6 +220,23 @@ impl<'a> File<'a> {
     }
 }
 
+/// Gives each record of each class its place among all.
+fn put_in_order(bytes: &[u8], index: &RecordIndex, classes: &mut [Class]) {
+    let is_ordered = |class: &&mut Class| ORDERED.iter().any(|entity| class.is(entity));
+    let ordered: Vec<Span> =
+        classes.iter_mut().filter(is_ordered).flat_map(|class| class.spans.iter().copied()).collect();
+    let mut places = vec![0; ordered.len()];
+    for (place, k) in (0..).zip(record_order::in_order(bytes, index, &ordered)) {
+        places[k] = place;
+    }
+    let mut places = places.into_iter();
+    for class in classes {
+        let is_ordered = is_ordered(&&mut *class);
+        let mut place = || if is_ordered { places.next().unwrap_or(0) } else { 0 };
+        class.places = class.spans.iter().map(|_| place()).collect();
+    }
+}
+
 /// Handling of the records of a keyword.
 #[derive(Clone, Copy)]
 enum RecordKind {
@@ -213,7 +260,7 @@ fn kind<'a>(keyword: &'a str, schema: Schema, classes: &mut Vec<Class>, unknown:
     // Spellings differ in case only; a second spelling joins the class of the first.
     let known = classes.iter().position(|class| class.lineage[0] == *entity);
     RecordKind::Wanted(known.unwrap_or_else(|| {
-        classes.push(Class { lineage, spans: Vec::new() });
+        classes.push(Class { lineage, spans: Vec::new(), places: Vec::new() });
         classes.len() - 1
     }))
 }
@@ -221,25 +268,28 @@ fn kind<'a>(keyword: &'a str, schema: Schema, classes: &mut Vec<Class>, unknown:
 /// Records of an entity that no schema has.
 struct Unknown<'a> {
     keyword: &'a str,
+    /// That with the least id.
     first: Option<Span>,
     n: usize,
 }
 
 impl Unknown<'_> {
     fn count(&mut self, span: Span) {
-        self.first.get_or_insert(span);
+        let first = self.first.filter(|first| first.id <= span.id).unwrap_or(span);
+        self.first = Some(first);
         self.n += 1;
     }
 
     /// An entity with a GlobalId may be an element; one without is a detail of another.
-    fn report(&self, bytes: &[u8], report: &mut Report) {
+    fn report(&self, bytes: &[u8], written_ids: &WrittenIds, report: &mut Report) {
         let Some(first) = self.first else { return };
         let record = Record::parse(&bytes[first.start..first.end]);
         let is_rooted = record.is_some_and(|r| r.arguments().len() >= 4 && r.text(0).len() == 22);
         let severity = if is_rooted { Severity::Warning } else { Severity::Info };
         let others = if self.n > 1 { format!(" and {} more", self.n - 1) } else { String::new() };
-        let message = format!("{} #{}{others}: no IFC schema has this entity; it is skipped", self.keyword, first.id);
-        report.add(severity, DiagnosticCode::UnknownEntity, Some(Named::of_id(first.id)), message);
+        let id = written_ids.of(first.id);
+        let message = format!("{} #{id}{others}: no IFC schema has this entity; it is skipped", self.keyword);
+        report.add(severity, DiagnosticCode::UnknownEntity, Some(Named::of_id(id)), message);
     }
 }
 

@@ -8,6 +8,7 @@ mod patch;
 mod placement;
 mod pool;
 mod record_index;
+mod record_order;
 mod references;
 mod request;
 mod schema;

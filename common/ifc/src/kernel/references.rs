@@ -1,24 +1,19 @@
 //! References of records to records that the file does not have.
 
 use super::record_index::RecordIndex;
+use crate::wide_ids::WrittenIds;
 use diagnostics::{DiagnosticCode, Named, Report, Severity};
 use frames::counted;
 
 /// Reports every record that refers to ids without a record. A file of which the writing has not ended, or whose parts are of two
 /// versions, has such references.
-pub(super) fn report_dangling(bytes: &[u8], index: &RecordIndex, report: &mut Report) {
+pub(super) fn report_dangling(bytes: &[u8], index: &RecordIndex, written_ids: &WrittenIds, report: &mut Report) {
     let mut record = None;
     let mut dangling: Option<(u64, u64, usize)> = None;
-    let mut tell = |found: Option<(u64, u64, usize)>| {
-        let Some((record, first, n)) = found else { return };
-        let others = if n > 1 { format!(" and to {} more", counted(n - 1, "record")) } else { String::new() };
-        let message = format!("#{record} refers to #{first}{others}, which the file does not have");
-        let named = u32::try_from(record).ok().map(Named::of_id);
-        report.add(Severity::Warning, DiagnosticCode::ReferenceDangling, named, message);
-    };
+    let mut all: Vec<(u64, u64, usize)> = Vec::new();
     for Reference { id, is_definition } in References::of(bytes) {
         if is_definition {
-            tell(dangling.take());
+            all.extend(dangling.take());
             record = Some(id);
             continue;
         }
@@ -28,7 +23,17 @@ pub(super) fn report_dangling(bytes: &[u8], index: &RecordIndex, report: &mut Re
             *n += 1;
         }
     }
-    tell(dangling);
+    all.extend(dangling);
+    // Lines may be in any order.
+    all.sort_unstable();
+    let written = |id: u64| u32::try_from(id).map_or(id, |id| written_ids.of(id));
+    for (record, first, n) in all {
+        let others = if n > 1 { format!(" and to {} more", counted(n - 1, "record")) } else { String::new() };
+        let (record, first) = (written(record), written(first));
+        let message = format!("#{record} refers to #{first}{others}, which the file does not have");
+        let named = Some(Named::of_id(record));
+        report.add(Severity::Warning, DiagnosticCode::ReferenceDangling, named, message);
+    }
 }
 
 /// A `#n` outside of texts and comments.
@@ -91,7 +96,7 @@ mod tests {
     fn dangling(records: &str) -> Vec<String> {
         let text = format!("ISO-10303-21;\nDATA;\n{records}\nENDSEC;\nEND-ISO-10303-21;\n");
         let mut report = Report::default();
-        File::scan(text.as_bytes(), Schema::from_label("IFC4").unwrap(), &mut report).unwrap();
+        File::scan(text.as_bytes(), Schema::from_label("IFC4").unwrap(), WrittenIds::default(), &mut report).unwrap();
         let found = report.finish().into_iter().filter(|d| d.code == DiagnosticCode::ReferenceDangling);
         found.map(|d| d.message).collect()
     }

@@ -65,7 +65,7 @@ mod tests {
     #[test]
     fn what_cannot_be_meshed_there_is_its_box_and_the_others_are_meshed_here() {
         for answer in [Err("it takes too long".to_owned()), Ok(vec![255; 7])] {
-            let [first, other] = &geometries(Some(&|_: &[&[u8]]| answer.clone()))[..] else { panic!() };
+            let [other, first] = &geometries(Some(&|_: &[&[u8]]| answer.clone()))[..] else { panic!() };
             assert_eq!(other.status, GeometryStatus::Meshed);
             let GeometryStatus::BoundingBox { why } = &first.status else { panic!("{first:?}") };
             assert!(why.contains("it takes too long") || why.contains("answers what is no mesh"), "{why}");

@@ -20,7 +20,7 @@ pub(super) fn calendars(context: &Context<'_, '_>, report: &mut Report) -> (Vec<
     let records = file.records("IfcWorkCalendar", report);
     let index = records.iter().enumerate().map(|(k, record)| (record.id, k)).collect();
     let calendars = records.iter().map(|record| {
-        let id = named(record);
+        let id = named(file, record);
         let mut times = |name: &str| {
             let mut ids = file.attribute(record, name).references();
             if ids.len() > WORK_TIMES_MAX {
@@ -39,7 +39,7 @@ pub(super) fn calendars(context: &Context<'_, '_>, report: &mut Report) -> (Vec<
                 match read(time) {
                     Ok(time) => times.push(time),
                     Err(why) => {
-                        let message = format!("{name} #{time} is left out: {why}");
+                        let message = format!("{name} #{} is left out: {why}", file.written_id(time));
                         tell(report, Severity::Error, DiagnosticCode::CalendarUnreadable, &id, message);
                     }
                 }
@@ -64,7 +64,7 @@ fn work_time(file: &File<'_>, time: &Record<'_>) -> Result<WorkTime, String> {
         Some(id) => {
             let pattern = file
                 .short_record_of(id, "IFCRECURRENCEPATTERN")
-                .ok_or_else(|| format!("its pattern #{id} is missing"))?;
+                .ok_or_else(|| format!("its pattern #{} is missing", file.written_id(id)))?;
             Some(recurrence(file, &pattern)?)
         }
     };
@@ -94,7 +94,9 @@ fn recurrence(file: &File<'_>, pattern: &Record<'_>) -> Result<Recurrence, Strin
         Some(n) => Err(format!("{name} {n} means nothing")),
     };
     let periods = get("TimePeriods").references().into_iter().map(|id| {
-        let period = file.short_record_of(id, "IFCTIMEPERIOD").ok_or_else(|| format!("its period #{id} is missing"))?;
+        let period = file
+            .short_record_of(id, "IFCTIMEPERIOD")
+            .ok_or_else(|| format!("its period #{} is missing", file.written_id(id)))?;
         Ok([seconds(period.at(0))?, seconds(period.at(1))?])
     });
     Ok(Recurrence {

@@ -10,7 +10,7 @@ pub(super) struct Context<'c, 'a> {
     /// Seconds per time unit of the project, for files that count in it.
     pub(super) time_unit_s: Result<f64, String>,
     pub(super) task_idx: FxHashMap<u32, usize>,
-    /// Identities of the tasks, in file order.
+    /// Identities of the tasks.
     pub(super) task_ids: Vec<Named>,
 }
 

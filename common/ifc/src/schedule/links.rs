@@ -21,7 +21,7 @@ pub(super) fn links(
     storeys: &[Storey],
     report: &mut Report,
 ) -> Vec<TaskLink> {
-    let mut targets = Targets::new(relations, products, storeys);
+    let mut targets = Targets::new(context.file, relations, products, storeys);
     let mut links: Vec<TaskLink> = Vec::new();
     for (task, product, is_input) in pairs(context, report) {
         let found = targets.of(product);
@@ -48,7 +48,7 @@ fn pairs(context: &Context<'_, '_>, report: &mut Report) -> Vec<(usize, u32, boo
         match (relation.at(6).reference(), tasks.first()) {
             (Some(product), _) => pairs.extend(tasks.into_iter().map(|t| (t, product, false))),
             (None, Some(first)) => {
-                let message = format!("#{} says that it works on nothing", relation.id);
+                let message = format!("#{} says that it works on nothing", file.written_id(relation.id));
                 tell(report, Severity::Error, DiagnosticCode::TaskLinkDangling, &context.task_ids[*first], message);
             }
             (None, None) => {}
@@ -74,12 +74,13 @@ fn report_target(context: &Context<'_, '_>, task: usize, product: u32, report: &
     let id = &context.task_ids[task];
     match file.record(product) {
         None => {
-            let message = format!("the task works on #{product}, which does not exist");
+            let message = format!("the task works on #{}, which does not exist", file.written_id(product));
             tell(report, Severity::Error, DiagnosticCode::TaskLinkDangling, id, message);
         }
         Some(record) => {
             let kind = file.schema.lineage(record.keyword).first().copied().unwrap_or("an unknown entity");
-            let message = format!("the task works on #{product} ({kind}), which has no state of its own");
+            let message =
+                format!("the task works on #{} ({kind}), which has no state of its own", file.written_id(product));
             tell(report, Severity::Warning, DiagnosticCode::TaskLinkWithoutState, id, message);
         }
     }
@@ -87,9 +88,11 @@ fn report_target(context: &Context<'_, '_>, task: usize, product: u32, report: &
 
 /// Finds what a link means.
 struct Targets<'c> {
+    file: &'c File<'c>,
     products: &'c Products<'c, 'c>,
-    storeys: FxHashMap<u32, usize>,
-    /// Parts by whole and elements by container, in file order: for buildings and sites.
+    /// By the ids that the file has.
+    storeys: FxHashMap<u64, usize>,
+    /// Parts by whole and elements by container: for buildings and sites.
     below: FxHashMap<u32, Vec<u32>>,
     inside: FxHashMap<u32, Vec<u32>>,
     /// Results found so far.
@@ -97,7 +100,7 @@ struct Targets<'c> {
 }
 
 impl<'c> Targets<'c> {
-    fn new(relations: &'c Relations, products: &'c Products<'c, 'c>, storeys: &[Storey]) -> Self {
+    fn new(file: &'c File<'c>, relations: &'c Relations, products: &'c Products<'c, 'c>, storeys: &[Storey]) -> Self {
         let by_one = |pairs: &FxHashMap<u32, u32>| {
             let mut sorted: Vec<(u32, u32)> = pairs.iter().map(|(&member, &one)| (one, member)).collect();
             sorted.sort_unstable();
@@ -108,6 +111,7 @@ impl<'c> Targets<'c> {
             lists
         };
         Self {
+            file,
             products,
             storeys: storeys.iter().enumerate().map(|(k, s)| (s.id.step_id, k)).collect(),
             below: by_one(&relations.whole),
@@ -136,7 +140,7 @@ impl<'c> Targets<'c> {
     fn own(&self, product: u32) -> Option<LinkTarget> {
         let element = self.products.element_idx.get(&product).map(|k| LinkTarget::Element(*k));
         let space = || self.products.space_idx.get(&product).map(|k| LinkTarget::Space(*k));
-        let storey = || self.storeys.get(&product).map(|k| LinkTarget::Storey(*k));
+        let storey = || self.storeys.get(&self.file.written_id(product)).map(|k| LinkTarget::Storey(*k));
         element.or_else(space).or_else(storey)
     }
 
@@ -147,7 +151,7 @@ impl<'c> Targets<'c> {
             if !seen.insert(at) {
                 continue;
             }
-            let is_storey = self.storeys.contains_key(&at);
+            let is_storey = self.storeys.contains_key(&self.file.written_id(at));
             let held = self.inside.get(&at).into_iter().flatten().filter(|_| !is_storey);
             found.extend(held.filter_map(|id| self.products.element_idx.get(id)).map(|k| LinkTarget::Element(*k)));
             for &part in self.below.get(&at).into_iter().flatten() {
@@ -162,6 +166,7 @@ impl<'c> Targets<'c> {
                 }
             }
         }
+        found.sort_unstable();
         found
     }
 }

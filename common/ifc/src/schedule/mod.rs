@@ -30,9 +30,10 @@ pub(crate) fn read(
     storeys: &[Storey],
     report: &mut Report,
 ) -> Schedule {
-    let tasks = file.records("IfcTask", report);
+    let mut tasks = file.records("IfcTask", report);
+    tasks.sort_by_cached_key(|task| tasks::place_in_plan(file, task));
     let task_idx = tasks.iter().enumerate().map(|(k, task)| (task.id, k)).collect();
-    let task_ids = tasks.iter().map(named).collect();
+    let task_ids = tasks.iter().map(|task| named(file, task)).collect();
     let context = Context { file, time_unit_s: units::seconds_per_time_unit(file), task_idx, task_ids };
     let (calendars, calendar_idx) = calendars::calendars(&context, report);
     let (controls, control_idx) = controls(&context, report);
@@ -59,7 +60,7 @@ fn controls(context: &Context<'_, '_>, report: &mut Report) -> (Vec<WorkControl>
     for (is_plan, record) in all {
         let kind =
             ["PredefinedType", "WorkControlType"].into_iter().find_map(|n| file.attribute(&record, n).enumeration());
-        let id = named(&record);
+        let id = named(file, &record);
         let mut date = |name: &str| times::date(file, file.attribute(&record, name), &id, report);
         let (start, finish) = (date("StartTime"), date("FinishTime"));
         control_idx.insert(record.id, controls.len());

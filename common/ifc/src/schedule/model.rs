@@ -2,7 +2,8 @@
 
 use diagnostics::Named;
 
-/// The schedule of a file. Tasks, calendars and sequences are in file order.
+/// The schedule of a file. Tasks are in the order of their starts, Identifications and GlobalIds, calendars and sequences in
+/// that of their GlobalIds.
 #[derive(Debug, Default, PartialEq)]
 pub struct Schedule {
     /// IfcWorkPlan, then IfcWorkSchedule.
@@ -157,7 +158,7 @@ pub struct TaskLink {
 }
 
 /// Target of a task, by its index in [`crate::Model`].
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum LinkTarget {
     /// An element.
     Element(usize),

@@ -11,12 +11,14 @@ use diagnostics::{DiagnosticCode, Named, Report, Severity};
 pub(super) fn sequences(context: &Context<'_, '_>, report: &mut Report) -> Vec<Sequence> {
     let mut sequences = Vec::new();
     for relation in context.file.records("IfcRelSequence", report) {
-        let id = named(&relation);
+        let id = named(context.file, &relation);
         let ends = [4, 5].map(|k| relation.at(k).reference());
         let tasks = ends.map(|end| end.and_then(|id| context.task_idx.get(&id).copied()));
         let [Some(predecessor), Some(successor)] = tasks else {
             let missing = ends.iter().zip(tasks).find(|(_, task)| task.is_none()).and_then(|(end, _)| *end);
-            let what = missing.map_or("nothing".to_owned(), |id| format!("#{id}, which is no task of the file"));
+            let what = missing.map_or("nothing".to_owned(), |id| {
+                format!("#{}, which is no task of the file", context.file.written_id(id))
+            });
             let message = format!("the sequence ends at {what}; it is dropped");
             tell(report, Severity::Error, DiagnosticCode::SequenceDangling, &id, message);
             continue;
@@ -62,7 +64,7 @@ fn lag(context: &Context<'_, '_>, relation: &Record<'_>, id: &Named, report: &mu
     }
     let lag_id = relation.at(6).reference()?;
     let Some(lag) = file.short_record_of(lag_id, "IFCLAGTIME") else {
-        let message = format!("its lag #{lag_id} is missing or no IfcLagTime; there is none");
+        let message = format!("its lag #{} is missing or no IfcLagTime; there is none", file.written_id(lag_id));
         tell(report, Severity::Error, DiagnosticCode::LagMissing, id, message);
         return None;
     };
@@ -71,7 +73,7 @@ fn lag(context: &Context<'_, '_>, relation: &Record<'_>, id: &Named, report: &mu
         (Some(text), _) => LagValue::Duration(text.trim().to_owned()),
         (None, Some(ratio)) => LagValue::Ratio(ratio),
         (None, None) => {
-            let message = format!("its lag #{lag_id} has no value that can be read; there is none");
+            let message = format!("its lag #{} has no value that can be read; there is none", file.written_id(lag_id));
             tell(report, Severity::Error, DiagnosticCode::LagMissing, id, message);
             return None;
         }

@@ -5,7 +5,7 @@ use rustc_hash::FxHashMap;
 use super::context::{Context, tell};
 use super::model::{Task, TaskTime, WorkControl};
 use super::times;
-use crate::kernel::Record;
+use crate::kernel::{File, Record};
 use crate::products::named;
 use crate::relations::Relations;
 use diagnostics::{DiagnosticCode, Report, Severity};
@@ -13,7 +13,7 @@ use diagnostics::{DiagnosticCode, Report, Severity};
 /// A task by its own attributes and those of its type.
 pub(super) fn task(context: &Context<'_, '_>, relations: &Relations, record: &Record<'_>, report: &mut Report) -> Task {
     let file = context.file;
-    let id = named(record);
+    let id = named(file, record);
     let text = |name: &str| file.attribute(record, name).text().map(|t| t.trim().to_owned()).unwrap_or_default();
     let time = file.attribute(record, "TaskTime").reference().and_then(|time| {
         let once = file.short_record_of(time, "IFCTASKTIME");
@@ -24,7 +24,7 @@ pub(super) fn task(context: &Context<'_, '_>, relations: &Relations, record: &Re
             Some(recurring)
         });
         if found.is_none() {
-            let message = format!("its time #{time} is missing or no IfcTaskTime");
+            let message = format!("its time #{} is missing or no IfcTaskTime", file.written_id(time));
             tell(report, Severity::Error, DiagnosticCode::TaskTimeMissing, &id, message);
         }
         found.map(|t| times::task_time(file, &t, &id, report))
@@ -38,6 +38,16 @@ pub(super) fn task(context: &Context<'_, '_>, relations: &Relations, record: &Re
         id,
         ..Task::default()
     }
+}
+
+/// Start and Identification: people read tasks in this order, and those without either in that of GlobalIds.
+pub(super) fn place_in_plan(file: &File<'_>, record: &Record<'_>) -> (String, String) {
+    let text = |record: &Record<'_>, name: &str| {
+        file.attribute(record, name).text().map(|t| t.trim().to_owned()).unwrap_or_default()
+    };
+    let time = file.attribute(record, "TaskTime").reference().and_then(|time| file.record(time));
+    let start = time.map(|time| text(&time, "ScheduleStart")).unwrap_or_default();
+    (start, text(record, "Identification"))
 }
 
 /// Of the task, else of its IfcTaskType; the text where that is user-defined, or where the schema has no types.
@@ -133,7 +143,7 @@ pub(super) fn assign(
         let of_control = |index: &FxHashMap<u32, usize>| control.and_then(|id| index.get(&id).copied());
         let (schedule, calendar) = (of_control(control_idx), of_control(calendar_idx));
         if let Some(control) = control.filter(|id| !members.is_empty() && file.record(*id).is_none()) {
-            let message = format!("it is assigned to #{control}, which does not exist");
+            let message = format!("it is assigned to #{}, which does not exist", file.written_id(control));
             tell(report, Severity::Error, DiagnosticCode::TaskControlDangling, &tasks[members[0]].id.clone(), message);
         }
         let time = file.attribute(&relation, "TimeForTask").reference();
@@ -157,7 +167,7 @@ pub(super) fn assign(
                     task.time = Some(time);
                 }
                 Some((id, None)) => {
-                    let message = format!("its time #{id} is missing or no IfcScheduleTimeControl");
+                    let message = format!("its time #{} is missing or no IfcScheduleTimeControl", file.written_id(*id));
                     tell(report, Severity::Error, DiagnosticCode::TaskTimeMissing, &task.id, message);
                 }
                 _ => {}

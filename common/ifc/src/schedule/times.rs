@@ -11,7 +11,7 @@ pub(super) fn task_time(file: &File<'_>, time: &Record<'_>, owner: &Named, repor
         let value = file.attribute(time, name);
         let text = value.text().map(|t| t.trim().to_owned());
         if text.is_none() && *value != Value::Null {
-            let message = format!("{name} of its time #{} is no text, and is skipped", time.id);
+            let message = format!("{name} of its time #{} is no text, and is skipped", file.written_id(time.id));
             tell(report, Severity::Error, DiagnosticCode::DateEntityUnreadable, owner, message);
         }
         text.unwrap_or_default()
@@ -88,7 +88,7 @@ pub(super) fn date(file: &File<'_>, value: &Value<'_>, owner: &Named, report: &m
     let found = ["IFCCALENDARDATE", "IFCDATEANDTIME"].into_iter().find_map(|e| file.short_record_of(id, e));
     let found = found.and_then(|record| date_entity(file, &record));
     found.unwrap_or_else(|| {
-        let message = format!("#{id} is no date that can be read, and is skipped");
+        let message = format!("#{} is no date that can be read, and is skipped", file.written_id(id));
         tell(report, Severity::Error, DiagnosticCode::DateEntityUnreadable, owner, message);
         String::new()
     })

@@ -18,7 +18,6 @@ pub(crate) fn add_schedule(builder: &mut SiteBuilder, merged: &Merged) {
             is_plan: u32::from(control.is_plan),
             step_id: control.id.step_id,
             source,
-            reserved: 0,
         });
     }
     for (calendar, &source) in schedule.calendars.iter().zip(&sources.calendars) {
@@ -32,7 +31,6 @@ pub(crate) fn add_schedule(builder: &mut SiteBuilder, merged: &Merged) {
             n_exceptions: calendar.exceptions.len() as u32,
             step_id: calendar.id.step_id,
             source,
-            reserved: 0,
         });
     }
     for (task, &source) in schedule.tasks.iter().zip(&sources.tasks) {
@@ -75,7 +73,6 @@ fn task_record(texts: &mut TextPool, task: &ifc::Task, source: u32) -> TaskRecor
         flags,
         step_id: task.id.step_id,
         source,
-        reserved: 0,
     }
 }
 
@@ -110,7 +107,6 @@ fn sequence_record(texts: &mut TextPool, sequence: &ifc::Sequence, source: u32) 
         step_id: sequence.id.step_id,
         source,
         lag_calendar: NONE,
-        reserved: 0,
     }
 }
 

@@ -7,7 +7,7 @@ use messages::{Diagnostic, DiagnosticCode, NONE, Named, Report, ScheduleText, Se
 pub(crate) struct Entity {
     global_id: Text,
     name: Text,
-    step_id: u32,
+    step_id: u64,
     source: u32,
     /// Its texts are those of the work schedule.
     is_of_schedule: bool,
@@ -19,12 +19,12 @@ impl Entity {
     }
 
     /// Something of the work schedule.
-    pub(crate) fn of_schedule(global_id: ScheduleText, name: ScheduleText, step_id: u32, source: u32) -> Self {
+    pub(crate) fn of_schedule(global_id: ScheduleText, name: ScheduleText, step_id: u64, source: u32) -> Self {
         Self { global_id: global_id.0, name: name.0, step_id, source, is_of_schedule: true }
     }
 
     /// Something of the model.
-    pub(crate) fn of(global_id: Text, name: Text, step_id: u32, source: u32) -> Self {
+    pub(crate) fn of(global_id: Text, name: Text, step_id: u64, source: u32) -> Self {
         Self { global_id, name, step_id, source, is_of_schedule: false }
     }
 }

@@ -21,7 +21,6 @@ pub(crate) fn add_calendars(builder: &mut TasksBuilder, calendars: &[PlanCalenda
             n_exceptions,
             step_id: 0,
             source,
-            reserved: 0,
         };
         builder.schedule.calendars.push(record);
     }

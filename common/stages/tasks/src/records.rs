@@ -60,7 +60,6 @@ fn add_file(builder: &mut TasksBuilder, plan: &ScheduleFile, source: u32, first_
             is_plan: 0,
             step_id: 0,
             source,
-            reserved: 0,
         });
     }
     let first_calendar = add_calendars(builder, &plan.calendars, source);
@@ -145,7 +144,6 @@ fn task_record(builder: &mut TasksBuilder, task: &PlanTask) -> TaskRecord {
         flags,
         step_id: 0,
         source: 0,
-        reserved: 0,
     }
 }
 
@@ -225,7 +223,6 @@ fn sequence_record(
         step_id: 0,
         source: 0,
         lag_calendar: calendar.filter(|_| !is_elapsed).map_or(NONE, |calendar| first_calendar + calendar as u32),
-        reserved: 0,
     }
 }
 

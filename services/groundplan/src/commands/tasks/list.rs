@@ -12,7 +12,7 @@ use std::collections::{BTreeMap, BTreeSet};
 pub(super) struct TaskList<'s> {
     /// Plan time of the status; null if none was asked for.
     pub(super) at: Option<String>,
-    /// The tasks: each before those that are nested in it, else in the order of the files.
+    /// The tasks: each before those that are nested in it, else in the order of schedule files, or of starts in models.
     pub(super) tasks: Vec<TaskEntry<'s>>,
 }
 
