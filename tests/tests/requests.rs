@@ -4,8 +4,9 @@
 mod support;
 
 use bus::{Bus, CommandError, Daemon, Domain, OpenCommand, Reply, Waiter};
-use daemon::{Answer, Client, ClientError, IngestRequest, RasterizeRequest, ScheduleRequest};
+use daemon::{Answer, Client, ClientError, FileText, IngestRequest, RasterizeRequest, ScheduleRequest};
 use std::io::{BufRead, BufReader};
+use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 use support::live::{DEADLINE, Live};
@@ -76,7 +77,8 @@ fn bytes_that_are_no_request_of_a_daemon_get_an_error_with_its_name_and_it_lives
     let process = |daemon: &str| live.status().unwrap()["daemons"][daemon]["process_id"].clone();
     let before = Daemon::SUPERVISED.map(|daemon| process(daemon.name()));
     let (bus, mut waiter) = join(&live);
-    let of_rasterize = serde_json::to_vec(&RasterizeRequest::SetRobot { profile: "/r.toml".into() }).unwrap();
+    let profile = FileText { path: "/r.toml".into(), text: "name = \"x\"\n".to_owned() };
+    let of_rasterize = serde_json::to_vec(&RasterizeRequest::SetRobot { profile }).unwrap();
     let of_ingest =
         serde_json::to_vec(&IngestRequest::Load { models: vec!["/m.ifc".into()], dry_run: false, force: false })
             .unwrap();
@@ -105,5 +107,22 @@ fn bytes_that_are_no_request_of_a_daemon_get_an_error_with_its_name_and_it_lives
     assert!(matches!(&refused, ClientError::Refused { daemon: Daemon::ScheduleEval, .. }), "{refused}");
     assert_eq!(before, Daemon::SUPERVISED.map(|daemon| process(daemon.name())));
     drop((open, client, bus, waiter));
+    live.down();
+}
+
+#[test]
+fn pipes_devices_and_folders_are_refused_and_no_daemon_waits_for_them() {
+    let mut live = Live::start();
+    let pipe = live.home.path().join("pipe");
+    assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    let (zero, folder) = (Path::new("/dev/zero"), live.home.path().to_owned());
+    for command in ["robot", "actuals", "waypoints", "slam-map", "load"] {
+        for (path, what) in [(pipe.as_path(), "a pipe"), (zero, "a device"), (&folder, "a folder")] {
+            let output = live.run(&[&command, &path]);
+            let said = String::from_utf8_lossy(&output.stderr).into_owned();
+            assert!(!output.status.success() && said.contains(what), "{command} {}: {said}", path.display());
+        }
+    }
+    live.wait_until_healthy();
     live.down();
 }

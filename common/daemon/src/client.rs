@@ -12,9 +12,10 @@ use std::time::{Duration, Instant};
 /// ```no_run
 /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
 /// # let bus: bus::Bus = todo!();
-/// use daemon::{Client, RasterizeRequest};
+/// use daemon::{Client, FileText, RasterizeRequest};
 /// let rasterize = Client::<RasterizeRequest>::of(&bus)?;
-/// let open = rasterize.send(&RasterizeRequest::SetRobot { profile: "/robot.toml".into() })?;
+/// let profile = FileText { path: "/robot.toml".into(), text: "name = \"slim\"\nradius_m = 0.2\n".to_owned() };
+/// let open = rasterize.send(&RasterizeRequest::SetRobot { profile })?;
 /// # Ok(())
 /// # }
 /// ```

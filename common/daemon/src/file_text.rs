@@ -28,11 +28,18 @@ impl FileText {
         path: &Path,
         parse: impl FnOnce(&str) -> Result<T, E>,
     ) -> Result<(Self, T), ConfigFileError> {
-        let text = read_regular_text(path, MAX_CONFIGURATION_BYTES);
-        let text = text.map_err(|source| ConfigFileError::Io { what, path: path.to_owned(), source })?;
-        let file = Self { path: path.to_owned(), text };
+        let file = Self::read_up_to(what, path, MAX_CONFIGURATION_BYTES)?;
         let parsed = file.parse(what, parse)?;
         Ok((file, parsed))
+    }
+
+    /// Reads a file of at most `max_bytes`, to be parsed by a daemon: who names a file reads it, with rights and mounts of their own.
+    ///
+    /// # Errors
+    /// A file that cannot be read, or is no text.
+    pub fn read_up_to(what: &'static str, path: &Path, max_bytes: u64) -> Result<Self, ConfigFileError> {
+        let io = |source| ConfigFileError::Io { what, path: path.to_owned(), source };
+        Ok(Self { path: std::path::absolute(path).map_err(io)?, text: read_regular_text(path, max_bytes).map_err(io)? })
     }
 
     /// What the text says.

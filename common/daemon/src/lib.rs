@@ -109,7 +109,7 @@ pub use ros_config::{
     FoxgloveConfig, Nav2Config, Nav2Pause, QosConfig, RosConfig, RosOutput, RosServiceMapping, SimTimeConfig,
 };
 pub use run::{Arguments, in_background, run, run_with};
-pub use schedule_inputs::{OBSERVED_TABLE, progress_in_force, read_progress, rules_in_force};
+pub use schedule_inputs::{MAX_TABLE_BYTES, OBSERVED_TABLE, progress_in_force, read_progress, rules_in_force};
 pub use service::{AnswerOf, Asked, CurrentActivity, Done, Event, Service, Standing};
 pub use setting::{
     Configured, KeptSetting, OlderSetting, Setting, SettingInForce, SettingKey, SettingSource, check_setting,

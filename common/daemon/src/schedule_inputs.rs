@@ -14,7 +14,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 /// Bytes of the largest table of progress.
-const MAX_TABLE_BYTES: u64 = 16 << 20;
+pub const MAX_TABLE_BYTES: u64 = 16 << 20;
 
 /// The rules that are in force once the configuration was read: those of the file that it names, with their earlier content
 /// where the file cannot be used any more, or the default ones.

@@ -114,10 +114,9 @@ impl DrawingSettings {
     /// The settings with the robot of this profile, set by a command of this user.
     ///
     /// # Errors
-    /// A file that is no profile.
-    pub(crate) fn commanded(&self, profile: &Path, by_uid: u32) -> Result<TriedSettings, Failure> {
-        let (_, file) = Robot::read_with_text(profile)?;
-        tried(self.profile.commanded(Some(file), by_uid), self.resolution.as_kept())
+    /// A text that is no profile.
+    pub(crate) fn commanded(&self, profile: FileText, by_uid: u32) -> Result<TriedSettings, Failure> {
+        tried(self.profile.commanded(Some(profile), by_uid), self.resolution.as_kept())
     }
 
     /// Takes what was tried; on disk when this returns. The answer is what was in force before.
@@ -198,11 +197,15 @@ mod tests {
         let (home, first, second) = folder();
         assert_eq!(in_force(&opened(&home, &first)), ("first", SettingSource::SiteToml, false));
         let mut settings = opened(&home, &first);
-        let tried = settings.commanded(&second, 7).unwrap();
+        let (_, profile) = Robot::read_with_text(&second).unwrap();
+        let tried = settings.commanded(profile.clone(), 7).unwrap();
         settings.keep(tried).unwrap();
         fs::remove_file(&second).unwrap();
         assert_eq!(in_force(&opened(&home, &first)), ("second", SettingSource::Command, false));
-        assert!(settings.commanded(&second, 7).is_err(), "the file is gone");
+        assert!(
+            settings.commanded(FileText { text: "radius_m = 9".to_owned(), ..profile }, 7).is_err(),
+            "it has no name"
+        );
         fs::write(&first, "name = \"first\"\nradius_m = 0.3\n").unwrap();
         let tried = settings.edited(&config(&first)).unwrap().unwrap();
         assert_eq!((tried.robot.name.as_str(), tried.robot.profile.radius_m), ("first", 0.3));

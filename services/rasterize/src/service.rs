@@ -280,7 +280,7 @@ impl Service for RasterizeService {
 
     fn answer(&mut self, request: RasterizeRequest, asked: &Asked) -> Result<Done<RasterizeAnswer>, Failure> {
         let RasterizeRequest::SetRobot { profile } = request;
-        let done = self.redraw(self.settings.commanded(&profile, asked.by.uid)?)?;
+        let done = self.redraw(self.settings.commanded(profile, asked.by.uid)?)?;
         self.record(Some(asked.by));
         let answer = RasterizeAnswer {
             grids: done.published,

@@ -11,7 +11,7 @@ use daemon::{
     ActualsSource, Asked, Caller, Configured, CurrentActivity, Done, Epochs, Event, Failure, FileText, History,
     HistoryEvent, HistoryKind, LatchedOutput, OBSERVED_TABLE, Published, ReportedProgress, ScheduleAnswer,
     ScheduleRequest, Service, Setting, SettingInForce, SettingKey, SettingSource, SiteConfig, Standing, StateFile,
-    checked_rate, progress_in_force, read_progress, write_durably,
+    checked_rate, progress_in_force, write_durably,
 };
 use frames::PlanTime;
 use jiff::tz::TimeZone;
@@ -197,19 +197,15 @@ impl ScheduleService {
     }
 
     /// Progress that was reported, or observed; a file that cannot be used changes nothing.
-    fn set_actuals(&mut self, file: Option<&Path>, source: ActualsSource) -> Result<Done, Failure> {
-        let bytes = match file {
-            Some(file) => read_progress(file).map_err(|e| format!("{} cannot be read: {e}", file.display()))?,
-            None => NO_PROGRESS.to_vec(),
-        };
-        let named = |e: &(dyn std::error::Error + 'static)| {
-            format!("{}: {}", file.unwrap_or(Path::new("")).display(), daemon::chain(e))
-        };
-        let actuals = parse_actuals(&bytes).map_err(|e| named(&e))?;
+    fn set_actuals(&mut self, file: Option<&FileText>, source: ActualsSource) -> Result<Done, Failure> {
+        let bytes = file.map_or(NO_PROGRESS, |file| file.text.as_bytes());
+        let path = file.map_or(Path::new(""), |file| &file.path);
+        let named = |e: &(dyn std::error::Error + 'static)| format!("{}: {}", path.display(), daemon::chain(e));
+        let actuals = parse_actuals(bytes).map_err(|e| named(&e))?;
         let mut overrides = self.overrides.clone();
         match (source, file) {
-            (ActualsSource::Reported, Some(file)) if actuals.is_empty() => {
-                let file = file.display();
+            (ActualsSource::Reported, Some(_)) if actuals.is_empty() => {
+                let file = path.display();
                 return Err(
                     format!("{file} has no rows: `groundplan actuals --clear` takes reported progress back").into()
                 );
@@ -223,13 +219,13 @@ impl ScheduleService {
         match source {
             ActualsSource::Reported => {
                 let tables = ReportedProgress::at(&self.state);
-                tables.add(&bytes).map_err(|e| format!("the table cannot be written: {e}"))?;
+                tables.add(bytes).map_err(|e| format!("the table cannot be written: {e}"))?;
                 self.take_progress(overrides, evaluated)
                     .or_else(|why| tables.take_back().map_err(Into::into).and(Err(why)))
             }
             ActualsSource::Observed => {
                 let table = self.state.join(OBSERVED_TABLE);
-                write_durably(&table, &bytes).map_err(|e| format!("{} cannot be written: {e}", table.display()))?;
+                write_durably(&table, bytes).map_err(|e| format!("{} cannot be written: {e}", table.display()))?;
                 self.take_progress(overrides, evaluated)
             }
         }
@@ -429,7 +425,7 @@ impl ScheduleService {
                     ActualsSource::Reported => "reported",
                     ActualsSource::Observed => "observed",
                 };
-                let from = file.map_or("none".to_owned(), |file| file.display().to_string());
+                let from = file.map_or("none".to_owned(), |file| file.path.display().to_string());
                 (HistoryKind::Progress, format!("{source} progress: {from}"))
             }
             ScheduleRequest::UndoActuals => {
@@ -549,7 +545,7 @@ impl Service for ScheduleService {
             ScheduleRequest::FollowWallClock => self.follow_wall_clock(asked.by)?,
             ScheduleRequest::Simulate { rate, from_s } => self.simulate(rate, from_s, asked.by)?,
             ScheduleRequest::GetPlanTime => self.done(),
-            ScheduleRequest::SetActuals { file, source } => self.set_actuals(file.as_deref(), source)?,
+            ScheduleRequest::SetActuals { file, source } => self.set_actuals(file.as_ref(), source)?,
             ScheduleRequest::UndoActuals => self.undo_actuals()?,
         };
         let plan_time_s = self.read_clock().0.plan_time_s;

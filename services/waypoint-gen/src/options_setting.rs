@@ -2,7 +2,7 @@
 
 use daemon::{Configured, Failure, FileText, OlderSetting, Setting, SettingKey, SiteConfig, StateFile};
 use serde::{Deserialize, Serialize};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use tracing::warn;
 use waypoints::MissionPlanOptions;
 
@@ -27,15 +27,17 @@ impl WaypointOptions {
     /// Those of a command; without a file, with the options that `site.toml` names.
     ///
     /// # Errors
-    /// A file that cannot be used.
+    /// Options that cannot be used.
     pub(crate) fn of_command(
-        file: Option<&Path>,
+        file: Option<FileText>,
         spaces: Vec<String>,
         changed_since_s: Option<i64>,
         in_site_toml: &Self,
     ) -> Result<Self, Failure> {
-        let read = |path| FileText::read(WHAT, path, MissionPlanOptions::parse).map(|(file, _)| file);
-        let file = file.map(read).transpose()?.or_else(|| in_site_toml.file.clone());
+        if let Some(file) = &file {
+            file.parse(WHAT, MissionPlanOptions::parse)?;
+        }
+        let file = file.or_else(|| in_site_toml.file.clone());
         Ok(Self { file, spaces, changed_since_s })
     }
 
@@ -94,7 +96,9 @@ pub(crate) fn open(config: &SiteConfig) -> Result<Setting<WaypointOptions>, Fail
         }
         let in_site_toml = configured(config).value.unwrap_or_default();
         // Only the name of its file was kept.
-        match WaypointOptions::of_command(options.as_deref(), spaces, changed_since_s, &in_site_toml) {
+        let read = |path: PathBuf| FileText::read(WHAT, &path, MissionPlanOptions::parse).map(|(file, _)| file);
+        let file = options.map(read).transpose().map_err(Failure::from);
+        match file.and_then(|file| WaypointOptions::of_command(file, spaces, changed_since_s, &in_site_toml)) {
             Ok(command) => Ok(Some(OlderSetting::Command(command))),
             Err(why) => {
                 let error = daemon::chain(why.as_ref());
@@ -116,6 +120,7 @@ mod tests {
     use super::*;
     use daemon::SettingSource;
     use std::fs;
+    use std::path::Path;
 
     fn config(home: &Path) -> SiteConfig {
         let options = home.join("options.toml");
@@ -140,7 +145,8 @@ mod tests {
         );
         let other = home.path().join("other.toml");
         fs::write(&other, "spaces = [\"C\"]\n").unwrap();
-        let command = WaypointOptions::of_command(Some(&other), Vec::new(), None, &in_site_toml).unwrap();
+        let (file, _) = FileText::read(WHAT, &other, MissionPlanOptions::parse).unwrap();
+        let command = WaypointOptions::of_command(Some(file), Vec::new(), None, &in_site_toml).unwrap();
         setting.keep(setting.commanded(command, 7)).unwrap();
         fs::remove_file(&other).unwrap();
         let setting = open(&config).unwrap();

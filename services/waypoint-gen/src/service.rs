@@ -198,8 +198,7 @@ impl Service for WaypointService {
         let tried = if options.is_none() && spaces.is_empty() && changed_since_s.is_none() {
             in_site_toml
         } else {
-            let wanted =
-                WaypointOptions::of_command(options.as_deref(), spaces, changed_since_s, in_site_toml.value())?;
+            let wanted = WaypointOptions::of_command(options, spaces, changed_since_s, in_site_toml.value())?;
             self.setting.commanded(wanted, asked.by.uid)
         };
         let done = self.replan(tried)?;

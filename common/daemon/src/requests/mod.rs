@@ -22,6 +22,7 @@ pub use web::WebRequest;
 mod tests {
     use super::*;
     use crate::failure::chain;
+    use crate::file_text::FileText;
     use crate::known_places::{KnownPlaces, PointInRoom};
     use crate::request::{Request, parse_request};
 
@@ -31,7 +32,8 @@ mod tests {
 
     #[test]
     fn a_request_of_another_daemon_is_refused_with_the_name_of_the_one_that_got_it() {
-        let robot = serde_json::to_vec(&RasterizeRequest::SetRobot { profile: "/r.toml".into() }).unwrap();
+        let profile = FileText { path: "/r.toml".into(), text: "name = \"x\"\n".to_owned() };
+        let robot = serde_json::to_vec(&RasterizeRequest::SetRobot { profile }).unwrap();
         assert!(parse_request::<RasterizeRequest>(&robot).is_ok());
         let all = [
             ("ifc-ingest", refusal::<IngestRequest>(&robot)),
@@ -40,7 +42,10 @@ mod tests {
             ("slam-align", refusal::<AlignRequest>(&robot)),
             ("rasterize", refusal::<RasterizeRequest>(b"\xff\x00 no JSON")),
             ("rasterize", refusal::<RasterizeRequest>(b"")),
-            ("rasterize", refusal::<RasterizeRequest>(br#"{"set_robot":{"profile":"/r.toml","speed":1}}"#)),
+            (
+                "rasterize",
+                refusal::<RasterizeRequest>(br#"{"set_robot":{"profile":{"path":"/r.toml","text":""},"speed":1}}"#),
+            ),
         ];
         for (daemon, refusal) in all {
             assert!(refusal.starts_with(&format!("this is no request of {daemon}: ")), "{refusal}");

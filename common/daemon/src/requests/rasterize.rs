@@ -1,20 +1,20 @@
 //! Requests to rasterize.
 
 use crate::facts::RobotSummary;
+use crate::file_text::FileText;
 use crate::request::{Published, Request};
 use crate::setting::SettingInForce;
 use bus::Daemon;
 use serde::{Deserialize, Serialize};
-use std::path::PathBuf;
 
 /// Requests to rasterize.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum RasterizeRequest {
-    /// The robot profile in this file.
+    /// The robot of this profile.
     SetRobot {
-        /// Absolute path.
-        profile: PathBuf,
+        /// Its content, which the client has read.
+        profile: FileText,
     },
 }
 

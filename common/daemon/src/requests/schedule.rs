@@ -1,10 +1,10 @@
 //! Requests to schedule-eval.
 
 use crate::facts::ProgressRows;
+use crate::file_text::FileText;
 use crate::request::{Published, Request};
 use bus::Daemon;
 use serde::{Deserialize, Serialize};
-use std::path::PathBuf;
 
 /// The slowest rate of a plan time: a second of it in twelve days.
 pub const MIN_RATE: f64 = 1e-6;
@@ -52,8 +52,8 @@ pub enum ScheduleRequest {
     /// Progress that was reported or observed, a CSV table with the columns id, start, finish; without a file there is
     /// none.
     SetActuals {
-        /// Absolute path.
-        file: Option<PathBuf>,
+        /// The table, which the client has read.
+        file: Option<FileText>,
         /// Each source has a table of its own.
         #[serde(default)]
         source: ActualsSource,

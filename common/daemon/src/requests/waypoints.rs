@@ -1,10 +1,10 @@
 //! Requests to waypoint-gen.
 
+use crate::file_text::FileText;
 use crate::request::{Published, Request};
 use crate::setting::SettingInForce;
 use bus::Daemon;
 use serde::{Deserialize, Serialize};
-use std::path::PathBuf;
 
 /// Requests to waypoint-gen.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -12,8 +12,8 @@ use std::path::PathBuf;
 pub enum WaypointRequest {
     /// What to plan, beside what is configured; with nothing, what is configured counts again.
     SetWaypoints {
-        /// Absolute path of options, in the place of those that `site.toml` names.
-        options: Option<PathBuf>,
+        /// Options that the client has read, in the place of those that `site.toml` names.
+        options: Option<FileText>,
         /// Only these spaces: names, long names or GlobalIds, with `*` and `?`.
         spaces: Vec<String>,
         /// Only what was built since this plan time, civil seconds since 1970.

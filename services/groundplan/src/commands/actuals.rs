@@ -5,7 +5,7 @@ use crate::failure::Failure;
 use crate::run::{Outcome, Run};
 use crate::wait::{ask, join, wait_for_schedule_state};
 use daemon::facts::ProgressRows;
-use daemon::{ActualsSource, ScheduleAnswer, ScheduleRequest};
+use daemon::{ActualsSource, FileText, MAX_TABLE_BYTES, ScheduleAnswer, ScheduleRequest};
 use frames::counted;
 use std::path::PathBuf;
 
@@ -50,7 +50,8 @@ impl Run for Args {
     /// # Errors
     /// No daemons, a file that cannot be used; what was reported before stays.
     fn run(&self) -> Result<Outcome, Failure> {
-        let file = self.file.as_ref().map(std::path::absolute).transpose().map_err(Failure::usage)?;
+        let read = |path| FileText::read_up_to("progress", path, MAX_TABLE_BYTES);
+        let file = self.file.as_deref().map(read).transpose().map_err(Failure::work)?;
         let config = self.site.config()?;
         let (bus, mut waiter) = join(&config)?;
         let request = if self.undo {

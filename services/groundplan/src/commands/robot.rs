@@ -4,7 +4,8 @@ use crate::args::SiteArgs;
 use crate::failure::Failure;
 use crate::run::{Outcome, Run};
 use crate::wait::{ask, join};
-use daemon::{RasterizeAnswer, RasterizeRequest};
+use daemon::{FileText, RasterizeAnswer, RasterizeRequest};
+use input_files::MAX_CONFIGURATION_BYTES;
 use std::path::PathBuf;
 
 /// Arguments of `robot`.
@@ -33,7 +34,8 @@ impl Run for Args {
     /// # Errors
     /// No daemons, a file that is no profile, a robot that cannot be drawn for; the robot of before stays.
     fn run(&self) -> Result<Outcome, Failure> {
-        let profile = std::path::absolute(&self.profile).map_err(Failure::usage)?;
+        let profile = FileText::read_up_to("robot profile", &self.profile, MAX_CONFIGURATION_BYTES);
+        let profile = profile.map_err(Failure::work)?;
         let (bus, mut waiter) = join(&self.site.config()?)?;
         let answer = ask(&bus, &mut waiter, &RasterizeRequest::SetRobot { profile })?;
         Ok(if self.json { Outcome::json(&answer)? } else { text(&answer).into() })

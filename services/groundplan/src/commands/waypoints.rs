@@ -5,8 +5,9 @@ use crate::date_argument;
 use crate::failure::Failure;
 use crate::run::{Outcome, Run};
 use crate::wait::{ask, join};
-use daemon::{WaypointAnswer, WaypointRequest};
+use daemon::{FileText, WaypointAnswer, WaypointRequest};
 use frames::counted;
+use input_files::MAX_CONFIGURATION_BYTES;
 use std::path::PathBuf;
 
 /// Arguments of `waypoints`.
@@ -43,7 +44,8 @@ impl Run for Args {
     /// # Errors
     /// No daemons, a file or date that cannot be used, a space that the site does not have; the options of before stay.
     fn run(&self) -> Result<Outcome, Failure> {
-        let options = self.options.as_deref().map(std::path::absolute).transpose().map_err(Failure::usage)?;
+        let read = |path| FileText::read_up_to("options of waypoints", path, MAX_CONFIGURATION_BYTES);
+        let options = self.options.as_deref().map(read).transpose().map_err(Failure::work)?;
         let config = self.site.config()?;
         let instant_s = |text| date_argument::instant_at_site_s(text, &config);
         let changed_since_s = self.changed_since.as_deref().map(instant_s).transpose()?;

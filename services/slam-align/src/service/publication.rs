@@ -7,7 +7,7 @@ use crate::newest_inputs::JobInputs;
 use crate::persisted_state::PersistedState;
 use crate::stored_evidence;
 use alignment::AlignmentSources;
-use daemon::{ActualsSource, ConfirmedElement, Failure, RequestTimeouts, ScheduleRequest, write_durably};
+use daemon::{ActualsSource, ConfirmedElement, Failure, FileText, RequestTimeouts, ScheduleRequest, write_durably};
 use deviations::AppliedObservations;
 use messages::{Activity, ArchiveBuffer, Checked, InputHashes, PoseValidity, ScheduleStateHead, payload};
 use std::sync::Arc;
@@ -128,9 +128,11 @@ impl AlignService {
 
     /// Sends the observed progress to schedule-eval.
     pub(super) fn apply(&self, observed: &AppliedObservations) -> Result<(), Failure> {
-        write_durably(&self.table, observed.table(self.config.apply).as_bytes())?;
+        let text = observed.table(self.config.apply);
+        write_durably(&self.table, text.as_bytes())?;
         let bus = self.bus.as_ref().ok_or("it is not attached to a bus")?;
-        let request = ScheduleRequest::SetActuals { file: Some(self.table.clone()), source: ActualsSource::Observed };
+        let file = Some(FileText { path: self.table.clone(), text });
+        let request = ScheduleRequest::SetActuals { file, source: ActualsSource::Observed };
         let pause = || {
             std::thread::sleep(RETRY_INTERVAL);
             Ok(())
