@@ -22,6 +22,8 @@ pub struct ExportInput<'a> {
     pub resolution_m: f64,
     /// True to write vertices, faces and edges of every element into `semantic.json`.
     pub with_geometry: bool,
+    /// True to write the footprints of all elements into `semantic.json` as they are, however many corners they have.
+    pub exact_footprints: bool,
     /// Probabilities that the schedule state was decided by; `None` if it is that of the plan.
     pub probability: Option<ProbabilityInput<'a>>,
 }
@@ -55,7 +57,7 @@ impl<'a> ExportInput<'a> {
         mission_plan: &'a MissionPlan<'a>,
     ) -> Option<Self> {
         let resolution_m = grids.heads().next()?.spec().resolution_m();
-        let (footprints, with_geometry, probability) = (&[], false, None);
+        let (footprints, with_geometry, exact_footprints, probability) = (&[], false, false, None);
         Some(Self {
             site,
             schedule_state,
@@ -65,6 +67,7 @@ impl<'a> ExportInput<'a> {
             footprints,
             resolution_m,
             with_geometry,
+            exact_footprints,
             probability,
         })
     }

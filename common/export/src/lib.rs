@@ -6,8 +6,8 @@
 //! - `report.json`: what was counted, assumed, replaced by a box or left out; of each storey how much floor is reached,
 //!   part by part; rooms on no map; closed doors, each once, on the storey on which it stands, with every reason in words
 //!   and as a code; floor at other levels; where dates come from and what is wrong with them.
-//! - `semantic.json`: every element and space by GlobalId, in the frame and epoch that it names: class, footprints, when
-//!   it is built and the source of its dates, doors, stairs, property sets.
+//! - `semantic.json`: every element and space by GlobalId, in the frame and epoch that it names: class, footprints within
+//!   a tolerance that it says, when it is built and the source of its dates, doors, stairs, property sets.
 //! - `waypoints.{json,csv,geojson}`: centres of open spaces that can be reached; scans with what they see; the order of the
 //!   tour; the other spaces with the reason and the GlobalId of the closed door.
 //! - `waypoints.wgs84.geojson`: the waypoints by longitude and latitude, if the projected system of the model (EPSG code)
@@ -63,7 +63,9 @@ mod labels;
 mod manifest;
 mod maps;
 mod mission_plan_picture;
+mod outlines;
 mod output_folder;
+mod painted_outline;
 mod pictures;
 mod probability_layer;
 mod provenance;

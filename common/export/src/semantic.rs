@@ -1,6 +1,8 @@
 //! `semantic.json`: elements and spaces by GlobalId.
 
 use crate::input::ExportInput;
+use crate::outlines::{FootprintTolerance, outlines};
+use crate::painted_outline::Outline;
 use crate::provenance::{link_rule, schedule_file};
 use crate::semantic_geometry::Geometry;
 use crate::text::{rounded, text_or_null};
@@ -24,6 +26,8 @@ pub struct Semantic {
     frame: &'static str,
     /// Epoch of the map frame.
     frame_epoch: u32,
+    /// How far footprints may deviate from the bodies.
+    footprint_tolerance: FootprintTolerance,
     /// Elements by GlobalId.
     elements: BTreeMap<String, Element>,
     /// Spaces by GlobalId.
@@ -42,12 +46,30 @@ struct Element {
     storeys: Vec<u32>,
     /// Upright box around its body in `map`; null without a body.
     aabb_m: Option<Aabb>,
-    /// Plan in the slab of each map storey it meets, by index: coordinates of a GeoJSON MultiPolygon, metres in `map`.
-    footprints: BTreeMap<u32, Coordinates>,
+    #[serde(flatten)]
+    footprints: Footprints,
     schedule: Schedule,
     attributes: Attributes,
     #[serde(flatten)]
     geometry: Option<Geometry>,
+}
+
+#[derive(Debug, Default, Serialize, JsonSchema)]
+struct Footprints {
+    /// Plan in the slab of each map storey it meets, by index: coordinates of a GeoJSON MultiPolygon, metres in `map`. Within
+    /// `footprint_tolerance` of its body; exact for doors and floors.
+    footprints: BTreeMap<u32, Coordinates>,
+    /// How far these may deviate from its body, if that is more than `footprint_tolerance`: it has too much detail.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    footprint_tolerance_m: Option<f64>,
+}
+
+impl Footprints {
+    fn add(&mut self, storey: u32, outline: &Outline) {
+        self.footprints.insert(storey, coordinates(&outline.area));
+        let own_m = outline.own_tolerance.map(metres);
+        self.footprint_tolerance_m = self.footprint_tolerance_m.into_iter().chain(own_m).reduce(f64::max);
+    }
 }
 
 /// Polygons of rings of points; exteriors counter-clockwise, first point repeated.
@@ -247,13 +269,12 @@ impl Semantic {
     /// Of the inputs of an export.
     pub fn of(input: &ExportInput<'_>) -> Self {
         let site = input.site;
-        let mut footprints: Vec<BTreeMap<u32, Coordinates>> = site.elements.iter().map(|_| BTreeMap::new()).collect();
+        let mut footprints: Vec<Footprints> = site.elements.iter().map(|_| Footprints::default()).collect();
         let mut storeys: Vec<Vec<u32>> = site.elements.iter().map(|_| Vec::new()).collect();
-        for (storey, cuts) in (0..).zip(input.footprints) {
-            for (element, footprint) in *cuts {
-                let footprint = footprint.get(|| site.element_meshes(&site.elements[*element as usize]));
-                footprints[*element as usize].insert(storey, coordinates(&footprint.area));
-                storeys[*element as usize].push(storey);
+        for (storey, outlines) in (0..).zip(outlines(input)) {
+            for (element, outline) in outlines {
+                footprints[element as usize].add(storey, &outline);
+                storeys[element as usize].push(storey);
             }
         }
         let rest = site.elements.iter().enumerate().zip(storeys).zip(footprints);
@@ -267,6 +288,7 @@ impl Semantic {
             version: 2,
             frame: "map",
             frame_epoch: site.head.frame_epoch,
+            footprint_tolerance: FootprintTolerance::of(input),
             elements: elements.collect(),
             spaces: spaces.collect(),
         }
@@ -279,7 +301,7 @@ impl Element {
         index: usize,
         record: &ElementRecord,
         storeys: Vec<u32>,
-        footprints: BTreeMap<u32, Coordinates>,
+        footprints: Footprints,
     ) -> Self {
         let site = input.site;
         let text = |t| site.text(t).to_owned();

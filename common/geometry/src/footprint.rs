@@ -137,6 +137,8 @@ impl SlabCut {
 #[derive(Debug, Clone)]
 pub struct LazyFootprint {
     slab: Slab,
+    /// Number of parts that it is united from.
+    n_parts: usize,
     united: OnceLock<Footprint>,
 }
 
@@ -144,10 +146,21 @@ impl LazyFootprint {
     /// Of a body that was cut at the slab. Fine meshes are cut again later: few of them are asked for.
     pub fn of(cut: SlabCut, slab: Slab) -> Self {
         let united = OnceLock::new();
+        let n_parts = cut.ends.len() + cut.sections.len();
         if cut.ends.len() <= MAX_PLANS_AT_ONCE {
             let _ = united.set(cut.footprint());
         }
-        Self { slab, united }
+        Self { slab, n_parts, united }
+    }
+
+    /// The slab in which it is.
+    pub fn slab(&self) -> Slab {
+        self.slab
+    }
+
+    /// Number of plans of triangles and sections that it is united from, whether it was already or not.
+    pub fn n_parts(&self) -> usize {
+        self.n_parts
     }
 
     /// The footprint of the body with these parts.
@@ -158,7 +171,7 @@ impl LazyFootprint {
 
 impl From<Footprint> for LazyFootprint {
     fn from(footprint: Footprint) -> Self {
-        Self { slab: Slab { lo: 0, hi: 0 }, united: footprint.into() }
+        Self { slab: Slab { lo: 0, hi: 0 }, n_parts: 0, united: footprint.into() }
     }
 }
 

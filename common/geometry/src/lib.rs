@@ -3,6 +3,7 @@
 //! Coordinates are whole tenths of a millimetre (`frames::tenths`), so that faces on one plane stay on it and results
 //! do not depend on noise. This crate knows no IFC, no grid and no file.
 
+mod body_shape;
 mod clusters;
 mod floor_faces;
 mod footprint;
@@ -12,11 +13,13 @@ mod overlay;
 mod polygon;
 mod section;
 mod simple_rings;
+mod simplified;
 mod slab;
 mod slopes;
 mod surfaces;
 mod treads;
 
+pub use body_shape::BodyShape;
 pub use floor_faces::{floor_faces, upward_triangles};
 pub use footprint::{Footprint, LazyFootprint, SlabCut, footprint};
 pub use mesh::{MeshView, is_closed, unit_normal};
@@ -24,6 +27,7 @@ pub use oriented_box::OrientedBox;
 pub use overlay::{FillRule, close_gaps, difference, intersection, offset, union, union_of};
 pub use polygon::{Bounds, MultiPolygon, Point, Polygon, Ring, edges, ring_area_doubled};
 pub use section::{Section, section};
+pub use simplified::simplified;
 pub use slab::{Slab, clip_to_slab};
 pub use slopes::ramp_faces;
 pub use surfaces::{SurfacePoint, Surfaces, surface_points};

@@ -6,7 +6,7 @@ use crate::polygon::Point;
 ///
 /// The slab's faces lie half a unit inside its bounds, so no vertex is ever on them: a top at `lo` is below the
 /// slab, a bottom at `hi` is above it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Slab {
     /// Lower bound.
     pub lo: i32,

@@ -2,56 +2,18 @@
 
 use convex::{Piece, PieceOptions, convex_pieces};
 use frames::metres;
-use geometry::MeshView;
+use geometry::{BodyShape, MeshView};
 use rayon::prelude::*;
 use std::collections::HashMap;
-use std::hash::{Hash, Hasher};
-
-/// A body; bodies are equal if they differ by a translation only.
-struct ElementBody<'a>(Vec<MeshView<'a>>);
-
-impl ElementBody<'_> {
-    fn origin(&self) -> [i32; 3] {
-        self.0.iter().flat_map(|m| m.vertices.first()).next().copied().unwrap_or_default()
-    }
-
-    fn vertices(&self) -> impl Iterator<Item = [i64; 3]> {
-        let origin = self.origin().map(i64::from);
-        self.0.iter().flat_map(|m| m.vertices).map(move |v| [0, 1, 2].map(|k| i64::from(v[k]) - origin[k]))
-    }
-
-    fn triangles(&self) -> impl Iterator<Item = &[[u32; 3]]> {
-        self.0.iter().map(|m| m.triangles)
-    }
-
-    fn sizes(&self) -> impl Iterator<Item = (usize, bool)> {
-        self.0.iter().map(|m| (m.vertices.len(), m.closed))
-    }
-}
-
-impl Hash for ElementBody<'_> {
-    fn hash<H: Hasher>(&self, state: &mut H) {
-        self.vertices().for_each(|v| v.hash(state));
-        self.triangles().for_each(|t| t.len().hash(state));
-    }
-}
-
-impl PartialEq for ElementBody<'_> {
-    fn eq(&self, other: &Self) -> bool {
-        self.sizes().eq(other.sizes()) && self.triangles().eq(other.triangles()) && self.vertices().eq(other.vertices())
-    }
-}
-
-impl Eq for ElementBody<'_> {}
 
 /// The convex pieces of each body.
 pub(super) fn pieces_of<'a>(
     bodies: impl Iterator<Item = Vec<MeshView<'a>>>,
     options: &PieceOptions,
 ) -> Vec<Vec<Piece>> {
-    let bodies: Vec<ElementBody<'a>> = bodies.map(ElementBody).collect();
-    let mut first: HashMap<&ElementBody<'_>, usize> = HashMap::new();
-    let mut cut: Vec<&ElementBody<'_>> = Vec::new();
+    let bodies: Vec<BodyShape<'a>> = bodies.map(BodyShape).collect();
+    let mut first: HashMap<&BodyShape<'_>, usize> = HashMap::new();
+    let mut cut: Vec<&BodyShape<'_>> = Vec::new();
     let which: Vec<usize> = bodies
         .iter()
         .map(|body| {
@@ -62,8 +24,8 @@ pub(super) fn pieces_of<'a>(
         })
         .collect();
     let pieces: Vec<Vec<Piece>> = cut.par_iter().map(|body| convex_pieces(body.0.iter().copied(), options)).collect();
-    let moved = |(body, which): (&ElementBody<'_>, usize)| {
-        let [from, to] = [cut[which], body].map(ElementBody::origin);
+    let moved = |(body, which): (&BodyShape<'_>, usize)| {
+        let [from, to] = [cut[which], body].map(BodyShape::origin);
         let shift_m = [0, 1, 2].map(|k| metres(to[k]) - metres(from[k]));
         pieces[which].iter().map(|p| p.shifted(shift_m)).collect()
     };

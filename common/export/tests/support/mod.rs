@@ -32,6 +32,7 @@ impl House {
             footprints: &[&self.footprints],
             resolution_m: 0.5,
             with_geometry: true,
+            exact_footprints: false,
             probability: None,
         })
     }

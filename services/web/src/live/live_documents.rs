@@ -32,7 +32,6 @@ pub(super) fn site_documents(config: &SiteConfig, set: &SiteSet<'_>) -> Result<M
     let resolution_m = grids.first().map_or(config.robot.resolution_m, |grid| grid.spec().resolution_m());
     // Footprints are not on the bus: cutting gives the same again.
     let cut = Rasterizer::new(site, &index.head.robot, resolution_m)?;
-    cut.unite_footprints(site);
     let footprints: Vec<_> = (0..grids.len()).map(|k| cut.footprints(k)).collect();
     let input = ExportInput {
         footprints: &footprints,

@@ -245,6 +245,7 @@ fn exported(
         footprints: &footprints,
         resolution_m: RESOLUTION_M,
         with_geometry: world,
+        exact_footprints: false,
         probability: None,
     };
     let worlds = if world { world::files(&input, &options).files } else { Vec::new() };

@@ -113,6 +113,7 @@ impl Planned {
                     footprints: &nothing,
                     resolution_m,
                     with_geometry: false,
+                    exact_footprints: false,
                     probability: None,
                 },
                 Vec::new(),

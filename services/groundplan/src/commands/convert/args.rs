@@ -61,6 +61,12 @@ pub struct Args {
     #[arg(long)]
     pub(super) with_geometry: bool,
 
+    /// Write exact footprints of all elements into semantic.json, which may take long and much room where they have much
+    /// detail [default: exact ones of doors and floors; within 5 mm of structure, and a third of a cell of furniture and
+    /// equipment]
+    #[arg(long)]
+    pub(super) exact_footprints: bool,
+
     /// The world.
     #[command(flatten)]
     pub(super) world: WorldArgs,

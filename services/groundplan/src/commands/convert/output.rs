@@ -158,7 +158,7 @@ impl Job<'_> {
     ) -> Result<Written, Failure> {
         let Self { site, arguments, options, world, progress, .. } = *self;
         progress.stage("writing");
-        if place.is_some() {
+        if place.is_some() && (arguments.exact_footprints || probability.is_some()) {
             maps.unite_footprints(site);
         }
         let input = ExportInput {
@@ -170,6 +170,7 @@ impl Job<'_> {
             footprints: maps.footprints,
             resolution_m: arguments.robot.resolution,
             with_geometry: arguments.with_geometry,
+            exact_footprints: arguments.exact_footprints,
             probability,
         };
         let start = options.start.map_or(Ok(false), |start| maps.check_start(site, schedule_state, options, start));

@@ -60,7 +60,6 @@ impl Sets {
         let inputs = CutInputs { site_hash: site.content_hash(), robot: profile, resolution_m };
         if self.cut.as_ref().is_none_or(|(of, _)| *of != inputs) {
             let rasterizer = Rasterizer::new(&site, &profile, resolution_m).map_err(Failure::work)?;
-            rasterizer.unite_footprints(&site);
             self.cut = Some((inputs, rasterizer));
         }
         let footprints: Vec<_> =
@@ -74,6 +73,7 @@ impl Sets {
             footprints: &footprints,
             resolution_m,
             with_geometry: false,
+            exact_footprints: false,
             probability: None,
         };
         let WorldFiles { files, diagnostics } = world_files(&input, world);
