@@ -50,8 +50,7 @@ fn rewritten(text: &str, new_id: &dyn Fn(u64) -> Option<u64>, state: &mut u64) -
             continue;
         }
         let code = renumbered(stretch);
-        let mut pieces = code.split_inclusive(';');
-        while let Some(piece) = pieces.next() {
+        for piece in code.split_inclusive(';') {
             *records.last_mut().unwrap() += piece.trim_start_matches(['\r', '\n']);
             if piece.ends_with(';') {
                 records.push(String::new());

@@ -9,7 +9,7 @@ pub fn simplified(region: &MultiPolygon, tolerance: i32) -> MultiPolygon {
     let mut rings: Vec<Ring> = Vec::new();
     for polygon in &region.0 {
         rings.push(exterior(&polygon.exterior, tolerance));
-        rings.extend(polygon.holes.iter().map(|hole| corners_kept(hole, tolerance)).filter(|hole| has_area(hole)));
+        rings.extend(polygon.holes.iter().map(|hole| corners_kept(hole, tolerance)).filter(has_area));
     }
     if rings.iter().map(Vec::len).sum::<usize>() == region.rings().map(Vec::len).sum() {
         return region.clone();

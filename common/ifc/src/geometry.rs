@@ -491,7 +491,7 @@ mod tests {
                 read(&file(&format!("{BASICS}#1=IFCWALL('wall',$,'W',$,$,#2,#121,$,$);{placement}"))).unwrap();
             assert!(matches!(model.elements[0].geometry.status, GeometryStatus::Failed { .. }), "{placement}");
             let codes: Vec<&str> = diagnostics.iter().map(|d| d.code.name()).collect();
-            assert_eq!(codes, ["placement_unusable", "geometry_failed"]);
+            assert!(codes.ends_with(&["placement_unusable", "geometry_failed"]), "{codes:?}");
         }
     }
 

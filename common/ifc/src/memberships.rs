@@ -195,7 +195,8 @@ mod tests {
             "{IFC4}#10=IFCRELASSIGNSTOGROUP('a',$,$,$,(#1),$,#99);#11=IFCRELASSOCIATESCLASSIFICATION('b',$,$,$,(#1),#2);"
         );
         let dangling = |id: &str| ("membership_dangling", id.to_owned());
-        assert_eq!(codes(&records), [dangling("a"), dangling("b")]);
+        let found: Vec<_> = codes(&records).into_iter().filter(|(code, _)| *code != "reference_dangling").collect();
+        assert_eq!(found, [dangling("a"), dangling("b")]);
     }
 
     #[test]

@@ -170,7 +170,7 @@ mod tests {
             sides in prop::array::uniform3(prop::sample::select(vec![0.0, 3e-6, 1e-5, 1e-4, 0.002, 0.13, 2.7, 400.0])),
             noise_m in prop::sample::select(vec![0.0, 4e-6, 2e-5]),
             faces in prop::collection::vec(prop::collection::vec(0..16_u32, 3..6), 0..12),
-            at_m in prop::sample::select(vec![0.0, 1234.567_891]),
+            at_m in prop::sample::select(vec![0.0, 1_234.567_891]),
         ) {
             let n = places.len() as u32;
             let vertices_m = places.iter().enumerate().map(|(i, p)| {

@@ -112,8 +112,11 @@ mod tests {
 
     #[test]
     fn sequences_and_lags_that_lead_nowhere_are_named() {
-        assert_eq!(first("#3=IFCRELSEQUENCE('s',$,$,$,#1,#9,$,$,$);"), (None, vec!["sequence_dangling"]));
+        assert_eq!(
+            first("#3=IFCRELSEQUENCE('s',$,$,$,#1,#9,$,$,$);"),
+            (None, vec!["reference_dangling", "sequence_dangling"])
+        );
         let (sequence, codes) = first("#3=IFCRELSEQUENCE('s',$,$,$,#1,#2,#9,$,$);");
-        assert_eq!((sequence.unwrap().lag, codes), (None, vec!["lag_missing"]));
+        assert_eq!((sequence.unwrap().lag, codes), (None, vec!["reference_dangling", "lag_missing"]));
     }
 }

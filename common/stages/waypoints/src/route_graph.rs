@@ -325,6 +325,7 @@ mod tests {
             robot: &robot,
             passages,
             reached: &reached,
+            barriers: &vec![Vec::new(); reached.len()],
         };
         let Some(path_grid) = PathGrid::of(&free_space, |_| true) else { return RouteGraph::default() };
         let anchor = |(at, of): (&[f64; 2], u32)| Anchor { at: Point2::new(at[0], at[1]), kind: NodeKind::Space, of };

@@ -178,7 +178,7 @@ fn the_same_door_is_closed_to_a_wider_robot() {
 
 /// What the plan says of the way to a space.
 fn access(planned: &Planned, space: char) -> (Option<&'static str>, String) {
-    let place = planned.archives.names.iter().position(|name| *name == space).unwrap();
+    let place = planned.archives.names.iter().position(|name| *name == space).expect("the plan has the space");
     let mission_plan = planned.mission_plan();
     (mission_plan.spaces[place].access.get().name(), mission_plan.access_reason(place).to_owned())
 }
