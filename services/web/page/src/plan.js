@@ -89,15 +89,25 @@ function showPart() {
     return;
   }
   const wanted = L.latLng(centre[1], centre[0]);
-  const isShown = map.getCenter().equals(wanted, 0.002) && Math.abs(map.getZoom() - (zoom ?? map.getZoom())) < 0.001;
-  if (!isShown) map.setView(wanted, zoom ?? map.getZoom(), { animate: false });
+  const at = zoom ?? map.getZoom();
+  if (middleOf(map.getCenter()).equals(wanted, 2e-5) && Math.abs(map.getZoom() - at) < 2e-5) return;
+  // Leaflet rounds down to whole pixels, of which the middle is one but for the last digits of its numbers.
+  const inside = map.project(wanted, at).add([0.25, 0.25]);
+  map.setView(map.unproject(inside, at), at, { animate: false });
+}
+
+// The middle of the plan whose corner lies on a whole pixel, as Leaflet draws it.
+function middleOf(centre) {
+  const half = map.getSize().divideBy(2);
+  return map.unproject(map.project(centre).subtract(half).add([0.1, 0.1]).floor().add(half));
 }
 
 // Keeps the part of the plan that is seen, for links.
 function keepPart() {
   if (document.body.classList.contains("printing") || map.getSize().x === 0) return;
-  const { lat: y, lng: x } = map.getCenter();
-  const round = (value) => Math.round(1000 * value) / 1000;
+  const { lat: y, lng: x } = middleOf(map.getCenter());
+  // Fine enough that a link gives the same pixels.
+  const round = (value) => Math.round(1e5 * value) / 1e5;
   if (isFitted()) update({ centre: null, zoom: null });
   else update({ centre: [round(x), round(y)], zoom: round(map.getZoom()) });
 }
