@@ -291,6 +291,8 @@ def a_link_restores_storey_date_layers_and_selection(browser, site):
 @fact
 def a_link_restores_the_part_of_the_plan_the_tab_the_camera_and_the_cut(browser, site):
     browser.open(site.link(layers="planning"))
+    browser.settled("#plan")
+    assert "centre" not in browser.fragment(), "all of the storey needs no part of the plan in its link"
     browser.named("button", "Zoom in").click()
     browser.drag(browser.driver.find_element(By.ID, "plan"), 60, 40)
     until("the part of the plan", lambda: {"centre", "zoom"} <= browser.fragment().keys())

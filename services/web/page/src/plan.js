@@ -66,14 +66,17 @@ export function createPlan() {
 
 export const planMap = () => map;
 
+let fitting = false; // while the map moves there
 let fitted = null; // the view that shows all of the storey, while nobody has moved it
 
 // Shows all of the storey, as large as it fits.
 function fitStorey() {
   const snap = map.options.zoomSnap;
+  fitting = true;
   map.options.zoomSnap = 0;
   map.fitBounds(boundsOfStorey(storeyOf(state.storey)), { padding: [6, 6], animate: false });
   map.options.zoomSnap = snap;
+  fitting = false;
   fitted = { center: map.getCenter(), zoom: map.getZoom() };
 }
 
@@ -104,7 +107,7 @@ function middleOf(centre) {
 
 // Keeps the part of the plan that is seen, for links.
 function keepPart() {
-  if (document.body.classList.contains("printing") || map.getSize().x === 0) return;
+  if (fitting || document.body.classList.contains("printing") || map.getSize().x === 0) return;
   const { lat: y, lng: x } = middleOf(map.getCenter());
   // Fine enough that a link gives the same pixels.
   const round = (value) => Math.round(1e5 * value) / 1e5;
@@ -117,12 +120,16 @@ function showStorey() {
   const storey = boundsOfStorey(storeyOf(state.storey));
   map.setMaxBounds(storey.pad(1));
   if (isFitted() || !map.getBounds().intersects(storey)) fitStorey();
+  keepPart();
 }
 
 function wireControls() {
   byId("zoom-in").addEventListener("click", () => map.zoomIn());
   byId("zoom-out").addEventListener("click", () => map.zoomOut());
-  byId("fit").addEventListener("click", () => fitStorey());
+  byId("fit").addEventListener("click", () => {
+    fitStorey();
+    keepPart();
+  });
 }
 
 function wirePointer() {
@@ -217,5 +224,6 @@ function keepSize(container) {
     const whole = isFitted();
     map.invalidateSize({ pan: true, animate: false });
     if (whole) fitStorey();
+    keepPart();
   }).observe(container);
 }

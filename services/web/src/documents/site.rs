@@ -24,7 +24,7 @@ pub(crate) struct SiteDocument<'a> {
     /// Names of the tasks of elements.
     tasks: Map<String, Value>,
     /// Index of the storey on which the robot starts, or that with the entrance; null where neither is known.
-    entrance: Option<u64>,
+    entrance: Option<u32>,
     findings: Findings,
 }
 
@@ -125,16 +125,26 @@ impl<'a> SiteDocument<'a> {
             remove(space, &["state", "why"]);
         }
         let findings = Findings::of(&report, &waypoints);
-        let entrance = entrance_of(&waypoints);
+        let entrance = entrance_of(&head.storeys, &waypoints);
         Self { version: VERSION, head, tiles: head.tiles(), dates, elements, spaces, tasks, entrance, findings }
     }
 }
 
-/// The storey of the robot's start, else the first one that it enters through an outer door.
-fn entrance_of(waypoints: &Value) -> Option<u64> {
-    let storeys = || waypoints["storeys"].as_array().into_iter().flatten();
-    let entered = |entry: &str| storeys().find(|storey| storey["entry"] == *entry).and_then(|s| s["storey"].as_u64());
-    entered("start").or_else(|| entered("outer_door"))
+/// Floors of entrances are that near to height 0: the outer door of a storey above leads to a balcony or a roof.
+const ENTRANCE_HEIGHT_M: f64 = 1.5;
+
+/// The storey of the robot's start, else the one at ground level that it enters through an outer door; of several the one
+/// nearest to height 0.
+fn entrance_of(storeys: &[Storey], waypoints: &Value) -> Option<u32> {
+    let entry = |storey: &Storey| {
+        let mut outcomes = waypoints["storeys"].as_array().into_iter().flatten();
+        outcomes.find(|outcome| outcome["storey"] == storey.index).and_then(|outcome| outcome["entry"].as_str())
+    };
+    let start = storeys.iter().find(|storey| entry(storey) == Some("start"));
+    let is_at_ground = |s: &&Storey| entry(s) == Some("outer_door") && s.floor_z_m.abs() <= ENTRANCE_HEIGHT_M;
+    let at_ground = storeys.iter().filter(is_at_ground);
+    let nearest = at_ground.min_by(|a, b| a.floor_z_m.abs().total_cmp(&b.floor_z_m.abs()));
+    start.or(nearest).map(|storey| storey.index)
 }
 
 fn remove(of: &mut Value, keys: &[&str]) {
@@ -163,7 +173,27 @@ mod tests {
         assert_eq!(document["elements"], json!({"a": element}));
         assert_eq!(document["tasks"], json!({"3.1": {"name": "Doors"}}));
         assert_eq!(document["spaces"], json!({"s": {"name": "G.01"}}));
-        assert_eq!(document["entrance"], 2);
         assert_eq!((&document["version"], &document["tiles"]["size"]), (&json!(1), &json!(512)));
+    }
+
+    #[test]
+    fn the_entrance_is_at_ground_level_and_not_on_a_balcony() {
+        let storey = |index, floor_z_m| Storey {
+            index,
+            name: None,
+            floor_z_m,
+            floor: "built".to_owned(),
+            origin_m: [0.0; 2],
+            size_cells: [1, 1],
+        };
+        let storeys = [storey(0, -3.0), storey(1, 0.2), storey(2, 3.2)];
+        let entrance = |entries: [&str; 3]| {
+            let outcomes: Vec<Value> =
+                entries.iter().enumerate().map(|(k, entry)| json!({"storey": k, "entry": entry})).collect();
+            entrance_of(&storeys, &json!({"storeys": outcomes}))
+        };
+        assert_eq!(entrance(["outer_door", "outer_door", "outer_door"]), Some(1));
+        assert_eq!(entrance(["placed", "placed", "outer_door"]), None);
+        assert_eq!(entrance(["start", "outer_door", "placed"]), Some(0));
     }
 }
