@@ -231,9 +231,9 @@ mod tests {
             ("IFCROOF", Class::Beam),
             ("IFCELEMENTASSEMBLY", Class::Column),
         ] {
-            // The assembly between is part of the whole, the member part of the assembly.
+            // The assembly between is part of the whole, the member part of the assembly; the member's GlobalId is the first.
             let records = format!(
-                "#1=IFCMEMBER('m',$,$,$,$,#103,#121,$,$);#2=IFCELEMENTASSEMBLY('a',$,$,$,$,#103,$,$,$,$);
+                "#1=IFCMEMBER('0',$,$,$,$,#103,#121,$,$);#2=IFCELEMENTASSEMBLY('a',$,$,$,$,#103,$,$,$,$);
                  #3={whole}('w',$,$,$,$,#103,$,$,$);#20=IFCRELAGGREGATES('r',$,$,$,#2,(#1));#21=IFCRELAGGREGATES('s',$,$,$,#3,(#2));"
             );
             assert_eq!(classes(&records, [0.1, 0.1, 3.0])[0], class, "{whole}");
@@ -264,11 +264,11 @@ mod tests {
     #[test]
     fn parts_of_doors_and_windows_are_no_floor_whatever_they_are_modelled_as() {
         let parts = [
-            "IFCSLAB('t',$,'threshold',$,$,#103,#121,$,.FLOOR.)",
-            "IFCCOVERING('t',$,'threshold',$,$,#103,#121,$,.FLOORING.)",
-            "IFCMEMBER('t',$,'sill',$,$,#103,#121,$,$)",
-            "IFCPLATE('t',$,'leaf',$,$,#103,#121,$,$)",
-            "IFCBUILDINGELEMENTPART('t',$,'leaf',$,$,#103,#121,$,$)",
+            "IFCSLAB('0',$,'threshold',$,$,#103,#121,$,.FLOOR.)",
+            "IFCCOVERING('0',$,'threshold',$,$,#103,#121,$,.FLOORING.)",
+            "IFCMEMBER('0',$,'sill',$,$,#103,#121,$,$)",
+            "IFCPLATE('0',$,'leaf',$,$,#103,#121,$,$)",
+            "IFCBUILDINGELEMENTPART('0',$,'leaf',$,$,#103,#121,$,$)",
         ];
         let whole_of = |part: &str, whole: &str, relation: &str| {
             // The assembly between is part of the whole, the part one of the assembly.

@@ -1,6 +1,6 @@
 //! What is wrong with a schedule file: what its reader found, and what its tasks say that cannot be.
 
-use crate::records::{shown_dates, three_point_record};
+use crate::task_values::{shown_dates, three_point_record};
 use frames::counted;
 use messages::*;
 use schedule_files::{FindingKind, PlanDate, PlanFile, PlanTask, PlanTaskKind};

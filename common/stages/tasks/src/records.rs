@@ -8,7 +8,7 @@ use crate::file_findings::{add_findings, first_names, named};
 use crate::link_rules::LinkRules;
 use crate::links::{LinkOrigin, Links, Target};
 use crate::schedule_file::ScheduleFile;
-use crate::task_values::{all_tasks, is_work, task_ids};
+use crate::task_values::{all_tasks, is_work, shown_dates, task_ids, three_point_record};
 use frames::counted;
 use messages::*;
 use schedule_files::{
@@ -145,26 +145,6 @@ fn task_record(builder: &mut TasksBuilder, task: &PlanTask) -> TaskRecord {
         step_id: 0,
         source: 0,
     }
-}
-
-/// Start and finish that the file plans: those of the current plan, and the actual start of what has begun.
-pub(crate) fn shown_dates(task: &PlanTask) -> [Option<PlanDate>; 2] {
-    let dates = &task.dates;
-    let has_begun = dates.actual[0].is_some() && dates.actual[1].is_none();
-    let start = if has_begun { dates.actual[0] } else { dates.current[0].or(dates.planned[0]) };
-    [start, dates.current[1].or(dates.remaining[1]).or(dates.planned[1])]
-}
-
-/// The three-point durations of a task, if it has any.
-pub(crate) fn three_point_record(task: &PlanTask, at: u32) -> Option<TaskUncertaintyRecord> {
-    let [optimistic, likely, pessimistic] = task.three_point.filter(|_| !task.is_inactive)?;
-    Some(TaskUncertaintyRecord {
-        duration_optimistic_s: optimistic.seconds,
-        duration_likely_s: likely.seconds,
-        duration_pessimistic_s: pessimistic.seconds,
-        task: at,
-        is_elapsed: u32::from(likely.is_elapsed),
-    })
 }
 
 /// A constraint of a task, with a flag that says whether its date goes before dependencies.

@@ -2,7 +2,8 @@
 
 use crate::folded::fold;
 use crate::schedule_file::ScheduleFile;
-use schedule_files::{PlanTask, PlanTaskKind};
+use messages::TaskUncertaintyRecord;
+use schedule_files::{PlanDate, PlanTask, PlanTaskKind};
 use std::collections::BTreeSet;
 
 /// A task of one of several schedule files.
@@ -35,6 +36,26 @@ pub(crate) fn task_ids(plans: &[ScheduleFile]) -> Vec<String> {
         name
     };
     all_tasks(plans).into_iter().map(name).collect()
+}
+
+/// Start and finish that the file plans: those of the current plan, and the actual start of what has begun.
+pub(crate) fn shown_dates(task: &PlanTask) -> [Option<PlanDate>; 2] {
+    let dates = &task.dates;
+    let has_begun = dates.actual[0].is_some() && dates.actual[1].is_none();
+    let start = if has_begun { dates.actual[0] } else { dates.current[0].or(dates.planned[0]) };
+    [start, dates.current[1].or(dates.remaining[1]).or(dates.planned[1])]
+}
+
+/// The three-point durations of a task, if it has any.
+pub(crate) fn three_point_record(task: &PlanTask, at: u32) -> Option<TaskUncertaintyRecord> {
+    let [optimistic, likely, pessimistic] = task.three_point.filter(|_| !task.is_inactive)?;
+    Some(TaskUncertaintyRecord {
+        duration_optimistic_s: optimistic.seconds,
+        duration_likely_s: likely.seconds,
+        duration_pessimistic_s: pessimistic.seconds,
+        task: at,
+        is_elapsed: u32::from(likely.is_elapsed),
+    })
 }
 
 /// Tasks that are work: no summaries, milestones or spans, and not switched off.
