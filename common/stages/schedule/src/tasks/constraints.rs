@@ -3,6 +3,7 @@
 //! A soft upper limit (start or finish no later than) moves no work: it counts for floats, and where it is not kept it is told. A firm
 //! one goes before dependencies, as do mandatory dates.
 
+use super::graph::label;
 use super::{TaskDates, Tasks};
 use crate::clock::Clock;
 use crate::diagnostics::{Entity, ScheduleDiagnostics};
@@ -167,7 +168,7 @@ pub(crate) fn report(tasks: &Tasks<'_>, dates: &[Option<TaskDates>], diagnostics
             continue;
         }
         if tasks.bound_s(sequence, before, duration_s).is_some_and(|bound_s| clock.between(own.start_s, bound_s) > 0) {
-            let predecessor = super::label(site, sequence.predecessor as usize);
+            let predecessor = label(site, sequence.predecessor as usize);
             let message = format!(
                 "the date of its constraint goes before its predecessor {predecessor}, which allows it later only"
             );

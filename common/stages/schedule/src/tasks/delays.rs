@@ -1,6 +1,7 @@
 //! What-if delays: moves tasks and their successors after float is used up.
 
-use super::resolve::{dependencies, roll_up};
+use super::graph::dependencies;
+use super::resolve::roll_up;
 use super::{SpanBounds, TaskDates, Tasks, ends, span_dates, with_ancestors};
 use messages::SequenceRecord;
 

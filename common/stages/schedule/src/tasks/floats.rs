@@ -3,7 +3,7 @@
 //! # Source
 //! Kelley and Walker, "Critical-Path Planning and Scheduling", 1959.
 
-use super::resolve::dependencies;
+use super::graph::dependencies;
 use super::{TaskDates, Tasks, ends, with_ancestors};
 use messages::{SequenceRecord, Site};
 

@@ -1,5 +1,6 @@
-//! Topological order of tasks, and dependency cycles.
+//! Topological order of tasks, dependency cycles, and what a task is called.
 
+use messages::{NONE, Site};
 use petgraph::algo::kosaraju_scc;
 use petgraph::graph::{DiGraph, NodeIndex};
 
@@ -32,6 +33,24 @@ impl Order {
     pub(crate) fn groups(&self) -> impl DoubleEndedIterator<Item = (&[u32], bool)> {
         self.groups.iter().map(Vec::as_slice).zip(self.is_cycle.iter().copied())
     }
+}
+
+/// Summary tasks with the tasks nested in them.
+pub(super) fn nesting(site: &Site<'_>) -> impl Iterator<Item = (u32, u32)> {
+    site.schedule.tasks.iter().zip(0..).filter(|(t, _)| t.parent != NONE).map(|(t, k)| (t.parent, k))
+}
+
+/// All dependencies, whether dates are written or not: for cycles, delays and floats.
+pub(crate) fn dependencies(site: &Site<'_>) -> Order {
+    let sequences = site.schedule.sequences.iter().map(|s| (s.successor, s.predecessor));
+    Order::of(site.schedule.tasks.len(), nesting(site).chain(sequences))
+}
+
+/// Name of a task for people, its GlobalId where it has none.
+pub(crate) fn label(site: &Site<'_>, task: usize) -> String {
+    let record = &site.schedule.tasks[task];
+    let name = site.schedule.text(record.name);
+    if name.is_empty() { site.schedule.text(record.global_id).to_owned() } else { format!("{name:?}") }
 }
 
 #[cfg(test)]

@@ -12,8 +12,8 @@ pub(crate) use constraints::{Limits, limits, report as report_constraints};
 pub(crate) use delays::{delay, total_delay_s};
 pub use floats::Floats;
 pub(crate) use floats::floats;
-use graph::Order;
-pub(crate) use resolve::{WorkStarts, dependencies, label, resolve};
+pub(crate) use graph::dependencies;
+pub(crate) use resolve::{WorkStarts, resolve};
 pub(crate) use span::{SpanBounds, span_dates};
 pub(crate) use task_times::{TaskKind, TaskTimeTexts, TaskTimes, kind_of, task_times, written_span_s};
 

@@ -4,8 +4,9 @@
 //! Kelley and Walker, "Critical-Path Planning and Scheduling", 1959; precedence diagrams with lags after Fondahl, 1961.
 
 use super::floats::{free_float_s, outgoing};
+use super::graph::{Order, dependencies, label, nesting};
 use super::task_times::inherited;
-use super::{Order, TaskDates, TaskTimes, Tasks, with_ancestors};
+use super::{TaskDates, TaskTimes, Tasks, with_ancestors};
 use crate::diagnostics::{Entity, ScheduleDiagnostics};
 use messages::{DateSource, DiagnosticCode, NONE, Severity, Site};
 
@@ -248,24 +249,6 @@ pub(super) fn roll_up(nested: &[TaskDates]) -> TaskDates {
         finish_s: nested.iter().map(|d| d.finish_s).max().expect(least),
         source: nested.iter().map(|d| d.source).max().expect(least),
     }
-}
-
-/// Summary tasks with the tasks nested in them.
-fn nesting(site: &Site<'_>) -> impl Iterator<Item = (u32, u32)> {
-    site.schedule.tasks.iter().zip(0..).filter(|(t, _)| t.parent != NONE).map(|(t, k)| (t.parent, k))
-}
-
-/// All dependencies, whether dates are written or not: for cycles, delays and floats.
-pub(crate) fn dependencies(site: &Site<'_>) -> Order {
-    let sequences = site.schedule.sequences.iter().map(|s| (s.successor, s.predecessor));
-    Order::of(site.schedule.tasks.len(), nesting(site).chain(sequences))
-}
-
-/// Name of a task for people, its GlobalId where it has none.
-pub(crate) fn label(site: &Site<'_>, task: usize) -> String {
-    let record = &site.schedule.tasks[task];
-    let name = site.schedule.text(record.name);
-    if name.is_empty() { site.schedule.text(record.global_id).to_owned() } else { format!("{name:?}") }
 }
 
 fn depth(site: &Site<'_>, task: usize) -> usize {
