@@ -23,7 +23,7 @@ use std::time::{Duration, UNIX_EPOCH};
 use tracing::warn;
 
 /// What a process says of itself; `F` are the facts of a daemon, see [`crate::facts`].
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Report<F = serde_json::Value> {
     /// Its process.
     pub process_id: u32,
@@ -258,18 +258,12 @@ mod tests {
     fn report(error: Option<&str>) -> Report {
         Report {
             process_id: 7,
-            restarts: 0,
             stamp_ns: Stamp::now().0,
             activity: "idle".to_owned(),
             memory_bytes: 1,
             error: error.map(str::to_owned),
-            warning: None,
-            epochs: BTreeMap::new(),
-            output_stamp_ns: None,
-            latency_s: None,
-            outputs: Vec::new(),
-            busy: None,
             facts: serde_json::json!({"storeys": 3}),
+            ..Report::default()
         }
     }
 

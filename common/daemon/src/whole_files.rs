@@ -91,9 +91,9 @@ impl FileWatch {
     /// A file that could not be read both times, with its path.
     pub fn look(&mut self, paths: &[PathBuf]) -> Option<Result<WholeFiles, Failure>> {
         let stamps = stamps_of(paths);
-        match &self.last_look {
-            Some(last) if last.paths == paths && last.stamps == stamps && last.at.elapsed() < SETTLE => return None,
-            _ => {}
+        let is_early = |last: &Look| last.paths == paths && last.stamps == stamps && last.at.elapsed() < SETTLE;
+        if self.last_look.as_ref().is_some_and(is_early) {
+            return None;
         }
         let read: Vec<_> = paths.iter().map(|path| self.read(path)).collect();
         let sha256: Vec<_> =

@@ -1,4 +1,4 @@
-//! What a service works on, since when, and whether its threads still run.
+//! Watch over a service: the job that it works on, its begin, and a verdict whether any of its threads still runs.
 //!
 //! Work may take long, and that is no fault: what counts is whether anything of it runs. A thread that waits for a file that does
 //! not come, as on a network mount that is away, neither computes nor is woken. The loop looks once a heartbeat; when nothing has

@@ -140,19 +140,9 @@ mod tests {
         let instant_s_of = |text: &str| instant_at_site_s(text, &SiteConfig::read(&path).unwrap());
         let at = |site_zone: Option<&str>| {
             let report = Report {
-                process_id: 1,
-                restarts: 0,
-                stamp_ns: 0,
                 activity: "published".to_owned(),
-                memory_bytes: 0,
-                error: None,
-                warning: None,
-                epochs: Default::default(),
-                output_stamp_ns: None,
-                latency_s: None,
-                outputs: Vec::new(),
-                busy: None,
                 facts: ScheduleFacts { site_zone: site_zone.map(str::to_owned), ..ScheduleFacts::default() },
+                ..Report::default()
             };
             std::fs::write(board.join("schedule-eval.json"), serde_json::to_vec(&report).unwrap()).unwrap();
             instant_s_of("2024-04-15T06:00:00Z")

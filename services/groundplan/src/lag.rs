@@ -1,4 +1,4 @@
-//! Which daemon's output is not of what is in force before it, and for how long: clock, schedule state and grids are a chain.
+//! Lags of the chain site, clock, schedule state, grids: a daemon's output that is not of the output before it, and for how long.
 //!
 //! A difference is usual while the next output is made. One that lasts longer than that is told, also where no daemon has an error.
 
@@ -111,21 +111,14 @@ mod tests {
 
     const S: u64 = 1_000_000_000;
 
-    fn report<F>(facts: F, epochs: &[(&str, u64)], outputs: &[(u64, u64)]) -> Report<F> {
+    fn report<F: Default>(facts: F, epochs: &[(&str, u64)], outputs: &[(u64, u64)]) -> Report<F> {
         Report {
-            process_id: 7,
-            restarts: 0,
-            stamp_ns: 0,
             activity: "published".to_owned(),
-            memory_bytes: 0,
-            error: None,
-            warning: None,
             epochs: epochs.iter().map(|(topic, epoch)| ((*topic).to_owned(), *epoch)).collect(),
             output_stamp_ns: outputs.last().map(|(_, at_s)| at_s * S),
-            latency_s: None,
             outputs: outputs.iter().map(|&(epoch, at_s)| OutputStamp { epoch, stamp_ns: at_s * S }).collect(),
-            busy: None,
             facts,
+            ..Report::default()
         }
     }
 

@@ -2,7 +2,7 @@
 
 use super::services;
 use crate::error::PortError;
-use crate::limits::{KEPT_PLACES, MAX_NODES};
+use crate::limits::MAX_NODES;
 use crate::wakeup::{EventService, Wakeup, Wakeups};
 use iceoryx2::node::Node;
 use iceoryx2::port::event_id::EventId;
@@ -21,7 +21,7 @@ pub(crate) struct EventPort {
 }
 
 impl EventPort {
-    /// A guest leaves [`KEPT_PLACES`] to others.
+    /// A guest leaves places to others.
     pub(super) fn open(node: &Node<Service>, name: EventService, is_guest: bool) -> Result<Self, PortError> {
         let what = || format!("event/{}", name.text());
         let full = |max| PortError::Full { what: what(), max };
@@ -39,10 +39,7 @@ impl EventPort {
             NotifierCreateError::ExceedsMaxSupportedNotifiers => full(MAX_NODES),
             e => refused(&e),
         })?;
-        let most = MAX_NODES - KEPT_PLACES;
-        if is_guest && service.dynamic_config().number_of_listeners() > most {
-            return Err(full(most));
-        }
+        services::leave_places(is_guest, service.dynamic_config().number_of_listeners(), MAX_NODES, what)?;
         Ok(Self { listener, notifier })
     }
 

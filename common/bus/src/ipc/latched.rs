@@ -7,7 +7,7 @@ use super::node::check_memory;
 use super::services;
 use super::wire::{WireBlock, WireHeader};
 use crate::error::{PortError, PublishError, ReceiveError};
-use crate::limits::{KEPT_PLACES, MAX_NODES, MAX_SUBSCRIBERS};
+use crate::limits::{MAX_NODES, MAX_SUBSCRIBERS};
 use crate::names::TopicName;
 use crate::wakeup::{EventService, Wakeup};
 use iceoryx2::port::LoanError;
@@ -182,10 +182,12 @@ impl TopicReader {
             }
             e => PortError::Refused { what: what(), reason: format!("{e:?}") },
         })?;
-        let most = MAX_SUBSCRIBERS - KEPT_PLACES;
-        if membership.is_guest && service.dynamic_config().number_of_subscribers() > most {
-            return Err(PortError::Full { what: what(), max: most });
-        }
+        services::leave_places(
+            membership.is_guest,
+            service.dynamic_config().number_of_subscribers(),
+            MAX_SUBSCRIBERS,
+            what,
+        )?;
         // The producer delivers the last sample when this event wakes it.
         event_port.notify(Wakeup::LateJoiner);
         Ok(Self { port, topic, membership: Arc::clone(membership) })

@@ -1,7 +1,10 @@
 //! iceoryx2 services of a domain: names and quality of service, shared by creator and openers.
 
 use super::wire::{WireBlock, WireCommand, WireHeader, WireStatus};
-use crate::limits::{MAX_BORROWED, MAX_CLIENTS, MAX_NODES, MAX_OPEN, MAX_SUBSCRIBERS, REPLY_BUFFER, STATUS_BUFFER};
+use crate::error::PortError;
+use crate::limits::{
+    KEPT_PLACES, MAX_BORROWED, MAX_CLIENTS, MAX_NODES, MAX_OPEN, MAX_SUBSCRIBERS, REPLY_BUFFER, STATUS_BUFFER,
+};
 use crate::names::{Daemon, TopicName};
 use iceoryx2::node::Node;
 use iceoryx2::port::event_id::EventId;
@@ -78,4 +81,14 @@ pub(crate) fn event(node: &Node<Service>, name: &str) -> event::Builder<Service>
         .max_notifiers(MAX_NODES)
         .max_nodes(MAX_NODES)
         .notifier_dead_event(EventId::new(crate::wakeup::Wakeup::Dead as usize))
+}
+
+/// Refuses a guest that has taken one of the last [`KEPT_PLACES`] of `max` places, of which `n` are taken now. Asked after the place is
+/// taken: of two guests that come at once none gets one too many.
+///
+/// # Errors
+/// Too few places are left.
+pub(super) fn leave_places(is_guest: bool, n: usize, max: usize, what: impl Fn() -> String) -> Result<(), PortError> {
+    let most = max - KEPT_PLACES;
+    if is_guest && n > most { Err(PortError::Full { what: what(), max: most }) } else { Ok(()) }
 }

@@ -1,4 +1,4 @@
-//! What a schedule file says of its tasks counts where dates are computed, or is told.
+//! Constraints, lags, data dates and progress of schedule files: each counts where dates are computed, or is told.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
 mod support;

@@ -1,4 +1,4 @@
-//! What is wrong with a schedule file: what its reader found, and what its tasks say that cannot be.
+//! Findings about a schedule file: those of its reader, and contradictions of its tasks.
 
 use crate::task_values::{shown_dates, three_point_record};
 use frames::counted;

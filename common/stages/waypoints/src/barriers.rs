@@ -1,4 +1,4 @@
-//! What keeps the robot from the parts that it does not get to: of all ways there the one with the fewest obstacles.
+//! Obstacles between the robot and each part that it does not get to, on the way there that has the fewest.
 
 use crate::floor_parts::parts_at;
 use crate::free_space::FreeSpace;

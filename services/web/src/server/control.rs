@@ -5,7 +5,8 @@ use super::served::Served;
 use crate::live::{ControlError, LiveSite};
 use axum::Json;
 use axum::body::Bytes;
-use axum::extract::{ConnectInfo, State};
+use axum::extract::{ConnectInfo, FromRequestParts, State};
+use axum::http::request::Parts;
 use axum::http::{HeaderMap, StatusCode};
 use axum::response::{IntoResponse, Response};
 use serde::Deserialize;
@@ -32,37 +33,33 @@ struct Confirm {
 }
 
 /// Who asks, for the log.
-struct Viewer {
+pub(super) struct Viewer {
     address: SocketAddr,
     /// For whom a proxy asks, as it says.
     forwarded_for: Option<String>,
 }
 
-impl Viewer {
-    fn of(address: SocketAddr, headers: &HeaderMap) -> Self {
-        let named = ["x-forwarded-for", "forwarded"].into_iter().find_map(|name| headers.get(name));
+impl<S: Send + Sync> FromRequestParts<S> for Viewer {
+    type Rejection = <ConnectInfo<SocketAddr> as FromRequestParts<S>>::Rejection;
+
+    async fn from_request_parts(parts: &mut Parts, state: &S) -> Result<Self, Self::Rejection> {
+        let ConnectInfo(address) = ConnectInfo::from_request_parts(parts, state).await?;
+        let named = ["x-forwarded-for", "forwarded"].into_iter().find_map(|name| parts.headers.get(name));
         let text = named.map(|value| String::from_utf8_lossy(value.as_bytes()).chars().take(MAX_LOGGED).collect());
-        Self { address, forwarded_for: text }
+        Ok(Self { address, forwarded_for: text })
     }
 }
 
 pub(super) async fn set_date(
     State(served): State<Served>,
-    ConnectInfo(address): ConnectInfo<SocketAddr>,
+    viewer: Viewer,
     headers: HeaderMap,
     body: Bytes,
 ) -> Response {
-    let viewer = Viewer::of(address, &headers);
     carry_out(served, viewer, &headers, &body, |live, SetDate { at }| live.set_date(at)).await
 }
 
-pub(super) async fn confirm(
-    State(served): State<Served>,
-    ConnectInfo(address): ConnectInfo<SocketAddr>,
-    headers: HeaderMap,
-    body: Bytes,
-) -> Response {
-    let viewer = Viewer::of(address, &headers);
+pub(super) async fn confirm(State(served): State<Served>, viewer: Viewer, headers: HeaderMap, body: Bytes) -> Response {
     carry_out(served, viewer, &headers, &body, |live, Confirm { global_id }| live.confirm(global_id)).await
 }
 
