@@ -244,11 +244,13 @@ fn plan(site: &Site<'_>) -> ArchiveBuffer {
     b.head = TasksHead { site_hash: site.content_hash(), n_elements: 3, ..b.head };
     let file = b.texts.add("plan.xml").into();
     b.sources.push(ScheduleSourceRecord { file, written_by: ScheduleText::default(), sha256: [2; 32] });
-    for (id, actual_start) in [("A1", ""), ("A2", "2024-03-01T07:00:00+01:00"), ("D1", ""), ("M1", "")] {
+    let at_s = "2024-03-01T07:00:00".parse::<PlanTime>().unwrap().civil_seconds();
+    let began = CivilDate { at_s, offset_s: Some(3_600), is_day: false };
+    b.schedule.dates.push(ScheduleDateRecord::new(began, ScheduleDateKind::ActualStart, 1));
+    for id in ["A1", "A2", "D1", "M1"] {
         let task = TaskRecord {
             global_id: b.texts.add(id).into(),
             name: b.texts.add("walls, inner").into(),
-            actual_start: b.texts.add(actual_start).into(),
             parent: NONE,
             control: NONE,
             calendar: NONE,

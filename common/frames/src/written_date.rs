@@ -3,7 +3,7 @@
 use crate::{PlanTime, PlanTimeError};
 use jiff::Timestamp;
 use jiff::civil::DateTime;
-use jiff::tz::TimeZone;
+use jiff::tz::{Offset, TimeZone};
 use serde::Deserialize;
 
 /// Seconds of a civil day.
@@ -54,7 +54,11 @@ impl WrittenDate {
         let Some(offset_s) = offset_s else { return Ok(Self { at_s, is_day }) };
         let utc_s = at_s.saturating_sub(offset_s);
         let instant = Timestamp::from_second(utc_s).map_err(|_| DateError::Unreadable(utc_s.to_string()))?;
-        let zone = site_zone.ok_or_else(|| DateError::NoSiteZone(instant.to_string()))?;
+        let written = || {
+            let offset = i32::try_from(offset_s).ok().and_then(|s| Offset::from_seconds(s).ok());
+            instant.display_with_offset(offset.unwrap_or(Offset::UTC)).to_string()
+        };
+        let zone = site_zone.ok_or_else(|| DateError::NoSiteZone(written()))?;
         Ok(Self { at_s: seconds(zone.to_datetime(instant)), is_day: false })
     }
 

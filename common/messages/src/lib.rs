@@ -47,6 +47,8 @@ pub mod payload;
 mod python_layouts;
 mod robot;
 mod sample_header;
+mod schedule_date_view;
+mod schedule_dates;
 mod schedule_records;
 mod schedule_state;
 mod site;
@@ -87,6 +89,9 @@ pub use packed_grid::HeldGrid;
 pub use payload::Payload;
 pub use robot::{DoorCapability, RobotLimitError, RobotProfile};
 pub use sample_header::{InputHashes, SampleError, SampleHeader};
+pub use schedule_dates::{
+    CivilDate, ScheduleDate, ScheduleDateKind, ScheduleDateRecord, ScheduleLength, TaskDurationRecord,
+};
 pub use schedule_records::*;
 pub use schedule_state::{
     DateSource, ElementScheduleRecord, ElementState, ScheduleState, ScheduleStateBuilder, ScheduleStateHead,

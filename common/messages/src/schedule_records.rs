@@ -1,5 +1,7 @@
-//! Records of a work schedule, in the `site` and `tasks` archives. Dates and durations are texts in ISO 8601, as `ifc::TaskTime`
-//! says.
+//! Records of a work schedule, in the `site` and `tasks` archives.
+//!
+//! Dates and durations of models are texts in ISO 8601, as `ifc::TaskTime` says; those of planners' files are typed, and their texts
+//! are empty: see [`crate::ScheduleDateRecord`].
 
 use crate::Text;
 use crate::tag::Tag;
@@ -198,8 +200,10 @@ pub enum DurationKind {
 pub struct SequenceRecord {
     /// GlobalId.
     pub global_id: ScheduleText,
-    /// Lag as a duration; empty if there is none, or a ratio.
+    /// Lag as a duration; empty if there is none, or one in seconds, or a ratio.
     pub lag: ScheduleText,
+    /// Lag of a planner's file in seconds; 0 if there is none, or a text, or a ratio.
+    pub lag_s: i64,
     /// Lag as a part of the predecessor's duration; 0 if it is none.
     pub lag_ratio: f64,
     /// STEP id in its file.
@@ -217,7 +221,7 @@ pub struct SequenceRecord {
     /// Calendar in whose working time the lag is counted, or `NONE`: that of the successor.
     pub lag_calendar: u32,
 }
-const _: () = assert!(size_of::<SequenceRecord>() == 56);
+const _: () = assert!(size_of::<SequenceRecord>() == 64);
 
 /// How two tasks depend on each other: which end of the predecessor bounds which end of the successor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, CheckedBitPattern, NoUninit)]

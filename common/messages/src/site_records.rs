@@ -43,6 +43,9 @@ pub(crate) mod section {
     pub(crate) const SCHEDULE_SOURCES: u32 = 41;
     /// Only in archives that have any.
     pub(crate) const TASK_CONSTRAINTS: u32 = 42;
+    /// Only in archives of schedule files that have any.
+    pub(crate) const SCHEDULE_DATES: u32 = 43;
+    pub(crate) const TASK_DURATIONS: u32 = 44;
 }
 
 /// Data of the whole site: one record.

@@ -2,6 +2,7 @@
 
 use crate::archive::{Archive, ArchiveError, NONE};
 use crate::diagnostic_record::{DiagnosticRecord, check_diagnostics};
+use crate::schedule_dates::{ScheduleDateRecord, ScheduleLength, TaskDurationRecord};
 use crate::schedule_records::*;
 use crate::site_records::section;
 use crate::spans::{fits, optional};
@@ -39,6 +40,10 @@ pub struct WorkSchedule<'a> {
     pub uncertainties: &'a [TaskUncertaintyRecord],
     /// Dates that bind tasks, in the order of the tasks; of most schedules none.
     pub constraints: &'a [TaskConstraintRecord],
+    /// Dates of planners' files by kind and owner; [`Self::date`] finds them. Of the schedule of the models none.
+    pub dates: &'a [ScheduleDateRecord],
+    /// Planned lengths of tasks of planners' files, ascending by task; [`Self::duration`] finds them.
+    pub durations: &'a [TaskDurationRecord],
 }
 
 /// Numbers of what tasks may work on.
@@ -67,6 +72,8 @@ impl<'a> WorkSchedule<'a> {
             task_links: archive.section(section::TASK_LINKS)?,
             uncertainties: archive.optional_section(section::TASK_UNCERTAINTIES)?,
             constraints: archive.optional_section(section::TASK_CONSTRAINTS)?,
+            dates: archive.optional_section(section::SCHEDULE_DATES)?,
+            durations: archive.optional_section(section::TASK_DURATIONS)?,
         })
     }
 
@@ -86,6 +93,15 @@ impl<'a> WorkSchedule<'a> {
         text.0.of(self.strings).expect("texts were checked when the archive was opened")
     }
 
+    /// The lag of a sequence; `None` if it has none, or a ratio.
+    pub fn lag(&self, sequence: &SequenceRecord) -> Option<ScheduleLength<'a>> {
+        match self.text(sequence.lag) {
+            "" if sequence.lag_s == 0 => None,
+            "" => Some(ScheduleLength::Seconds(sequence.lag_s)),
+            text => Some(ScheduleLength::Text(text)),
+        }
+    }
+
     /// Checks tags, indices and texts.
     pub(crate) fn check(&self, targets: LinkTargets) -> Result<(), ArchiveError> {
         check_tags(self.work_times.iter().map(|w| w.kind), "kind of recurrence")?;
@@ -96,6 +112,7 @@ impl<'a> WorkSchedule<'a> {
         check_tags(self.constraints.iter().map(|c| c.kind), "kind of constraint")?;
         check_diagnostics(self.diagnostics)?;
         self.check_indices(targets)?;
+        self.check_dates()?;
         self.check_texts()
     }
 

@@ -1,6 +1,7 @@
 //! Records of a work schedule to be, in the archive that has it.
 
 use crate::archive::SectionList;
+use crate::schedule_dates::{ScheduleDateRecord, TaskDurationRecord};
 use crate::schedule_records::*;
 use crate::site_records::section;
 
@@ -17,6 +18,8 @@ pub struct WorkScheduleRecords {
     pub task_links: Vec<TaskLinkRecord>,
     pub uncertainties: Vec<TaskUncertaintyRecord>,
     pub constraints: Vec<TaskConstraintRecord>,
+    pub dates: Vec<ScheduleDateRecord>,
+    pub durations: Vec<TaskDurationRecord>,
 }
 
 impl WorkScheduleRecords {
@@ -34,6 +37,12 @@ impl WorkScheduleRecords {
         }
         if !self.constraints.is_empty() {
             list.add(section::TASK_CONSTRAINTS, &self.constraints);
+        }
+        if !self.dates.is_empty() {
+            list.add(section::SCHEDULE_DATES, &self.dates);
+        }
+        if !self.durations.is_empty() {
+            list.add(section::TASK_DURATIONS, &self.durations);
         }
     }
 }

@@ -4,9 +4,9 @@ mod support;
 
 use bytemuck::Zeroable;
 use messages::{
-    Alignment, ArchiveBuffer, ArchiveError, Deviations, FloorKind, Grid, Grids, MapStoreyRecord, MissionPlan, NONE,
-    PartRecord, ScheduleState, Site, SiteBuilder, TaskConstraintKind, TaskConstraintRecord, TaskRecord,
-    TaskUncertaintyRecord,
+    Alignment, ArchiveBuffer, ArchiveError, CivilDate, Deviations, FloorKind, Grid, Grids, MapStoreyRecord,
+    MissionPlan, NONE, PartRecord, ScheduleDate, ScheduleDateKind, ScheduleDateRecord, ScheduleState, Site,
+    SiteBuilder, TaskConstraintKind, TaskConstraintRecord, TaskRecord, TaskUncertaintyRecord,
 };
 use proptest::prelude::*;
 use support::{
@@ -82,6 +82,36 @@ fn constraints_of_tasks_that_are_not_there_or_out_of_order_are_refused() {
     for refused in [[(1, 0), (0, 0)], [(0, 0), (2, 0)], [(0, i64::MAX), (1, 0)], [(0, i64::MIN), (1, 0)]] {
         assert_eq!(opened(&refused), None, "{refused:?}");
     }
+}
+
+#[test]
+fn typed_dates_of_nothing_or_twice_or_beside_a_text_are_refused() {
+    use ScheduleDateKind::{ActualStart, ScheduleStart, WorkStart};
+    let opened = |dates: &[(ScheduleDateKind, u32, i64)], has_text: bool| {
+        let mut builder = SiteBuilder::default();
+        let mut task = TaskRecord { parent: NONE, control: NONE, calendar: NONE, ..TaskRecord::zeroed() };
+        if has_text {
+            task.schedule_start = builder.texts.add("2024-03-04").into();
+        }
+        builder.schedule.tasks.extend([task, task]);
+        let date = |at_s| CivilDate { at_s, offset_s: None, is_day: true };
+        let record = |&(kind, owner, at_s): &_| ScheduleDateRecord::new(date(at_s), kind, owner);
+        builder.schedule.dates = dates.iter().map(record).collect();
+        let archive = builder.finish();
+        Site::open(archive.bytes()).map(|site| format!("{:?}", site.schedule.date(ScheduleStart, 1))).ok()
+    };
+    let found = Some(ScheduleDate::Civil(CivilDate { at_s: -5, offset_s: None, is_day: true }));
+    let all = [(ScheduleStart, 0, 3), (ScheduleStart, 1, -5), (ActualStart, 0, 3)];
+    assert_eq!(opened(&all, false), Some(format!("{found:?}")));
+    let text = Some(ScheduleDate::Text("2024-03-04"));
+    assert_eq!(opened(&[(ActualStart, 0, 3)], true), Some(format!("{text:?}")));
+    assert_eq!(opened(&[(ScheduleStart, 0, 3)], true), None, "a text and a typed date");
+    for refused in [(WorkStart, 0, 0), (ScheduleStart, 2, 0), (ScheduleStart, 0, i64::MAX), (ActualStart, 0, i64::MIN)]
+    {
+        assert_eq!(opened(&[refused], false), None, "{refused:?}");
+    }
+    assert_eq!(opened(&[(ScheduleStart, 1, 0), (ScheduleStart, 0, 0)], false), None);
+    assert_eq!(opened(&[(ScheduleStart, 1, 0), (ScheduleStart, 1, 0)], false), None);
 }
 
 #[test]

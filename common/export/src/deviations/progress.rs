@@ -7,7 +7,7 @@
 use super::input::DeviationExport;
 use crate::csv::quoted;
 use crate::provenance::schedule_file;
-use messages::{DateSource, LinkKind, NONE, Observation, link_flags, plan_time};
+use messages::{DateSource, LinkKind, NONE, Observation, ScheduleDate, ScheduleDateKind, link_flags, plan_time};
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
@@ -67,11 +67,14 @@ impl TaskProgress {
             }
         }
         for (progress, finish) in all.iter_mut().zip(last_finish) {
-            let record = &schedule.tasks[progress.task];
-            let written = |text| written(schedule.text(text)).map(|at| ProgressDate { at, from: "plan" });
-            progress.actual_start = written(record.actual_start).or(progress.actual_start.take());
+            let written = |kind| {
+                let at = written(schedule.date(kind, progress.task)?)?;
+                Some(ProgressDate { at, from: "plan" })
+            };
             let is_done = progress.elements > 0 && progress.done == progress.elements;
-            progress.actual_finish = written(record.actual_finish).or(finish.filter(|_| is_done));
+            let actual_finish = written(ScheduleDateKind::ActualFinish).or(finish.filter(|_| is_done));
+            progress.actual_start = written(ScheduleDateKind::ActualStart).or(progress.actual_start.take());
+            progress.actual_finish = actual_finish;
         }
         all
     }
@@ -138,12 +141,12 @@ fn earliest(a: Option<ProgressDate>, b: Option<ProgressDate>) -> Option<Progress
     [a, b].into_iter().flatten().min()
 }
 
-/// A date of the archive as a date and a time at the site; an offset is left out, because planners' tools have none.
-fn written(text: &str) -> Option<String> {
-    match text.get(..19) {
-        Some(date_and_time) => Some(date_and_time.to_owned()),
-        None if text.is_empty() => None,
-        None => Some(format!("{text}T00:00:00")),
+/// A date of a planner's file as a date and a time at the site; an offset is left out, because planners' tools have none.
+fn written(date: ScheduleDate<'_>) -> Option<String> {
+    match date {
+        ScheduleDate::Civil(date) => plan_time(date.at_s).map(|at| at.to_string()),
+        // Texts are those of models, whose tasks are no rows of these tables.
+        ScheduleDate::Text(_) => None,
     }
 }
 
@@ -171,12 +174,14 @@ pub(super) fn table(input: &DeviationExport<'_>, all: &[TaskProgress]) -> String
 #[cfg(test)]
 mod tests {
     use super::*;
+    use messages::CivilDate;
 
     #[test]
-    fn dates_of_archives_become_dates_and_times_at_the_site() {
-        assert_eq!(written(""), None);
-        assert_eq!(written("2024-04-15").as_deref(), Some("2024-04-15T00:00:00"));
-        assert_eq!(written("2024-04-15T08:30:00+02:00").as_deref(), Some("2024-04-15T08:30:00"));
+    fn dates_of_planners_become_dates_and_times_at_the_site() {
+        let civil = |offset_s, is_day| ScheduleDate::Civil(CivilDate { at_s: 1_713_169_800, offset_s, is_day });
+        assert_eq!(written(civil(None, false)).as_deref(), Some("2024-04-15T08:30:00"));
+        assert_eq!(written(civil(Some(7200), false)).as_deref(), Some("2024-04-15T08:30:00"));
+        assert_eq!(written(ScheduleDate::Text("2024-04-15")), None, "of a model");
     }
 
     #[test]

@@ -83,6 +83,9 @@ pub(crate) fn site() -> ArchiveBuffer {
     b.schedule.task_links.push(TaskLinkRecord { task: 0, kind: LinkKind::Element.into(), target: 1, flags: 0 });
     let kind = TaskConstraintKind::StartNotEarlierThan.into();
     b.schedule.constraints.push(TaskConstraintRecord { task: 1, kind, ..Zeroable::zeroed() });
+    let date = CivilDate { at_s: 1_709_539_200, offset_s: Some(3_600), is_day: false };
+    b.schedule.dates.push(ScheduleDateRecord::new(date, ScheduleDateKind::ScheduleStart, 1));
+    b.schedule.durations.push(TaskDurationRecord { duration_s: 3_600, task: 1, reserved: 0 });
     b.schedule.uncertainties.push(TaskUncertaintyRecord {
         duration_optimistic_s: 3_600,
         duration_likely_s: 7_200,

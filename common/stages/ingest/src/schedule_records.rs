@@ -93,6 +93,7 @@ fn sequence_record(texts: &mut TextPool, sequence: &ifc::Sequence, source: u32) 
     SequenceRecord {
         global_id: texts.add(&sequence.id.global_id).into(),
         lag: texts.add(lag).into(),
+        lag_s: 0,
         lag_ratio,
         predecessor: sequence.predecessor as u32,
         successor: sequence.successor as u32,

@@ -1,6 +1,7 @@
 //! Parses durations: ISO 8601 in files, `5d` on command lines.
 
 use frames::written_date::DAY_S;
+use messages::ScheduleLength;
 
 /// Longest duration that is accepted: ten thousand years.
 const MAX_S: f64 = 10_000.0 * 366.0 * 86_400.0;
@@ -32,6 +33,14 @@ pub(crate) enum DurationError {
 }
 
 impl WrittenDuration {
+    /// A length of a schedule; a text is ISO 8601.
+    pub(crate) fn of(length: ScheduleLength<'_>) -> Result<Self, DurationError> {
+        match length {
+            ScheduleLength::Text(text) => parse(text),
+            ScheduleLength::Seconds(seconds) => Ok(Self { weeks: 0.0, days: 0.0, seconds: seconds as f64 }),
+        }
+    }
+
     /// In whole seconds.
     pub(crate) fn seconds(&self, day: DayLength) -> i64 {
         let (day_s, week_days) = match day {

@@ -10,7 +10,7 @@ use crate::probability::{Network, Samples};
 use crate::property_dates::{ScheduleProperties, schedule_properties};
 use crate::rules::{Rules, RulesMode};
 use crate::task_effects::{Effect, TaskEffects, task_effects};
-use crate::tasks::{self, Floats, TaskDates, TaskTimeTexts, TaskTimes, Tasks, WorkStarts};
+use crate::tasks::{self, Floats, TaskDates, TaskTimes, Tasks, WorkStarts, WrittenTaskTimes};
 use crate::timeline::{Steps, Timeline};
 use frames::counted;
 use frames::written_date::WrittenDate;
@@ -113,14 +113,14 @@ fn with_tasks<'s, T>(
     diagnostics: &mut ScheduleDiagnostics<'s>,
     work: impl FnOnce(&Tasks<'_>, &mut ScheduleDiagnostics<'s>) -> Result<T, EvaluateError>,
 ) -> Result<T, EvaluateError> {
-    let texts: Vec<TaskTimeTexts<'_>> = site.schedule.tasks.iter().map(|t| TaskTimeTexts::of(site, t)).collect();
-    let mut span_s = tasks::written_span_s(site, rules, &texts);
+    let written: Vec<_> = (0..site.schedule.tasks.len()).map(|k| WrittenTaskTimes::of(site, k)).collect();
+    let mut span_s = tasks::written_span_s(site, rules, &written);
     for at_s in reports.tasks.values().flatten().flatten().map(|d| d.start_s()) {
         let span = span_s.unwrap_or(at_s..at_s + 1);
         span_s = Some(span.start.min(at_s)..span.end.max(at_s + 1));
     }
     let calendars = Calendars::new(site, span_s, rules.duration_day, diagnostics);
-    let mut task_times = tasks::task_times(site, rules, &texts, &calendars, diagnostics);
+    let mut task_times = tasks::task_times(site, rules, &written, &calendars, diagnostics);
     reports.add_to(&mut task_times);
     let mut children = vec![Vec::new(); site.schedule.tasks.len()];
     for (k, task) in (0..).zip(site.schedule.tasks).filter(|(_, t)| t.parent != NONE) {

@@ -45,6 +45,10 @@ fn after(predecessor: usize, successor: usize, kind: DependencyKind, lag_h: i64)
 }
 
 fn evaluated(plan: &PlanFile, delays: &[&str]) -> Timeline {
+    evaluated_by(plan, delays, &Rules::default())
+}
+
+fn evaluated_by(plan: &PlanFile, delays: &[&str], rules: &Rules) -> Timeline {
     let plans = [ScheduleFile { file: "plan.xer".to_owned(), sha256: [0; 32], plan: plan.clone() }];
     let bytes = ScheduledSite::new().builder.finish();
     let site = Site::open(bytes.bytes()).unwrap();
@@ -52,13 +56,28 @@ fn evaluated(plan: &PlanFile, delays: &[&str]) -> Timeline {
     let tasks = Tasks::open(archive.bytes()).unwrap();
     let delays = delays.iter().map(|text| Delay::parse(text).unwrap()).collect();
     let overrides = Overrides { delays, ..Overrides::default() };
-    evaluate(&site.with_tasks(&tasks).unwrap(), &Rules::default(), &overrides).unwrap()
+    evaluate(&site.with_tasks(&tasks).unwrap(), rules, &overrides).unwrap()
 }
 
 /// Start and finish of a task, without the year.
 fn dates(timeline: &Timeline, task: usize) -> [String; 2] {
     let dates = timeline.task(task).unwrap();
     [dates.start_s, dates.finish_s].map(|s| text(s)["2024-".len()..][..11].to_owned())
+}
+
+#[test]
+fn dates_of_a_file_keep_their_offset_to_the_second() {
+    let offset = jiff::tz::Offset::from_seconds(3600 + 1172).ok();
+    let date = |text: &str| at(text).map(|date| PlanDate { offset, ..date });
+    let dates = PlanDates { current: [date("03-04T08:19"), date("03-05T08:19")], ..PlanDates::default() };
+    let plan = plan(vec![PlanTask { dates, ..task("a", 8) }], vec![]);
+    let rules = Rules { site_zone: Some(jiff::tz::TimeZone::UTC), ..Rules::default() };
+    let timeline = evaluated_by(&plan, &[], &rules);
+    let dates = timeline.task(0).unwrap();
+    assert_eq!([dates.start_s, dates.finish_s].map(text), ["2024-03-04T06:59:28", "2024-03-05T06:59:28"]);
+    let faulty = evaluated(&plan, &[]);
+    let message = &diagnostic(&faulty, "task_date_unreadable").unwrap().message;
+    assert!(message.contains("2024-03-04T08:19:00+01:20") && message.contains("site_zone"), "{message}");
 }
 
 #[test]

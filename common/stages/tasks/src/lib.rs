@@ -22,6 +22,7 @@ mod records;
 mod schedule_file;
 mod selector;
 mod target_values;
+mod task_dates;
 mod task_values;
 
 pub use contradictions::{Contradiction, ContradictionKind, contradictions};

@@ -1,19 +1,19 @@
 //! Writes tasks of schedule files and their links as a work schedule.
 //!
-//! A task keeps the dates of its file: the current plan, else the planned dates, as its schedule; early, late and actual dates as
-//! these. A task that has begun and not ended ends when the current plan says. Each lag names the calendar in which the file counts it.
+//! Each lag names the calendar in which the file counts it.
 
 use crate::calendar_records::add_calendars;
 use crate::file_findings::{add_findings, first_names, named};
 use crate::link_rules::LinkRules;
 use crate::links::{LinkOrigin, Links, Target};
 use crate::schedule_file::ScheduleFile;
-use crate::task_values::{all_tasks, is_work, shown_dates, task_ids, three_point_record};
+use crate::task_dates::{civil_date, date_records};
+use crate::task_values::{all_tasks, is_work, task_ids, three_point_record};
+use bytemuck::Zeroable;
 use frames::counted;
 use messages::*;
 use schedule_files::{
-    Constraint, ConstraintKind, Dependency, DependencyKind, LagCalendar, Length, PlanDate, PlanFile, PlanLag, PlanTask,
-    PlanTaskKind,
+    Constraint, ConstraintKind, Dependency, DependencyKind, LagCalendar, PlanFile, PlanLag, PlanTask, PlanTaskKind,
 };
 
 /// The `tasks` archive of schedule files that were linked with a site by [`crate::link`].
@@ -32,6 +32,7 @@ pub fn tasks_of(site: &Site<'_>, plans: &[ScheduleFile], rules: &LinkRules, link
         add_file(&mut builder, plan, source, first_task, &ids);
         first_task += plan.plan.tasks.len() as u32;
     }
+    builder.schedule.dates.sort_by_key(|date| (date.kind.get(), date.owner));
     add_links(&mut builder, rules, links);
     let mut report = Report::default();
     report_links(&mut report, site, plans, rules, links, &ids);
@@ -50,12 +51,14 @@ fn add_file(builder: &mut TasksBuilder, plan: &ScheduleFile, source: u32, first_
     let of_file = [(&plan.name, plan.start)];
     let of_projects: Vec<_> = plan.projects.iter().map(|project| (&project.name, project.start)).collect();
     for (name, start) in if of_projects.is_empty() { &of_file[..] } else { &of_projects } {
-        let (name, start) = (builder.texts.add(name).into(), text_of(builder, *start));
+        let control = builder.schedule.work_controls.len() as u32;
+        let record = |date| ScheduleDateRecord::new(civil_date(date), ScheduleDateKind::WorkStart, control);
+        builder.schedule.dates.extend(start.map(record));
         builder.schedule.work_controls.push(WorkControlRecord {
             global_id: file,
-            name,
+            name: builder.texts.add(name).into(),
             predefined_type: ScheduleText::default(),
-            start,
+            start: ScheduleText::default(),
             finish: ScheduleText::default(),
             is_plan: 0,
             step_id: 0,
@@ -68,15 +71,19 @@ fn add_file(builder: &mut TasksBuilder, plan: &ScheduleFile, source: u32, first_
         let calendar = task.calendar.or(usual).map_or(NONE, |calendar| first_calendar + calendar as u32);
         let parent = task.parent.map_or(NONE, |parent| first_task + parent as u32);
         let at = first_task as usize + k;
+        let (dates, duration) = date_records(task, at as u32);
+        let has_time = duration.is_some() || !dates.is_empty();
         let record = TaskRecord {
             global_id: builder.texts.add(&ids[at]).into(),
             parent,
             control: if parent == NONE { first_control + task.project.unwrap_or(0) as u32 } else { NONE },
             calendar,
             source,
-            ..task_record(builder, task)
+            ..task_record(builder, task, has_time)
         };
         builder.schedule.tasks.push(record);
+        builder.schedule.dates.extend(dates);
+        builder.schedule.durations.extend(duration);
         let three_point = three_point_record(task, at as u32).filter(TaskUncertaintyRecord::is_ascending);
         builder.schedule.uncertainties.extend(three_point);
         let constraints = task.constraints.iter().filter(|_| !task.is_inactive);
@@ -88,62 +95,29 @@ fn add_file(builder: &mut TasksBuilder, plan: &ScheduleFile, source: u32, first_
             predecessor: first_task + dependency.predecessor as u32,
             successor: first_task + dependency.successor as u32,
             source,
-            ..sequence_record(builder, plan, dependency, first_calendar)
+            ..sequence_record(plan, dependency, first_calendar)
         };
         builder.schedule.sequences.push(record);
     }
     add_findings(builder, plan, source, &ids[first_task as usize..]);
 }
 
-fn task_record(builder: &mut TasksBuilder, task: &PlanTask) -> TaskRecord {
-    let dates = &task.dates;
-    let [actual_start, actual_finish] = dates.actual;
-    // What has begun and not ended lasts from its beginning until the finish of the current plan.
-    let has_begun = actual_start.is_some() && actual_finish.is_none();
-    let [start, finish] = shown_dates(task);
-    let has_dates = start.is_some() && finish.is_some();
-    let duration = task.duration.filter(|_| !task.is_inactive).filter(|_| !(has_begun && has_dates));
-    let mut date = |date: Option<PlanDate>| text_of(builder, date.filter(|_| !task.is_inactive));
-    let times =
-        [start, finish, dates.early[0], dates.early[1], dates.late[0], dates.late[1], actual_start, actual_finish]
-            .map(&mut date);
-    let [
-        schedule_start,
-        schedule_finish,
-        early_start,
-        early_finish,
-        late_start,
-        late_finish,
-        actual_start,
-        actual_finish,
-    ] = times;
-    let has_time = duration.is_some() || times.iter().any(|t| *t != ScheduleText::default());
+/// A task without its dates, which are records of their own.
+fn task_record(builder: &mut TasksBuilder, task: &PlanTask, has_time: bool) -> TaskRecord {
     let mut flags = if task.kind == PlanTaskKind::Milestone { task_flags::MILESTONE } else { 0 };
     flags |= if task.kind == PlanTaskKind::Span { task_flags::SPAN } else { 0 };
     flags |= if has_time { task_flags::HAS_TIME } else { 0 };
     let is_elapsed = task.duration.is_some_and(|d| d.is_elapsed);
     TaskRecord {
-        global_id: ScheduleText::default(),
         name: builder.texts.add(&task.name).into(),
         identification: builder.texts.add(if task.code.is_empty() { &task.uid } else { &task.code }).into(),
-        predefined_type: ScheduleText::default(),
-        schedule_duration: duration.map_or(ScheduleText::default(), |d| length_text(builder, d)),
-        schedule_start,
-        schedule_finish,
-        early_start,
-        early_finish,
-        late_start,
-        late_finish,
-        actual_start,
-        actual_finish,
         completion: task.complete.or(task.physical_complete).unwrap_or(-1.0),
         parent: NONE,
         control: NONE,
         calendar: NONE,
         duration_kind: if is_elapsed { DurationKind::ElapsedTime } else { DurationKind::WorkTime }.into(),
         flags,
-        step_id: 0,
-        source: 0,
+        ..TaskRecord::zeroed()
     }
 }
 
@@ -161,40 +135,35 @@ fn constraint_record(constraint: &Constraint, task: u32, firm: u32) -> TaskConst
         ConstraintKind::MandatoryFinish => TaskConstraintKind::MandatoryFinish,
         ConstraintKind::Deadline => TaskConstraintKind::Deadline,
     };
-    let offset = constraint.date.and_then(|date| date.offset);
-    let is_day = constraint.date.is_some_and(|date| date.is_day);
+    let date = constraint.date.map(civil_date);
     TaskConstraintRecord {
-        at_s: constraint.date.map_or(0, |date| date.at.civil_seconds()),
-        offset_s: offset.map_or(TaskConstraintRecord::NO_OFFSET, |offset| offset.seconds()),
+        at_s: date.map_or(0, |date| date.at_s),
+        offset_s: date.and_then(|date| date.offset_s).unwrap_or(TaskConstraintRecord::NO_OFFSET),
         task,
         kind: kind.into(),
-        flags: firm | if is_day { constraint_flags::DAY } else { 0 },
+        flags: firm | if date.is_some_and(|date| date.is_day) { constraint_flags::DAY } else { 0 },
     }
 }
 
-fn sequence_record(
-    builder: &mut TasksBuilder,
-    plan: &PlanFile,
-    dependency: &Dependency,
-    first_calendar: u32,
-) -> SequenceRecord {
+fn sequence_record(plan: &PlanFile, dependency: &Dependency, first_calendar: u32) -> SequenceRecord {
     let kind = match dependency.kind {
         DependencyKind::FinishStart => SequenceKind::FinishStart,
         DependencyKind::StartStart => SequenceKind::StartStart,
         DependencyKind::FinishFinish => SequenceKind::FinishFinish,
         DependencyKind::StartFinish => SequenceKind::StartFinish,
     };
-    let (lag, lag_ratio, is_elapsed) = match dependency.lag {
-        None => (ScheduleText::default(), 0.0, false),
-        Some(PlanLag::Length(length)) => (length_text(builder, length), 0.0, length.is_elapsed),
-        Some(PlanLag::Ratio { ratio, is_elapsed }) => (ScheduleText::default(), ratio, is_elapsed),
+    let (lag_s, lag_ratio, is_elapsed) = match dependency.lag {
+        None => (0, 0.0, false),
+        Some(PlanLag::Length(length)) => (length.seconds, 0.0, length.is_elapsed),
+        Some(PlanLag::Ratio { ratio, is_elapsed }) => (0, ratio, is_elapsed),
     };
     let calendar = lag_calendar(plan, dependency);
     // Without a calendar there is no working time.
     let is_elapsed = is_elapsed || calendar.is_none();
     SequenceRecord {
         global_id: ScheduleText::default(),
-        lag,
+        lag: ScheduleText::default(),
+        lag_s,
         lag_ratio,
         predecessor: 0,
         successor: 0,
@@ -216,27 +185,6 @@ fn lag_calendar(plan: &PlanFile, dependency: &Dependency) -> Option<usize> {
         LagCalendar::Project => plan.project_calendar_of(&plan.tasks[dependency.successor]),
     };
     own.or_else(usual)
-}
-
-/// A date as the archive has it: with its offset, and without a time of day if none was written.
-fn text_of(builder: &mut TasksBuilder, date: Option<PlanDate>) -> ScheduleText {
-    let Some(date) = date else { return ScheduleText::default() };
-    let at = date.at.0;
-    let text = match date.offset {
-        _ if date.is_day => at.date().to_string(),
-        None => at.to_string(),
-        Some(offset) => {
-            let seconds = offset.seconds();
-            let sign = if seconds < 0 { '-' } else { '+' };
-            format!("{at}{sign}{:02}:{:02}", seconds.abs() / 3600, seconds.abs() / 60 % 60)
-        }
-    };
-    builder.texts.add(&text).into()
-}
-
-fn length_text(builder: &mut TasksBuilder, length: Length) -> ScheduleText {
-    let sign = if length.seconds < 0 { "-" } else { "" };
-    builder.texts.add(&format!("{sign}PT{}S", length.seconds.unsigned_abs())).into()
 }
 
 fn add_links(builder: &mut TasksBuilder, rules: &LinkRules, links: &Links) {

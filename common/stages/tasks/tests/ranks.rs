@@ -83,7 +83,7 @@ fn tasks_that_are_switched_off_work_on_nothing_and_have_no_dates() {
     let by_table = building.link(&plans, &LinkRules::default(), &[row(2, "a", "1", Effect::Builds)]);
     assert!(by_table.links.is_empty() && by_table.unmatched_rows.len() == 1);
     building.with_tasks(&plans, &rules, |site, _| {
-        assert!(site.schedule.text(site.schedule.tasks[0].schedule_duration).is_empty());
+        assert!(site.schedule.duration(0).is_none());
         assert_eq!(site.schedule.tasks[0].flags, 0);
     });
 }

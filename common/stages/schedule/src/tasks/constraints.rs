@@ -4,12 +4,14 @@
 //! one goes before dependencies, as do mandatory dates.
 
 use super::graph::label;
+use super::read_date::read_date;
 use super::{TaskDates, Tasks};
 use crate::clock::Clock;
 use crate::diagnostics::{Entity, ScheduleDiagnostics};
 use frames::written_date::WrittenDate;
 use messages::{
-    DateSource, DiagnosticCode, Severity, TaskConstraintKind, TaskConstraintRecord, constraint_flags, plan_time,
+    DateSource, DiagnosticCode, ScheduleDate, Severity, TaskConstraintKind, TaskConstraintRecord, constraint_flags,
+    plan_time,
 };
 
 /// What the constraints of a task say of its start and its finish, in civil seconds.
@@ -106,7 +108,7 @@ pub(crate) fn limits(
 ) -> Vec<Limits> {
     let mut limits = vec![Limits::default(); site.schedule.tasks.len()];
     for record in site.schedule.constraints {
-        match date_of(record, rules) {
+        match read_date(ScheduleDate::Civil(record.date()), rules) {
             Ok(date) => limits[record.task as usize].add(record, date),
             Err(why) => {
                 let message = format!("the date of its constraint: {why}; it does not count");
@@ -116,16 +118,6 @@ pub(crate) fn limits(
         }
     }
     limits
-}
-
-/// The date of a constraint at the site.
-pub(crate) fn date_of(
-    record: &TaskConstraintRecord,
-    rules: &crate::rules::Rules,
-) -> Result<WrittenDate, frames::written_date::DateError> {
-    let offset_s = Some(record.offset_s).filter(|s| *s != TaskConstraintRecord::NO_OFFSET).map(i64::from);
-    let is_day = record.flags & constraint_flags::DAY != 0;
-    WrittenDate::of_seconds(record.at_s, is_day, offset_s, rules.site_zone.as_ref())
 }
 
 /// Reports constraints that the dates of tasks do not keep, and those that are kept although what the task depends on ends later.

@@ -4,6 +4,7 @@ mod constraints;
 mod delays;
 mod floats;
 mod graph;
+mod read_date;
 mod resolve;
 mod span;
 mod task_times;
@@ -15,7 +16,7 @@ pub(crate) use floats::floats;
 pub(crate) use graph::dependencies;
 pub(crate) use resolve::{WorkStarts, resolve};
 pub(crate) use span::{SpanBounds, span_dates};
-pub(crate) use task_times::{TaskKind, TaskTimeTexts, TaskTimes, kind_of, task_times, written_span_s};
+pub(crate) use task_times::{TaskKind, TaskTimes, WrittenTaskTimes, kind_of, task_times, written_span_s};
 
 use crate::clock::Calendars;
 use crate::rules::Rules;
@@ -73,11 +74,12 @@ impl Tasks<'_> {
         let calendar = own.or(self.task_times[sequence.successor as usize].calendar);
         let elapsed = sequence.lag_kind == messages::DurationKind::ElapsedTime;
         let clock = self.calendars.clock(calendar.filter(|_| !elapsed));
-        let text = self.site.schedule.text(sequence.lag);
-        let lag_s = if text.is_empty() {
-            (sequence.lag_ratio * self.duration_s(sequence.predecessor as usize, predecessor) as f64).round() as i64
-        } else {
-            crate::durations::parse(text).ok()?.seconds(clock.day())
+        let lag_s = match self.site.schedule.lag(sequence) {
+            Some(lag) => crate::durations::WrittenDuration::of(lag).ok()?.seconds(clock.day()),
+            None => {
+                let predecessor_s = self.duration_s(sequence.predecessor as usize, predecessor);
+                (sequence.lag_ratio * predecessor_s as f64).round() as i64
+            }
         };
         Some((lag_s, clock))
     }

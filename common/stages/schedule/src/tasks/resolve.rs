@@ -5,10 +5,11 @@
 
 use super::floats::{free_float_s, outgoing};
 use super::graph::{Order, dependencies, label, nesting};
+use super::read_date::read_date;
 use super::task_times::inherited;
 use super::{TaskDates, TaskTimes, Tasks, with_ancestors};
 use crate::diagnostics::{Entity, ScheduleDiagnostics};
-use messages::{DateSource, DiagnosticCode, NONE, Severity, Site};
+use messages::{DateSource, DiagnosticCode, NONE, ScheduleDateKind, Severity, Site};
 
 /// Task names in a diagnostic about a cycle.
 const MAX_NAMES: usize = 8;
@@ -285,18 +286,14 @@ fn start_times(site: &Site<'_>, tasks: &Tasks<'_>, diagnostics: &mut ScheduleDia
     for task in site.schedule.tasks.iter().filter(|t| t.control != NONE) {
         used[task.control as usize] = true;
     }
-    let zone = tasks.rules.site_zone.as_ref();
-    let times = site.schedule.work_controls.iter().zip(used).map(|(control, used)| {
+    let times = site.schedule.work_controls.iter().enumerate().zip(used).map(|((k, control), used)| {
         let entity = Entity::of_schedule(control.global_id, control.name, control.step_id, control.source);
         if !used && control.is_plan == 0 {
             let message = "the work schedule has no task".to_owned();
             diagnostics.add(Severity::Warning, DiagnosticCode::ScheduleEmpty, Some(entity), message);
         }
-        let text = site.schedule.text(control.start);
-        if text.is_empty() || !used {
-            return None;
-        }
-        match frames::written_date::parse_iso(text, zone) {
+        let start = site.schedule.date(ScheduleDateKind::WorkStart, k).filter(|_| used)?;
+        match read_date(start, tasks.rules) {
             Ok(date) => Some(date.start_s()),
             Err(why) => {
                 diagnostics.add(

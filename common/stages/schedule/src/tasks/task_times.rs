@@ -1,14 +1,16 @@
 //! Inputs of the schedule computation per task, from the file and from reported progress.
 
-use super::{constraints, with_ancestors};
+use super::read_date::read_date;
+use super::with_ancestors;
 use crate::clock::Calendars;
 use crate::diagnostics::{Entity, ScheduleDiagnostics};
-use crate::durations::{self, WrittenDuration};
+use crate::durations::WrittenDuration;
 use crate::rules::Rules;
 use frames::counted;
-use frames::written_date::{DateError, WrittenDate, parse_iso};
+use frames::written_date::WrittenDate;
 use messages::{
-    DateSource, DiagnosticCode, DurationKind, NONE, Severity, Site, TaskConstraintKind, TaskRecord, task_flags,
+    DateSource, DiagnosticCode, DurationKind, NONE, ScheduleDate, ScheduleDateKind, ScheduleLength, Severity, Site,
+    TaskConstraintKind, TaskRecord, task_flags,
 };
 
 /// The kind of effect of a task on linked elements.
@@ -41,36 +43,40 @@ pub(crate) struct TaskTimes {
     pub(crate) is_milestone: bool,
     /// It spans what it depends on.
     pub(crate) is_span: bool,
-    /// One of its texts cannot be read: the task is ignored.
+    /// One of its values cannot be read: the task is ignored.
     pub(crate) is_faulty: bool,
     /// It has any date or duration.
     pub(crate) has_time: bool,
 }
 
-/// Date and duration texts of a task in the file.
+/// Dates and duration of a task as the file has them.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct TaskTimeTexts<'a> {
-    pub(crate) actual_start: &'a str,
-    pub(crate) actual_finish: &'a str,
-    start: &'a str,
-    finish: &'a str,
-    duration: &'a str,
+pub(crate) struct WrittenTaskTimes<'a> {
+    actual_start: Option<ScheduleDate<'a>>,
+    actual_finish: Option<ScheduleDate<'a>>,
+    start: Option<ScheduleDate<'a>>,
+    finish: Option<ScheduleDate<'a>>,
+    duration: Option<ScheduleLength<'a>>,
     planned: DateSource,
 }
 
-impl<'a> TaskTimeTexts<'a> {
-    pub(crate) fn of(site: &Site<'a>, task: &TaskRecord) -> Self {
-        let text = |t| site.schedule.text(t);
-        let first = |a: &'a str, b: &'a str| if a.is_empty() { b } else { a };
-        let scheduled = !text(task.schedule_start).is_empty() || !text(task.schedule_finish).is_empty();
+impl<'a> WrittenTaskTimes<'a> {
+    pub(crate) fn of(site: &Site<'a>, task: usize) -> Self {
+        use ScheduleDateKind::*;
+        let [start, finish] = [ScheduleStart, ScheduleFinish].map(|kind| site.schedule.date(kind, task));
+        let early = |kind| site.schedule.date(kind, task);
         Self {
-            actual_start: text(task.actual_start),
-            actual_finish: text(task.actual_finish),
-            start: first(text(task.schedule_start), text(task.early_start)),
-            finish: first(text(task.schedule_finish), text(task.early_finish)),
-            duration: text(task.schedule_duration),
-            planned: if scheduled { DateSource::Schedule } else { DateSource::Early },
+            actual_start: site.schedule.date(ActualStart, task),
+            actual_finish: site.schedule.date(ActualFinish, task),
+            start: start.or_else(|| early(EarlyStart)),
+            finish: finish.or_else(|| early(EarlyFinish)),
+            duration: site.schedule.duration(task),
+            planned: if start.or(finish).is_some() { DateSource::Schedule } else { DateSource::Early },
         }
+    }
+
+    fn dates(&self) -> [Option<ScheduleDate<'a>>; 4] {
+        [self.actual_start, self.actual_finish, self.start, self.finish]
     }
 }
 
@@ -78,16 +84,16 @@ impl<'a> TaskTimeTexts<'a> {
 pub(crate) fn written_span_s(
     site: &Site<'_>,
     rules: &Rules,
-    texts: &[TaskTimeTexts<'_>],
+    written: &[WrittenTaskTimes<'_>],
 ) -> Option<std::ops::Range<i64>> {
-    let of_tasks = texts.iter().flat_map(|t| [t.actual_start, t.actual_finish, t.start, t.finish]);
-    let of_controls =
-        site.schedule.work_controls.iter().flat_map(|c| [c.start, c.finish].map(|t| site.schedule.text(t)));
-    let dates = of_tasks.chain(of_controls).filter(|text| !text.is_empty());
-    let of_constraints = site.schedule.constraints.iter().filter(|c| c.kind != TaskConstraintKind::AsLateAsPossible);
-    let of_constraints = of_constraints.filter_map(|c| constraints::date_of(c, rules).ok());
-    let dates = dates.filter_map(|text| parse_iso(text, rules.site_zone.as_ref()).ok());
-    let mut seconds = dates.chain(of_constraints).map(WrittenDate::start_s);
+    let schedule = &site.schedule;
+    let of_tasks = written.iter().flat_map(WrittenTaskTimes::dates).flatten();
+    let starts = (0..schedule.work_controls.len()).filter_map(|k| schedule.date(ScheduleDateKind::WorkStart, k));
+    let finishes = schedule.work_controls.iter().map(|c| schedule.text(c.finish)).filter(|text| !text.is_empty());
+    let of_constraints = schedule.constraints.iter().filter(|c| c.kind != TaskConstraintKind::AsLateAsPossible);
+    let of_constraints = of_constraints.map(|c| ScheduleDate::Civil(c.date()));
+    let dates = of_tasks.chain(starts).chain(finishes.map(ScheduleDate::Text)).chain(of_constraints);
+    let mut seconds = dates.filter_map(|date| read_date(date, rules).ok()).map(WrittenDate::start_s);
     let first = seconds.next()?;
     Some(seconds.fold(first..first + 1, |span, s| span.start.min(s)..span.end.max(s + 1)))
 }
@@ -96,13 +102,13 @@ pub(crate) fn written_span_s(
 pub(crate) fn task_times(
     site: &Site<'_>,
     rules: &Rules,
-    texts: &[TaskTimeTexts<'_>],
+    written: &[WrittenTaskTimes<'_>],
     calendars: &Calendars,
     diagnostics: &mut ScheduleDiagnostics<'_>,
 ) -> Vec<TaskTimes> {
     let mut reader =
         TaskTimeReader { site, rules, calendars, diagnostics, days_of: Vec::new(), without_calendar: Vec::new() };
-    let task_times = (0..site.schedule.tasks.len()).map(|k| reader.task(k, &texts[k])).collect();
+    let task_times = (0..site.schedule.tasks.len()).map(|k| reader.task(k, &written[k])).collect();
     reader.report_days();
     task_times
 }
@@ -119,7 +125,7 @@ struct TaskTimeReader<'a, 'f, 's> {
 }
 
 impl TaskTimeReader<'_, '_, '_> {
-    fn task(&mut self, index: usize, texts: &TaskTimeTexts<'_>) -> TaskTimes {
+    fn task(&mut self, index: usize, written: &WrittenTaskTimes<'_>) -> TaskTimes {
         let task = &self.site.schedule.tasks[index];
         let calendar = inherited(self.site, index, |t| (t.calendar != NONE).then_some(t.calendar as usize));
         let elapsed = task.duration_kind == DurationKind::ElapsedTime;
@@ -129,26 +135,22 @@ impl TaskTimeReader<'_, '_, '_> {
             clock,
             is_milestone: task.has(task_flags::MILESTONE),
             is_span: task.has(task_flags::SPAN),
-            has_time: [texts.actual_start, texts.actual_finish, texts.start, texts.finish, texts.duration]
-                .iter()
-                .any(|text| !text.is_empty()),
+            has_time: written.duration.is_some() || written.dates().iter().any(Option::is_some),
             ..TaskTimes::default()
         };
-        let duration = self.read(task, "ScheduleDuration", texts.duration, &mut task_times.is_faulty, |t| {
-            durations::parse(t).map_err(|e| e.to_string())
+        let duration = self.read(task, "ScheduleDuration", written.duration, &mut task_times.is_faulty, |length| {
+            WrittenDuration::of(length).map_err(|e| e.to_string())
         });
         task_times.duration_s = duration.map(|d| self.length_s(index, d, clock));
-        let zone = self.rules.site_zone.as_ref();
-        let mut date = |what: &str, text: &str| {
-            self.read(task, what, text, &mut task_times.is_faulty, |t| {
-                parse_iso(t, zone).map_err(|e: DateError| e.to_string())
-            })
+        let rules = self.rules;
+        let mut date = |what: &str, date: Option<ScheduleDate<'_>>| {
+            self.read(task, what, date, &mut task_times.is_faulty, |d| read_date(d, rules).map_err(|e| e.to_string()))
         };
-        task_times.actual_start = date("ActualStart", texts.actual_start);
-        task_times.actual_finish = date("ActualFinish", texts.actual_finish);
-        task_times.start = date("the planned start", texts.start);
-        task_times.finish = date("the planned finish", texts.finish);
-        task_times.planned = task_times.start.or(task_times.finish).map(|_| texts.planned);
+        task_times.actual_start = date("ActualStart", written.actual_start);
+        task_times.actual_finish = date("ActualFinish", written.actual_finish);
+        task_times.start = date("the planned start", written.start);
+        task_times.finish = date("the planned finish", written.finish);
+        task_times.planned = task_times.start.or(task_times.finish).map(|_| written.planned);
         self.report_completion(task, &task_times);
         task_times
     }
@@ -169,19 +171,16 @@ impl TaskTimeReader<'_, '_, '_> {
         self.diagnostics.add(Severity::Warning, code, Some(Entity::task(task)), message.to_owned());
     }
 
-    /// Reads a text; one that cannot be read makes the task faulty.
-    fn read<T>(
+    /// Reads a value; one that cannot be read makes the task faulty.
+    fn read<W, T>(
         &mut self,
         task: &TaskRecord,
         what: &str,
-        text: &str,
+        written: Option<W>,
         is_faulty: &mut bool,
-        parse: impl Fn(&str) -> Result<T, String>,
+        read: impl Fn(W) -> Result<T, String>,
     ) -> Option<T> {
-        if text.is_empty() {
-            return None;
-        }
-        match parse(text) {
+        match read(written?) {
             Ok(value) => Some(value),
             Err(why) => {
                 *is_faulty = true;
