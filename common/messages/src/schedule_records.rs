@@ -220,8 +220,18 @@ pub struct SequenceRecord {
     pub source: u32,
     /// Calendar in whose working time the lag is counted, or `NONE`: that of the successor.
     pub lag_calendar: u32,
+    /// Bits of [`sequence_flags`].
+    pub flags: u32,
+    /// Zero.
+    pub reserved: u32,
 }
-const _: () = assert!(size_of::<SequenceRecord>() == 64);
+const _: () = assert!(size_of::<SequenceRecord>() == 72);
+
+/// Bits of [`SequenceRecord::flags`].
+pub mod sequence_flags {
+    /// The instant that it asks of a finish stands, as in Primavera P6: the successor does not end with the working time before it.
+    pub const HOLDS_FINISH: u32 = 1;
+}
 
 /// How two tasks depend on each other: which end of the predecessor bounds which end of the successor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, CheckedBitPattern, NoUninit)]

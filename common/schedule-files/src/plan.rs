@@ -30,6 +30,9 @@ pub struct PlanFile {
     pub lag_calendar: LagCalendar,
     /// Dates of constraints go before dependencies, as in MS Project unless told otherwise; in P6 only mandatory ones do.
     pub honours_constraints: bool,
+    /// The instant that a dependency asks of a finish stands, as in P6, also where the task that waits does not work then; elsewhere its
+    /// start is counted back from it, and its finish on from there.
+    pub holds_finishes: bool,
     /// What is wrong with it, and what was done about it.
     pub findings: Vec<Finding>,
 }

@@ -127,7 +127,7 @@ impl<'a> Reading<'a> {
     }
 
     fn into_file(mut self) -> Result<PlanFile, PlanFileError> {
-        self.file.lag_calendar = LagCalendar::Predecessor;
+        (self.file.lag_calendar, self.file.holds_finishes) = (LagCalendar::Predecessor, true);
         for (k, project) in self.projects.iter().enumerate() {
             let named = |is_own: &dyn Fn(&Options<'_>) -> bool| {
                 self.options.iter().find(|options| !options.lag_calendar.is_empty() && is_own(options))

@@ -39,7 +39,7 @@ pub(crate) fn read(text: &str) -> Result<PlanFile, PlanFileError> {
     }
     let mut file = PlanFile { written_by: format!("Primavera P6 {}", tables.version), ..Default::default() };
     projects::read(&tables, &mut plan)?;
-    file.lag_calendar = LagCalendar::Predecessor;
+    (file.lag_calendar, file.holds_finishes) = (LagCalendar::Predecessor, true);
     file.calendars = calendars::read(&tables, &mut plan)?;
     activities::read_nodes(&tables, &mut plan)?;
     activities::read_activities(&tables, &mut plan)?;

@@ -108,6 +108,8 @@ fn sequence_record(texts: &mut TextPool, sequence: &ifc::Sequence, source: u32) 
         step_id: sequence.id.step_id,
         source,
         lag_calendar: NONE,
+        flags: 0,
+        reserved: 0,
     }
 }
 

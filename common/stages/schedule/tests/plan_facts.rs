@@ -163,6 +163,31 @@ fn an_actual_finish_with_0_per_cent_is_told() {
     check(None, false);
 }
 
+#[test]
+fn a_finish_that_a_p6_relationship_asks_for_stands_for_those_who_wait_for_it() {
+    // Seven days a week until Saturday, 17:00; then five days a week, ending with it; then by day and night.
+    let last = |lag_h| after(1, 2, DependencyKind::FinishStart, lag_h);
+    let mut plan = plan(
+        vec![
+            PlanTask { calendar: Some(1), ..task("a", 6 * 8) },
+            task("b", 16),
+            PlanTask { calendar: Some(1), ..task("c", 8) },
+        ],
+        vec![after(0, 1, DependencyKind::FinishFinish, 0), last(0)],
+    );
+    plan.lag_calendar = LagCalendar::Predecessor;
+    let of = |plan: &PlanFile, k| dates(&evaluated(plan, &[]), k);
+    assert_eq!(of(&plan, 1), ["03-07T08:00", "03-08T17:00"], "MS Project counts on from the start");
+    assert_eq!(of(&plan, 2), ["03-09T08:00", "03-09T17:00"]);
+    plan.holds_finishes = true;
+    assert_eq!(of(&plan, 1), ["03-07T08:00", "03-11T08:00"], "P6: not before the predecessor");
+    assert_eq!(of(&plan, 2), ["03-11T08:00", "03-11T17:00"]);
+    // A negative lag in the calendar of the predecessor ends where a working time begins.
+    plan.dependencies = vec![after(0, 1, DependencyKind::FinishFinish, -8), last(0)];
+    assert_eq!(of(&plan, 1), ["03-07T08:00", "03-09T08:00"]);
+    assert_eq!(of(&plan, 2), ["03-09T08:00", "03-09T17:00"]);
+}
+
 fn bound(kind: ConstraintKind, date: &str, task: PlanTask) -> PlanTask {
     PlanTask { constraints: vec![Constraint { kind, date: at(date) }], ..task }
 }

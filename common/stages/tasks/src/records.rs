@@ -172,6 +172,8 @@ fn sequence_record(plan: &PlanFile, dependency: &Dependency, first_calendar: u32
         step_id: 0,
         source: 0,
         lag_calendar: calendar.filter(|_| !is_elapsed).map_or(NONE, |calendar| first_calendar + calendar as u32),
+        flags: if plan.holds_finishes { sequence_flags::HOLDS_FINISH } else { 0 },
+        reserved: 0,
     }
 }
 

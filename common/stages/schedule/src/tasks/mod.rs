@@ -20,7 +20,7 @@ pub(crate) use task_times::{TaskKind, TaskTimes, WrittenTaskTimes, kind_of, task
 
 use crate::clock::Calendars;
 use crate::rules::Rules;
-use messages::{DateSource, NONE, SequenceKind, SequenceRecord, Site};
+use messages::{DateSource, NONE, SequenceKind, SequenceRecord, Site, sequence_flags};
 
 /// When a task begins and ends, civil seconds since 1970: it is in progress from its start until before its finish.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -89,6 +89,31 @@ impl Tasks<'_> {
         let base = if ends(sequence).0 { predecessor.start_s } else { predecessor.finish_s };
         let (lag_s, clock) = self.lag(sequence, predecessor)?;
         clock.add(base, lag_s)
+    }
+
+    /// The finish that a sequence of Primavera P6 asks for and that stands, if the sequence decides when the successor starts.
+    ///
+    /// A finish without a lag that lies outside the successor's working time is moved to where that goes on. After a finish with a lag
+    /// that is not negative, and a start without a lag, the finish follows from the start.
+    ///
+    /// # Source
+    /// MPXJ's PrimaveraScheduler, which is checked against files that P6 computed.
+    fn held_finish_s(&self, sequence: &SequenceRecord, predecessor: TaskDates) -> Option<i64> {
+        let (from_start, to_start) = ends(sequence);
+        if sequence.flags & sequence_flags::HOLDS_FINISH == 0 || to_start {
+            return None;
+        }
+        let (lag_s, _) = self.lag(sequence, predecessor)?;
+        let bound_s = self.end_bound_s(sequence, predecessor)?;
+        match (from_start, lag_s.signum()) {
+            (false, 0) => {
+                let own = self.calendars.clock(self.task_times[sequence.successor as usize].clock);
+                let works = |s: i64| own.next_working(s) == Some(s);
+                if works(bound_s) || works(bound_s - 1) { Some(bound_s) } else { own.next_working(bound_s) }
+            }
+            (false, 1) | (true, 0) => None,
+            _ => Some(bound_s),
+        }
     }
 
     /// The earliest start of a task of this duration that a sequence allows; `None` if it cannot be worked out.

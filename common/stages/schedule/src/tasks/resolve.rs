@@ -146,7 +146,10 @@ impl<'t, 'a, 'f, 's> Pass<'t, 'a, 'f, 's> {
     fn compute(&self, k: usize, duration_s: i64) -> Result<TaskDates, String> {
         let site = self.tasks.site;
         let clock = self.tasks.calendars.clock(self.tasks.task_times[k].clock);
-        let mut start_s = self.starts.of_task(site, k);
+        let schedule_s = self.starts.of_task(site, k);
+        let mut start_s = schedule_s;
+        // The first of the sequences that let it start last: where it lets it start, and the finish that stands by it.
+        let mut driving: Option<(i64, Option<i64>)> = None;
         for &sequence in &self.incoming[k] {
             let sequence = &site.schedule.sequences[sequence as usize];
             let predecessor = sequence.predecessor as usize;
@@ -157,13 +160,20 @@ impl<'t, 'a, 'f, 's> Pass<'t, 'a, 'f, 's> {
                 .bound_s(sequence, dates, duration_s)
                 .ok_or_else(|| format!("the lag behind {} cannot be worked out", label(site, predecessor)))?;
             start_s = Some(start_s.map_or(bound_s, |s| s.max(bound_s)));
+            let working_s = clock.next_working(bound_s).unwrap_or(bound_s);
+            if driving.is_none_or(|(driving_s, _)| driving_s < working_s) {
+                let is_early = schedule_s.is_some_and(|s| bound_s < s);
+                driving = Some((working_s, self.tasks.held_finish_s(sequence, dates).filter(|_| !is_early)));
+            }
         }
         let start_s = self.tasks.limits[k].start_s(start_s, duration_s, clock);
         let start_s = start_s.ok_or("neither its work schedule nor a predecessor says when it can start")?;
         let ended = "its calendar has no working time left";
         let start_s = if duration_s == 0 { Some(start_s) } else { clock.next_working(start_s) }.ok_or(ended)?;
         let finish_s = clock.add(start_s, duration_s).ok_or(ended)?;
-        let finish_s = self.tasks.limits[k].finish_s(start_s, finish_s);
+        let held_s =
+            driving.filter(|(driving_s, _)| *driving_s == start_s && duration_s > 0).and_then(|(_, held_s)| held_s);
+        let finish_s = self.tasks.limits[k].finish_s(start_s, held_s.unwrap_or(finish_s));
         Ok(TaskDates { start_s, finish_s, source: DateSource::Computed })
     }
 
