@@ -178,8 +178,10 @@ pub mod task_flags {
     pub const MILESTONE: u32 = 1;
     /// The file has a time for it.
     pub const HAS_TIME: u32 = 2;
-    /// It spans what it depends on: level of effort, hammock.
+    /// It spans others and has no others nested in it: level of effort, hammock, WBS summary.
     pub const SPAN: u32 = 4;
+    /// It is a span of all tasks that are nested in the same task, and in these: WBS summary of Primavera P6.
+    pub const WBS_SUMMARY: u32 = 8;
 }
 
 /// How a duration is counted.

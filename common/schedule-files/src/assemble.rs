@@ -182,7 +182,9 @@ impl WrittenPlan {
         reorder(file, &order);
         for k in 0..file.tasks.len() {
             let parent = file.tasks[k].parent.map(|parent| &mut file.tasks[parent].kind);
-            if let Some(kind) = parent.filter(|kind| **kind == PlanTaskKind::Task) {
+            // A milestone with others in it stays one.
+            use PlanTaskKind::{Span, Task, WbsSummary};
+            if let Some(kind) = parent.filter(|kind| matches!(kind, Task | Span | WbsSummary)) {
                 *kind = PlanTaskKind::Summary;
             }
         }

@@ -150,8 +150,10 @@ pub enum PlanTaskKind {
     Summary,
     /// An instant.
     Milestone,
-    /// It spans what it depends on (level of effort, hammock).
+    /// It spans what it is linked with (level of effort, hammock).
     Span,
+    /// It spans all tasks that are nested in the same task, and in these (WBS summary of P6).
+    WbsSummary,
 }
 
 /// Dates of a task by their kind.

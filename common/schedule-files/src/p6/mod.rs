@@ -27,7 +27,8 @@ const USUAL_DAY_S: [[u32; 2]; 1] = [[8 * 3600, 16 * 3600]];
 pub(crate) fn task_kind(word: &str) -> Option<(PlanTaskKind, bool)> {
     Some(match word {
         "TT_Task" | "TT_Rsrc" | "Task Dependent" | "Resource Dependent" | "" => (PlanTaskKind::Task, false),
-        "TT_LOE" | "TT_WBS" | "Level of Effort" | "WBS Summary" => (PlanTaskKind::Span, false),
+        "TT_LOE" | "Level of Effort" => (PlanTaskKind::Span, false),
+        "TT_WBS" | "WBS Summary" => (PlanTaskKind::WbsSummary, false),
         "TT_Mile" | "Start Milestone" => (PlanTaskKind::Milestone, false),
         "TT_FinMile" | "Finish Milestone" => (PlanTaskKind::Milestone, true),
         _ => return None,

@@ -59,7 +59,7 @@ fn task(file: &PlanFile, task: &PlanTask) -> Value {
             PlanTaskKind::Task => "task",
             PlanTaskKind::Summary => "summary",
             PlanTaskKind::Milestone => "milestone",
-            PlanTaskKind::Span => "span",
+            PlanTaskKind::Span | PlanTaskKind::WbsSummary => "span",
         },
         "code": task.code,
         "wbs": task.wbs,

@@ -324,3 +324,57 @@ fn drawn_dates_keep_constraints() {
     check(ConstraintKind::MandatoryStart, "03-06T08:00", false, ["03-06T07:00", "03-06T09:00"]);
     check(ConstraintKind::StartNotLaterThan, "03-06T08:00", true, ["03-06T07:00", "03-06T09:00"]);
 }
+
+/// A node of the work breakdown with a chain of two tasks and a WBS summary beside it, and another node in it with a task.
+fn work_breakdown() -> PlanFile {
+    let nested = |parent, task: PlanTask| PlanTask { parent: Some(parent), ..task };
+    let node = |uid: &str| PlanTask { kind: PlanTaskKind::Summary, duration: None, ..task(uid, 0) };
+    let wbs = PlanTask { kind: PlanTaskKind::WbsSummary, ..task("wbs", 8) };
+    let tasks = vec![
+        node("node"),
+        nested(0, wbs),
+        nested(0, task("a", 16)),
+        nested(0, task("b", 8)),
+        nested(0, node("inner")),
+        nested(4, task("c", 8)),
+    ];
+    plan(tasks, vec![after(2, 3, DependencyKind::FinishStart, 0), after(3, 5, DependencyKind::FinishStart, 0)])
+}
+
+#[test]
+fn a_wbs_summary_spans_all_tasks_below_its_node() {
+    let mut plan = work_breakdown();
+    let spanned = |plan: &PlanFile, delays: &[&str]| dates(&evaluated(plan, delays), 1);
+    assert_eq!(spanned(&plan, &[]), ["03-04T08:00", "03-07T17:00"]);
+    assert_eq!(spanned(&plan, &["a=1d"]), ["03-05T08:00", "03-08T17:00"]);
+    assert_eq!(spanned(&plan, &["c=1d"]), ["03-04T08:00", "03-08T17:00"]);
+    assert_eq!(spanned(&plan, &["node=1d"]), ["03-05T08:00", "03-08T17:00"], "not once more by itself");
+    // Written dates are those of the file, and move with what they span.
+    plan.tasks[1].dates.current = [at("03-04T08:00"), at("03-07T17:00")];
+    assert_eq!(spanned(&plan, &[]), ["03-04T08:00", "03-07T17:00"]);
+    assert_eq!(spanned(&plan, &["c=2d"]), ["03-04T08:00", "03-11T17:00"]);
+    plan.tasks[1].duration = None;
+    plan.tasks[1].dates = PlanDates::default();
+    assert_eq!(spanned(&plan, &[]), ["03-04T08:00", "03-07T17:00"], "without a length, too");
+}
+
+#[test]
+fn a_level_of_effort_without_dates_spans_what_it_is_linked_with_and_drives_nothing() {
+    use DependencyKind::{FinishFinish, FinishStart, StartStart};
+    let effort = PlanTask { kind: PlanTaskKind::Span, ..task("effort", 400) };
+    let tasks = vec![task("a", 16), task("b", 8), effort];
+    let mut plan =
+        plan(tasks, vec![after(0, 1, FinishStart, 0), after(0, 2, StartStart, 0), after(1, 2, FinishFinish, 0)]);
+    let all = |plan: &PlanFile, delays: &[&str]| {
+        let timeline = evaluated(plan, delays);
+        [1, 2].map(|k| dates(&timeline, k))
+    };
+    assert_eq!(all(&plan, &[]), [["03-06T08:00", "03-06T17:00"], ["03-04T08:00", "03-06T17:00"]]);
+    assert_eq!(all(&plan, &["b=2d"])[1], ["03-04T08:00", "03-08T17:00"]);
+    // What stands behind it says when it ends, and does not wait for it.
+    plan.dependencies[2] = after(2, 1, FinishStart, 0);
+    assert_eq!(all(&plan, &[]), [["03-06T08:00", "03-06T17:00"], ["03-04T08:00", "03-06T08:00"]]);
+    assert_eq!(all(&plan, &["b=2d"]), [["03-08T08:00", "03-08T17:00"], ["03-04T08:00", "03-08T08:00"]]);
+    plan.dependencies.truncate(1);
+    assert_eq!(all(&plan, &[])[1], ["03-04T08:00", "03-04T08:00"], "linked with nothing, it takes no time");
+}

@@ -105,7 +105,11 @@ fn add_file(builder: &mut TasksBuilder, plan: &ScheduleFile, source: u32, first_
 /// A task without its dates, which are records of their own.
 fn task_record(builder: &mut TasksBuilder, task: &PlanTask, has_time: bool) -> TaskRecord {
     let mut flags = if task.kind == PlanTaskKind::Milestone { task_flags::MILESTONE } else { 0 };
-    flags |= if task.kind == PlanTaskKind::Span { task_flags::SPAN } else { 0 };
+    flags |= match task.kind {
+        PlanTaskKind::Span => task_flags::SPAN,
+        PlanTaskKind::WbsSummary => task_flags::SPAN | task_flags::WBS_SUMMARY,
+        _ => 0,
+    };
     flags |= if has_time { task_flags::HAS_TIME } else { 0 };
     let is_elapsed = task.duration.is_some_and(|d| d.is_elapsed);
     TaskRecord {

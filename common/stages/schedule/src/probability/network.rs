@@ -3,7 +3,10 @@
 use super::three_point::{TaskStream, ThreePoint};
 use super::uncertainty::Uncertainty;
 use crate::clock::Clock;
-use crate::tasks::{Limits, SpanBounds, TaskDates, Tasks, WorkStarts, dependencies, ends, span_dates, total_delay_s};
+use crate::tasks::{
+    Limits, SpanBounds, SpanLink, TaskDates, Tasks, WorkStarts, decides, dependencies, ends, sequences_of_spans,
+    span_dates, span_links, total_delay_s,
+};
 use messages::DateSource;
 
 /// A date beyond all working time: what is drawn so long that no calendar holds it never happens.
@@ -18,7 +21,7 @@ pub(crate) struct Network<'t> {
 /// A step of the forward pass.
 enum Step<'t> {
     Task(UncertainTask<'t>),
-    /// A task that spans what it depends on.
+    /// A task that spans others.
     Span(Span<'t>),
     /// A summary task and what is nested in it.
     Summary(usize, Vec<u32>),
@@ -44,12 +47,12 @@ struct UncertainTask<'t> {
     incoming: Vec<Bound<'t>>,
 }
 
-/// A span, and what it depends on.
+/// A span, and what it spans.
 struct Span<'t> {
     task: usize,
     planned_s: [i64; 2],
     has_begun: bool,
-    incoming: Vec<Bound<'t>>,
+    links: Vec<SpanLink<'t>>,
     /// What these demand as planned.
     before: SpanBounds,
 }
@@ -76,16 +79,17 @@ impl<'t> Network<'t> {
     ) -> Self {
         let site = tasks.site;
         let mut incoming = vec![Vec::new(); dates.len()];
-        for sequence in site.schedule.sequences {
+        for sequence in site.schedule.sequences.iter().filter(|s| decides(site, s)) {
             incoming[sequence.successor as usize].push(sequence);
         }
+        let of_spans = sequences_of_spans(site);
         let mut steps = Vec::new();
         for (group, is_cycle) in dependencies(site).groups() {
             let members = || group.iter().map(|k| *k as usize);
             for k in members().filter(|k| !tasks.is_summary(*k)) {
                 let Some(planned) = dates[k].filter(|_| tasks.task_times[k].actual_finish.is_none()) else { continue };
                 if tasks.task_times[k].is_span && !is_cycle {
-                    steps.push(Step::Span(Span::of(tasks, k, planned, &incoming[k], dates)));
+                    steps.push(Step::Span(Span::of(tasks, k, planned, &of_spans[k], dates)));
                     continue;
                 }
                 let mut task = UncertainTask::of(tasks, k, planned, rules);
@@ -138,26 +142,19 @@ impl<'t> Span<'t> {
         tasks: &'t Tasks<'_>,
         task: usize,
         planned: TaskDates,
-        incoming: &[&messages::SequenceRecord],
+        sequences: &[&messages::SequenceRecord],
         dates: &[Option<TaskDates>],
     ) -> Self {
-        let bound = |s: &&messages::SequenceRecord| Bound::of(tasks, s, dates[s.predecessor as usize]?);
         let planned_s = [planned.start_s, planned.finish_s];
         let has_begun = tasks.task_times[task].actual_start.is_some();
-        let incoming = incoming.iter().filter_map(bound).collect();
-        let mut span = Self { task, planned_s, has_begun, incoming, before: SpanBounds::default() };
-        span.before = span.bounds(|k| dates[k].map_or([NEVER_S; 2], |d| [d.start_s, d.finish_s]));
-        span
-    }
-
-    fn bounds(&self, dates_s: impl Fn(usize) -> [i64; 2]) -> SpanBounds {
-        let mut bounds = SpanBounds::default();
-        self.incoming.iter().for_each(|b| bounds.add(b.to_start, b.end_s(dates_s(b.predecessor))));
-        bounds
+        let links = span_links(tasks, task, sequences, dates);
+        let before = SpanBounds::of(&links, |k| dates[k].map(|d| [d.start_s, d.finish_s]));
+        Self { task, planned_s, has_begun, links, before }
     }
 
     fn dates_s(&self, dates_s: &[[i64; 2]]) -> [i64; 2] {
-        let [start_s, finish_s] = span_dates(self.planned_s, self.before, self.bounds(|k| dates_s[k]));
+        let drawn_s = |k: usize| Some(dates_s[k]).filter(|d| d[1] < NEVER_S);
+        let [start_s, finish_s] = span_dates(self.planned_s, self.before, SpanBounds::of(&self.links, drawn_s));
         if self.has_begun { [self.planned_s[0], finish_s] } else { [start_s, finish_s] }
     }
 }

@@ -3,7 +3,7 @@
 //! A soft upper limit (start or finish no later than) moves no work: it counts for floats, and where it is not kept it is told. A firm
 //! one goes before dependencies, as do mandatory dates.
 
-use super::graph::label;
+use super::graph::{decides, label};
 use super::read_date::read_date;
 use super::{TaskDates, Tasks};
 use crate::clock::Clock;
@@ -151,7 +151,7 @@ pub(crate) fn report(tasks: &Tasks<'_>, dates: &[Option<TaskDates>], diagnostics
             }
         }
     }
-    for sequence in site.schedule.sequences {
+    for sequence in site.schedule.sequences.iter().filter(|s| decides(site, s)) {
         let k = sequence.successor as usize;
         let (Some(own), Some(before)) = (dates[k], dates[sequence.predecessor as usize]) else { continue };
         let clock = tasks.calendars.clock(tasks.task_times[k].clock);

@@ -2,8 +2,9 @@
 
 use super::graph::dependencies;
 use super::resolve::roll_up;
-use super::{SpanBounds, TaskDates, Tasks, ends, span_dates, with_ancestors};
-use messages::SequenceRecord;
+use super::{
+    SpanBounds, SpanLink, TaskDates, Tasks, decides, sequences_of_spans, span_dates, span_links, with_ancestors,
+};
 
 /// Moves tasks by their delays, and everything that depends on them as far as it must: float is used up first.
 ///
@@ -13,9 +14,10 @@ use messages::SequenceRecord;
 pub(crate) fn delay(tasks: &Tasks<'_>, dates: &[Option<TaskDates>], delay_s: &[i64]) -> Vec<Option<TaskDates>> {
     let site = tasks.site;
     let mut incoming = vec![Vec::new(); site.schedule.tasks.len()];
-    for sequence in site.schedule.sequences {
+    for sequence in site.schedule.sequences.iter().filter(|s| decides(site, s)) {
         incoming[sequence.successor as usize].push(sequence);
     }
+    let of_spans = sequences_of_spans(site);
     let mut moved = dates.to_vec();
     for (group, is_cycle) in dependencies(site).groups() {
         for k in group.iter().map(|k| *k as usize) {
@@ -25,8 +27,8 @@ pub(crate) fn delay(tasks: &Tasks<'_>, dates: &[Option<TaskDates>], delay_s: &[i
             }
             let task_times = &tasks.task_times[k];
             if task_times.is_span && !is_cycle && task_times.actual_finish.is_none() {
-                let own_s = total_delay_s(tasks, delay_s, k);
-                moved[k] = Some(moved_span(tasks, k, &incoming[k], [dates, &moved], own_s));
+                let links = span_links(tasks, k, &of_spans[k], dates);
+                moved[k] = Some(moved_span(tasks, k, &links, [dates, &moved], delay_s));
                 continue;
             }
             if task_times.actual_start.is_some() || task_times.actual_finish.is_some() {
@@ -69,27 +71,24 @@ pub(crate) fn delay(tasks: &Tasks<'_>, dates: &[Option<TaskDates>], delay_s: &[i
     moved
 }
 
-/// A span follows what it depends on; a delay of its own moves its finish.
+/// A span follows what it spans, and moves at least as far as what it is nested in; a delay of its own moves its finish.
 fn moved_span(
     tasks: &Tasks<'_>,
     k: usize,
-    incoming: &[&SequenceRecord],
+    links: &[SpanLink<'_>],
     [before, after]: [&[Option<TaskDates>]; 2],
-    own_s: i64,
+    delay_s: &[i64],
 ) -> TaskDates {
     let planned = before[k].expect("only tasks with dates move");
-    let bounds = |dates: &[Option<TaskDates>]| {
-        let mut bounds = SpanBounds::default();
-        for sequence in incoming {
-            let of = dates[sequence.predecessor as usize].and_then(|d| tasks.end_bound_s(sequence, d));
-            of.into_iter().for_each(|bound_s| bounds.add(ends(sequence).1, bound_s));
-        }
-        bounds
-    };
-    let [start_s, finish_s] = span_dates([planned.start_s, planned.finish_s], bounds(before), bounds(after));
-    let start_s = if tasks.task_times[k].actual_start.is_some() { planned.start_s } else { start_s };
+    let bounds = |dates: &[Option<TaskDates>]| SpanBounds::of(links, |t| dates[t].map(|d| [d.start_s, d.finish_s]));
     let clock = tasks.calendars.clock(tasks.task_times[k].clock);
-    TaskDates { start_s, finish_s: clock.add(finish_s, own_s).unwrap_or(finish_s), ..planned }
+    let shifted = |s: i64, by_s: i64| clock.add(s, by_s).unwrap_or(s);
+    let above_s = total_delay_s(tasks, delay_s, k) - delay_s[k];
+    let [start_s, finish_s] = span_dates([planned.start_s, planned.finish_s], bounds(before), bounds(after));
+    let has_begun = tasks.task_times[k].actual_start.is_some();
+    let start_s = if has_begun { planned.start_s } else { start_s.max(shifted(planned.start_s, above_s)) };
+    let finish_s = shifted(finish_s.max(shifted(planned.finish_s, above_s)), delay_s[k]);
+    TaskDates { start_s, finish_s: finish_s.max(start_s), ..planned }
 }
 
 fn roll_up_group(tasks: &Tasks<'_>, dates: &[Option<TaskDates>], moved: &mut [Option<TaskDates>], group: &[u32]) {

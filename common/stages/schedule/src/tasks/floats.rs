@@ -3,7 +3,8 @@
 //! # Source
 //! Kelley and Walker, "Critical-Path Planning and Scheduling", 1959.
 
-use super::graph::dependencies;
+use super::graph::{dependencies, is_span};
+use super::span::{SpanBounds, sequences_of_spans, span_links};
 use super::{TaskDates, Tasks, ends, with_ancestors};
 use messages::{SequenceRecord, Site};
 
@@ -26,7 +27,8 @@ pub(crate) fn floats(tasks: &Tasks<'_>, dates: &[Option<TaskDates>]) -> Vec<Opti
     let mut late: Vec<Option<[i64; 2]>> = vec![None; site.schedule.tasks.len()];
     for (group, is_cycle) in dependencies(site).groups().rev() {
         let k = group[0] as usize;
-        let Some(own) = dates[k].filter(|_| !is_cycle) else { continue };
+        let is_span = tasks.task_times[k].is_span;
+        let Some(own) = dates[k].filter(|_| !is_cycle && !is_span) else { continue };
         let clock = tasks.calendars.clock(tasks.task_times[k].clock);
         let duration_s = clock.between(own.start_s, own.finish_s);
         let free_s = free_float_s(tasks, &outgoing, dates, k, end_s);
@@ -54,13 +56,34 @@ pub(crate) fn floats(tasks: &Tasks<'_>, dates: &[Option<TaskDates>]) -> Vec<Opti
             floats[k] = Some(Floats { total_s: clock.between(own.finish_s, late_finish_s), free_s });
         }
     }
+    floats_of_spans(tasks, dates, &late, &outgoing, end_s, &mut floats);
     floats
 }
 
-/// Sequences by predecessor.
+/// A span can end as late as what it spans.
+fn floats_of_spans(
+    tasks: &Tasks<'_>,
+    dates: &[Option<TaskDates>],
+    late_s: &[Option<[i64; 2]>],
+    outgoing: &[Vec<&SequenceRecord>],
+    end_s: i64,
+    floats: &mut [Option<Floats>],
+) {
+    let of_spans = sequences_of_spans(tasks.site);
+    for k in (0..dates.len()).filter(|k| tasks.task_times[*k].is_span) {
+        let Some(own) = dates[k] else { continue };
+        let clock = tasks.calendars.clock(tasks.task_times[k].clock);
+        let bounds = SpanBounds::of(&span_links(tasks, k, &of_spans[k], dates), |task| late_s[task]);
+        let late_finish_s = bounds.finish_s.unwrap_or(end_s).min(end_s);
+        let free_s = free_float_s(tasks, outgoing, dates, k, end_s);
+        floats[k] = Some(Floats { total_s: clock.between(own.finish_s, late_finish_s), free_s });
+    }
+}
+
+/// Sequences by predecessor, without those to spans, which follow whatever they span.
 pub(super) fn outgoing<'s>(site: &Site<'s>) -> Vec<Vec<&'s SequenceRecord>> {
     let mut outgoing = vec![Vec::new(); site.schedule.tasks.len()];
-    for sequence in site.schedule.sequences {
+    for sequence in site.schedule.sequences.iter().filter(|s| !is_span(site, s.successor)) {
         outgoing[sequence.predecessor as usize].push(sequence);
     }
     outgoing

@@ -1,8 +1,9 @@
 //! Topological order of tasks, dependency cycles, and what a task is called.
 
-use messages::{NONE, Site};
+use messages::{NONE, SequenceRecord, Site, TaskRecord, task_flags};
 use petgraph::algo::kosaraju_scc;
 use petgraph::graph::{DiGraph, NodeIndex};
+use std::collections::HashMap;
 
 /// Tasks in groups: what a task depends on comes before it. A group of more than one is a cycle.
 pub(crate) struct Order {
@@ -42,8 +43,40 @@ pub(super) fn nesting(site: &Site<'_>) -> impl Iterator<Item = (u32, u32)> {
 
 /// All dependencies, whether dates are written or not: for cycles, delays and floats.
 pub(crate) fn dependencies(site: &Site<'_>) -> Order {
-    let sequences = site.schedule.sequences.iter().map(|s| (s.successor, s.predecessor));
-    Order::of(site.schedule.tasks.len(), nesting(site).chain(sequences))
+    Order::of(site.schedule.tasks.len(), nesting(site).chain(edges(site)))
+}
+
+/// Tasks with those that decide their dates: by a sequence, or because they span them.
+pub(super) fn edges(site: &Site<'_>) -> impl Iterator<Item = (u32, u32)> {
+    let of_sequence = move |s: &SequenceRecord| match decides(site, s) {
+        true => (s.successor, s.predecessor),
+        false => (s.predecessor, s.successor),
+    };
+    site.schedule.sequences.iter().map(of_sequence).chain(beside_wbs_summaries(site))
+}
+
+/// WBS summaries with the tasks that are nested in the same task.
+fn beside_wbs_summaries(site: &Site<'_>) -> Vec<(u32, u32)> {
+    let is_wbs = |task: &TaskRecord| task.has(task_flags::WBS_SUMMARY) && task.parent != NONE;
+    let mut summaries: HashMap<u32, Vec<u32>> = HashMap::new();
+    for (k, task) in (0..).zip(site.schedule.tasks).filter(|(_, task)| is_wbs(task)) {
+        summaries.entry(task.parent).or_default().push(k);
+    }
+    let of_task = |(k, task): (u32, &TaskRecord)| {
+        let beside = summaries.get(&task.parent).filter(|_| !is_wbs(task));
+        beside.into_iter().flatten().map(|summary| (*summary, k)).collect::<Vec<_>>()
+    };
+    (0..).zip(site.schedule.tasks).flat_map(of_task).collect()
+}
+
+/// True if the dates of a task are those of what it spans.
+pub(crate) fn is_span(site: &Site<'_>, task: u32) -> bool {
+    site.schedule.tasks[task as usize].has(task_flags::SPAN)
+}
+
+/// False for a sequence behind a span, which decides nothing for its successor, but when the span ends.
+pub(crate) fn decides(site: &Site<'_>, sequence: &SequenceRecord) -> bool {
+    !is_span(site, sequence.predecessor) || is_span(site, sequence.successor)
 }
 
 /// Name of a task for people, its GlobalId where it has none.

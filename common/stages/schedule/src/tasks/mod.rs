@@ -13,9 +13,9 @@ pub(crate) use constraints::{Limits, limits, report as report_constraints};
 pub(crate) use delays::{delay, total_delay_s};
 pub use floats::Floats;
 pub(crate) use floats::floats;
-pub(crate) use graph::dependencies;
+pub(crate) use graph::{decides, dependencies};
 pub(crate) use resolve::{WorkStarts, resolve};
-pub(crate) use span::{SpanBounds, span_dates};
+pub(crate) use span::{SpanBounds, SpanLink, sequences_of_spans, span_dates, span_links};
 pub(crate) use task_times::{TaskKind, TaskTimes, WrittenTaskTimes, kind_of, task_times, written_span_s};
 
 use crate::clock::Calendars;

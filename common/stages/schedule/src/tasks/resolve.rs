@@ -4,12 +4,13 @@
 //! Kelley and Walker, "Critical-Path Planning and Scheduling", 1959; precedence diagrams with lags after Fondahl, 1961.
 
 use super::floats::{free_float_s, outgoing};
-use super::graph::{Order, dependencies, label, nesting};
+use super::graph::{Order, decides, dependencies, edges, label, nesting};
 use super::read_date::read_date;
+use super::span::{SpanBounds, sequences_of_spans, span_links};
 use super::task_times::inherited;
 use super::{TaskDates, TaskTimes, Tasks, with_ancestors};
 use crate::diagnostics::{Entity, ScheduleDiagnostics};
-use messages::{DateSource, DiagnosticCode, NONE, ScheduleDateKind, Severity, Site};
+use messages::{DateSource, DiagnosticCode, NONE, ScheduleDateKind, SequenceRecord, Severity, Site};
 
 /// Task names in a diagnostic about a cycle.
 const MAX_NAMES: usize = 8;
@@ -45,8 +46,10 @@ struct Pass<'t, 'a, 'f, 's> {
     tasks: &'t Tasks<'a>,
     diagnostics: &'f mut ScheduleDiagnostics<'s>,
     written: Vec<Written>,
-    /// Sequences by successor.
+    /// Sequences by successor, without those behind spans.
     incoming: Vec<Vec<u32>>,
+    /// Sequences by the span that they bound.
+    of_spans: Vec<Vec<&'a SequenceRecord>>,
     starts: WorkStarts,
     dates: Vec<Option<TaskDates>>,
     /// Why a task has no dates.
@@ -58,22 +61,31 @@ impl<'t, 'a, 'f, 's> Pass<'t, 'a, 'f, 's> {
         let site = tasks.site;
         let n = site.schedule.tasks.len();
         let mut incoming = vec![Vec::new(); n];
-        for (k, sequence) in (0..).zip(site.schedule.sequences) {
+        for (k, sequence) in (0..).zip(site.schedule.sequences).filter(|(_, s)| decides(site, s)) {
             incoming[sequence.successor as usize].push(k);
         }
         let starts = WorkStarts::of(site, tasks, diagnostics);
         let written = (0..n).map(|k| written(tasks, k)).collect();
-        Self { tasks, diagnostics, written, incoming, starts, dates: vec![None; n], why: vec![None; n] }
+        let of_spans = sequences_of_spans(site);
+        Self { tasks, diagnostics, written, incoming, of_spans, starts, dates: vec![None; n], why: vec![None; n] }
     }
 
-    /// Summary tasks depend on what is nested in them, computed ones on their predecessors.
+    /// Summary tasks depend on what is nested in them, computed ones on their predecessors, spans on what they span.
     fn order(&self) -> Order {
         let site = self.tasks.site;
-        let is_computed =
-            |k: u32| !self.tasks.is_summary(k as usize) && matches!(self.written[k as usize], Written::Duration(_));
-        let sequences =
-            site.schedule.sequences.iter().filter(|s| is_computed(s.successor)).map(|s| (s.successor, s.predecessor));
-        Order::of(site.schedule.tasks.len(), nesting(site).chain(sequences))
+        let edges = edges(site).filter(|(k, _)| self.is_computed(*k as usize));
+        Order::of(site.schedule.tasks.len(), nesting(site).chain(edges))
+    }
+
+    /// Its dates are not written.
+    fn is_computed(&self, k: usize) -> bool {
+        let is_span = self.tasks.task_times[k].is_span;
+        !self.tasks.is_summary(k)
+            && match self.written[k] {
+                Written::Duration(_) => true,
+                Written::Nothing(_) => is_span,
+                Written::Dates(_) => false,
+            }
     }
 
     /// Names the tasks of every cycle, also of those whose written dates stand.
@@ -102,7 +114,7 @@ impl<'t, 'a, 'f, 's> Pass<'t, 'a, 'f, 's> {
         // Deeper ones first, so that a summary finds what is nested in it.
         group.sort_by_key(|k| std::cmp::Reverse(depth(self.tasks.site, *k)));
         for k in group {
-            if self.tasks.is_summary(k) || !matches!(self.written[k], Written::Duration(_)) {
+            if !self.is_computed(k) {
                 self.task(k);
             } else {
                 self.why[k] = Some("it waits for itself".to_owned());
@@ -119,6 +131,7 @@ impl<'t, 'a, 'f, 's> Pass<'t, 'a, 'f, 's> {
             Written::Duration(_) | Written::Nothing(_) if self.tasks.is_summary(k) => {
                 Err(Some("no task nested in it has any".to_owned()))
             }
+            _ if self.tasks.task_times[k].is_span => self.span(k).map_err(Some),
             Written::Duration(duration_s) => self.compute(k, *duration_s).map_err(Some),
             Written::Nothing(why) => Err(Some((*why).to_owned())),
         };
@@ -140,6 +153,18 @@ impl<'t, 'a, 'f, 's> Pass<'t, 'a, 'f, 's> {
             Ok(dates) => self.dates[k] = Some(dates),
             Err(why) => self.why[k] = why,
         }
+    }
+
+    /// From the first start to the last finish of what a span without dates is linked with, or of what stands beside a WBS summary.
+    fn span(&self, k: usize) -> Result<TaskDates, String> {
+        let links = span_links(self.tasks, k, &self.of_spans[k], &self.dates);
+        let ends_s = |task: usize| self.dates[task].map(|dates| [dates.start_s, dates.finish_s]);
+        let bounds = SpanBounds::of(&links, ends_s);
+        let clock = self.tasks.calendars.clock(self.tasks.task_times[k].clock);
+        let first_s = || clock.next_working(self.starts.of_task(self.tasks.site, k)?);
+        let start_s = bounds.start_s.or_else(first_s).ok_or("no task that it spans has any")?;
+        let finish_s = bounds.finish_s.map_or(start_s, |finish_s| finish_s.max(start_s));
+        Ok(TaskDates { start_s, finish_s, source: DateSource::Computed })
     }
 
     /// The forward pass for one task: the earliest start that schedule and predecessors allow.
@@ -198,10 +223,12 @@ impl<'t, 'a, 'f, 's> Pass<'t, 'a, 'f, 's> {
             }
         }
         for (group, _) in order.groups() {
-            for k in group.iter().map(|k| *k as usize).filter(|k| tasks.is_summary(*k)) {
+            for k in group.iter().map(|k| *k as usize) {
                 let nested: Vec<TaskDates> = tasks.children[k].iter().filter_map(|c| self.dates[*c as usize]).collect();
                 if !nested.is_empty() {
                     self.dates[k] = Some(roll_up(&nested));
+                } else if tasks.task_times[k].is_span && self.is_computed(k) {
+                    self.dates[k] = self.span(k).ok();
                 }
             }
         }

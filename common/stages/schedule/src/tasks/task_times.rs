@@ -41,7 +41,7 @@ pub(crate) struct TaskTimes {
     /// The calendar in which its duration counts; day and night without one.
     pub(crate) clock: Option<usize>,
     pub(crate) is_milestone: bool,
-    /// It spans what it depends on.
+    /// Its dates are those of what it spans.
     pub(crate) is_span: bool,
     /// One of its values cannot be read: the task is ignored.
     pub(crate) is_faulty: bool,
