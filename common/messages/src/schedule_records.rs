@@ -180,6 +180,8 @@ pub mod task_flags {
     pub const HAS_TIME: u32 = 2;
     /// It spans others and has no others nested in it: level of effort, hammock, WBS summary.
     pub const SPAN: u32 = 4;
+    /// It is scheduled by hand: what it depends on does not move it.
+    pub const MANUAL: u32 = 16;
     /// It is a span of all tasks that are nested in the same task, and in these: WBS summary of Primavera P6.
     pub const WBS_SUMMARY: u32 = 8;
 }
@@ -231,8 +233,9 @@ const _: () = assert!(size_of::<SequenceRecord>() == 72);
 
 /// Bits of [`SequenceRecord::flags`].
 pub mod sequence_flags {
-    /// The instant that it asks of a finish stands, as in Primavera P6: the successor does not end with the working time before it.
-    pub const HOLDS_FINISH: u32 = 1;
+    /// What it asks for is worked out as in Primavera P6: the instant that it asks of a finish stands, and a start with a start is in the
+    /// working time in which its lag would be counted.
+    pub const PRIMAVERA: u32 = 1;
 }
 
 /// How two tasks depend on each other: which end of the predecessor bounds which end of the successor.
@@ -320,6 +323,19 @@ impl TaskUncertaintyRecord {
     }
 }
 
+/// Work of resources on a task by one calendar; the task ends with the last of them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Zeroable, Pod)]
+#[repr(C)]
+pub struct TaskAssignmentRecord {
+    /// How long it takes in working time of the calendar, in seconds; more than 0.
+    pub duration_s: i64,
+    /// The task; its own calendar and duration say nothing of it.
+    pub task: u32,
+    /// The calendar.
+    pub calendar: u32,
+}
+const _: () = assert!(size_of::<TaskAssignmentRecord>() == 16);
+
 /// A date that binds a task.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Zeroable, Pod)]
 #[repr(C)]
@@ -373,4 +389,6 @@ pub enum TaskConstraintKind {
     MandatoryFinish = 9,
     /// It moves nothing: a finish after it is told.
     Deadline = 10,
+    /// It finishes then, however long that takes, if it has begun by then and no predecessor decides its finish.
+    ExpectedFinish = 11,
 }

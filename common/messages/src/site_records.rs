@@ -46,6 +46,7 @@ pub(crate) mod section {
     /// Only in archives of schedule files that have any.
     pub(crate) const SCHEDULE_DATES: u32 = 43;
     pub(crate) const TASK_DURATIONS: u32 = 44;
+    pub(crate) const TASK_ASSIGNMENTS: u32 = 45;
 }
 
 /// Data of the whole site: one record.

@@ -44,6 +44,8 @@ pub struct WorkSchedule<'a> {
     pub dates: &'a [ScheduleDateRecord],
     /// Planned lengths of tasks of planners' files, ascending by task; [`Self::duration`] finds them.
     pub durations: &'a [TaskDurationRecord],
+    /// Work of resources by their calendars, ascending by task and calendar; of most tasks none.
+    pub assignments: &'a [TaskAssignmentRecord],
 }
 
 /// Numbers of what tasks may work on.
@@ -74,6 +76,7 @@ impl<'a> WorkSchedule<'a> {
             constraints: archive.optional_section(section::TASK_CONSTRAINTS)?,
             dates: archive.optional_section(section::SCHEDULE_DATES)?,
             durations: archive.optional_section(section::TASK_DURATIONS)?,
+            assignments: archive.optional_section(section::TASK_ASSIGNMENTS)?,
         })
     }
 
@@ -139,6 +142,11 @@ impl<'a> WorkSchedule<'a> {
                 && (s.successor as usize) < n_tasks
                 && optional(s.lag_calendar, self.calendars.len())
         };
+        let assignment = |a: &TaskAssignmentRecord| {
+            (a.task as usize) < n_tasks
+                && (a.calendar as usize) < self.calendars.len()
+                && (1..=TaskUncertaintyRecord::MAX_DURATION_S).contains(&a.duration_s)
+        };
         let n_sources = self.sources.len();
         let whole = self.tasks.iter().all(task)
             && self.diagnostics.iter().all(|d| optional(d.source, n_sources))
@@ -150,6 +158,8 @@ impl<'a> WorkSchedule<'a> {
             && self.uncertainties.is_sorted_by(|a, b| a.task < b.task)
             && self.constraints.iter().all(|c| (c.task as usize) < n_tasks && c.is_in_calendar())
             && self.constraints.is_sorted_by_key(|c| c.task)
+            && self.assignments.iter().all(assignment)
+            && self.assignments.is_sorted_by(|a, b| (a.task, a.calendar) < (b.task, b.calendar))
             && is_forest(self.tasks);
         if whole { Ok(()) } else { Err(ArchiveError::Index { what: "the schedule" }) }
     }

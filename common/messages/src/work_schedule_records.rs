@@ -20,6 +20,7 @@ pub struct WorkScheduleRecords {
     pub constraints: Vec<TaskConstraintRecord>,
     pub dates: Vec<ScheduleDateRecord>,
     pub durations: Vec<TaskDurationRecord>,
+    pub assignments: Vec<TaskAssignmentRecord>,
 }
 
 impl WorkScheduleRecords {
@@ -43,6 +44,9 @@ impl WorkScheduleRecords {
         }
         if !self.durations.is_empty() {
             list.add(section::TASK_DURATIONS, &self.durations);
+        }
+        if !self.assignments.is_empty() {
+            list.add(section::TASK_ASSIGNMENTS, &self.assignments);
         }
     }
 }

@@ -3,6 +3,7 @@
 mod assemble;
 mod calendars;
 mod circles;
+mod combined_calendar;
 mod csv;
 mod decode;
 mod error;
@@ -15,6 +16,7 @@ mod plan;
 mod pmxml;
 mod projects;
 mod read;
+mod resources;
 mod values;
 mod written_project;
 mod xer;
@@ -24,6 +26,6 @@ pub use error::PlanFileError;
 pub use options::{CsvColumn, ReadOptions, is_encoding};
 pub use plan::{
     CalendarException, Constraint, ConstraintKind, Dependency, DependencyKind, Finding, FindingKind, LagCalendar,
-    Length, PlanCalendar, PlanDate, PlanDates, PlanFile, PlanLag, PlanProject, PlanTask, PlanTaskKind,
+    Length, PlanAssignment, PlanCalendar, PlanDate, PlanDates, PlanFile, PlanLag, PlanProject, PlanTask, PlanTaskKind,
 };
 pub use read::read;

@@ -30,9 +30,8 @@ pub struct PlanFile {
     pub lag_calendar: LagCalendar,
     /// Dates of constraints go before dependencies, as in MS Project unless told otherwise; in P6 only mandatory ones do.
     pub honours_constraints: bool,
-    /// The instant that a dependency asks of a finish stands, as in P6, also where the task that waits does not work then; elsewhere its
-    /// start is counted back from it, and its finish on from there.
-    pub holds_finishes: bool,
+    /// Dates that it leaves open follow from its dependencies as in P6, and else as in MS Project.
+    pub is_primavera: bool,
     /// What is wrong with it, and what was done about it.
     pub findings: Vec<Finding>,
 }
@@ -50,6 +49,8 @@ pub struct PlanProject {
     pub calendar: Option<usize>,
     /// In whose working time lags before its tasks are counted.
     pub lag_calendar: LagCalendar,
+    /// Its tasks end when they are expected to, where that is written.
+    pub uses_expected_finishes: bool,
 }
 
 impl PlanFile {
@@ -67,6 +68,12 @@ impl PlanFile {
     pub fn project_calendar_of(&self, task: &PlanTask) -> Option<usize> {
         let usual = || self.calendars.iter().position(|calendar| calendar.is_default);
         task.project.map_or_else(usual, |project| self.projects[project].calendar)
+    }
+
+    /// When a task is expected to end, if its project goes by that.
+    pub fn expected_finish_of(&self, task: &PlanTask) -> Option<PlanDate> {
+        let project = &self.projects[task.project?];
+        task.expected_finish.filter(|_| project.uses_expected_finishes)
     }
 
     /// In whose working time the lag of a dependency is counted: as the project of the task that waits says.
@@ -129,6 +136,12 @@ pub struct PlanTask {
     pub physical_complete: Option<f64>,
     /// First and second constraint.
     pub constraints: Vec<Constraint>,
+    /// When it is expected to end (P6): its project says whether it does.
+    pub expected_finish: Option<PlanDate>,
+    /// Work of resources that goes by other calendars, or takes other times, than the task; by calendar, each once.
+    pub assignments: Vec<PlanAssignment>,
+    /// It is scheduled by hand (MS Project): what it depends on and constraints do not move it.
+    pub is_manual: bool,
     /// Total float in working time.
     pub total_float_s: Option<i64>,
     /// Free float in working time.
@@ -225,6 +238,15 @@ pub enum PlanLag {
     },
 }
 
+/// Work of resources on a task by one calendar; the task ends with the last of them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct PlanAssignment {
+    /// Index of the calendar.
+    pub calendar: usize,
+    /// How long it takes in working time of the calendar, in seconds; more than 0.
+    pub length_s: i64,
+}
+
 /// A date that the planner gave.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Constraint {
@@ -268,7 +290,7 @@ pub struct PlanCalendar {
 }
 
 /// Days that differ from the week.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub struct CalendarException {
     /// First day.
     pub first: Date,

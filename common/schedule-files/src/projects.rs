@@ -93,6 +93,7 @@ impl WrittenPlan {
                 start: project.start,
                 calendar: file.calendars.iter().position(|calendar| calendar.uid == project.calendar),
                 lag_calendar: project.lag_calendar.unwrap_or(LagCalendar::Predecessor),
+                uses_expected_finishes: project.uses_expected_finishes,
             });
         }
         if let Some(first) = file.projects.first() {

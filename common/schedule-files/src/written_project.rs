@@ -13,6 +13,8 @@ pub(crate) struct WrittenProject {
     pub(crate) calendar: String,
     /// `None`: lags count day and night.
     pub(crate) lag_calendar: Option<LagCalendar>,
+    /// Its tasks end when they are expected to.
+    pub(crate) uses_expected_finishes: bool,
     /// It is in the file for its relationships with others alone, and no part of the plan.
     pub(crate) is_outside: bool,
 }

@@ -85,6 +85,8 @@ pub(crate) fn site() -> ArchiveBuffer {
     b.schedule.constraints.push(TaskConstraintRecord { task: 1, kind, ..Zeroable::zeroed() });
     let date = CivilDate { at_s: 1_709_539_200, offset_s: Some(3_600), is_day: false };
     b.schedule.dates.push(ScheduleDateRecord::new(date, ScheduleDateKind::ScheduleStart, 1));
+    b.schedule.calendars.push(CalendarRecord::zeroed());
+    b.schedule.assignments.push(TaskAssignmentRecord { duration_s: 3_600, task: 1, calendar: 0 });
     b.schedule.durations.push(TaskDurationRecord { duration_s: 3_600, task: 1, reserved: 0 });
     b.schedule.uncertainties.push(TaskUncertaintyRecord {
         duration_optimistic_s: 3_600,

@@ -8,8 +8,11 @@
 //! - Nesting is `OutlineLevel` alone, in the order of the file.
 //! - A task with a length that is marked as a milestone is a task: MS Project shows it so, and works on it all the same.
 //! - A task that is scheduled by hand (`Manual`, since 2010) has its dates in `ManualStart` and `ManualFinish`; the others are a guess of
-//!   MS Project where those are missing. A task with `Active` 0 (since 2010) is switched off.
-//! - Of the eleven baselines that of number 0 is "the" baseline. Deadlines move nothing and are not read.
+//!   MS Project where those are missing. Neither dependencies nor constraints move it. A task with `Active` 0 (since 2010) is switched
+//!   off.
+//! - Of the eleven baselines that of number 0 is "the" baseline. Deadlines move nothing.
+//! - A task of another `Type` than 1 (fixed duration) without `IgnoreResourceCalendar` takes as long as the work of its resources, `Work`
+//!   by `Units`, in the working time that their calendars share with its own, if it has one.
 //! - Calendars of resources stand among the others. `BaseCalendarUID` and `CalendarUID` are -1, or 0 since 2013, where there is none.
 //! - A working time that ends at 00:00 ends with its day. A working day without working times has the usual ones.
 //! - Exceptions are week days of type 0 until 2003, and elements of their own since 2007, which writes both: the same days twice. Since
@@ -22,6 +25,7 @@
 mod calendars;
 mod fields;
 mod recurrence;
+mod resources;
 mod tasks;
 mod values;
 
@@ -29,6 +33,7 @@ use crate::PlanFileError;
 use crate::assemble::WrittenPlan;
 use crate::iso;
 use crate::plan::{FindingKind, PlanDate, PlanFile};
+use crate::resources::{OwnCalendar, WrittenResources};
 use crate::xml::Xml;
 use fields::Fields;
 use tasks::Outline;
@@ -43,6 +48,7 @@ pub(crate) fn read(xml: &mut Xml<'_>) -> Result<PlanFile, PlanFileError> {
     let mut fields = Fields::default();
     let mut calendars = Vec::new();
     let mut outline = Outline::default();
+    let mut work = WrittenResources::default();
     let (mut title, mut save_version, mut build, mut default_calendar) = Default::default();
     while let Some(element) = xml.child()? {
         match element {
@@ -57,7 +63,9 @@ pub(crate) fn read(xml: &mut Xml<'_>) -> Result<PlanFile, PlanFileError> {
             "OutlineCodes" => fields.read_outline_codes(xml)?,
             "ExtendedAttributes" => fields.read_extended_attributes(xml)?,
             "Calendars" => calendars = calendars::read(xml, &mut plan.findings)?,
-            "Tasks" => tasks::read(xml, &mut plan, &mut outline, &fields)?,
+            "Tasks" => tasks::read(xml, &mut plan, &mut outline, &fields, &mut work)?,
+            "Resources" => resources::read(xml, &mut work)?,
+            "Assignments" => resources::read_assignments(xml, &mut work)?,
             _ => xml.skip()?,
         }
     }
@@ -72,6 +80,7 @@ pub(crate) fn read(xml: &mut Xml<'_>) -> Result<PlanFile, PlanFileError> {
     file.written_by = format!("MS Project XML, save version {save_version} {build}").trim_end().to_owned();
     file.calendars = crate::calendars::resolve(&calendars, &mut plan.findings)?;
     plan.into_file(&mut file);
+    work.add_to(&mut file, OwnCalendar::Combined);
     Ok(file)
 }
 

@@ -6,6 +6,7 @@ use crate::PlanFileError;
 use crate::assemble::{References, WrittenLink, WrittenPlan};
 use crate::iso;
 use crate::plan::{Constraint, ConstraintKind, DependencyKind, FindingKind, PlanDate, PlanTask, PlanTaskKind};
+use crate::resources::WrittenResources;
 use crate::values::{number, seconds};
 use crate::xml::Xml;
 
@@ -27,6 +28,9 @@ struct WrittenTask {
     is_summary: bool,
     is_milestone: bool,
     is_manual: bool,
+    /// `Type`.
+    kind: String,
+    ignores_resources: bool,
     calendar: String,
     format: String,
     /// `Duration`, `RemainingDuration` and `ManualDuration`.
@@ -57,11 +61,14 @@ pub(super) fn read(
     plan: &mut WrittenPlan,
     outline: &mut Outline,
     fields: &Fields,
+    resources: &mut WrittenResources,
 ) -> Result<(), PlanFileError> {
     while let Some(element) = xml.child()? {
         if element == "Task" {
             let written = WrittenTask::read(xml, plan)?;
-            add(written, plan, outline, fields)?;
+            if let Some(task) = add(written, plan, outline, fields)? {
+                resources.let_decide(&task);
+            }
         } else {
             xml.skip()?;
         }
@@ -86,6 +93,8 @@ impl WrittenTask {
                 "Summary" => written.is_summary = is_true(xml)?,
                 "Milestone" => written.is_milestone = is_true(xml)?,
                 "Manual" => written.is_manual = is_true(xml)?,
+                "Type" => written.kind = xml.text()?.into_owned(),
+                "IgnoreResourceCalendar" => written.ignores_resources = is_true(xml)?,
                 "Active" => task.is_inactive = !is_true(xml)?,
                 "Start" => task.dates.current[0] = read_value(xml, element, plan, iso::date)?,
                 "Finish" => task.dates.current[1] = read_value(xml, element, plan, iso::date)?,
@@ -118,24 +127,36 @@ impl WrittenTask {
         }
         Ok(written)
     }
+
+    /// It takes as long as the work of its resources, if it has any.
+    fn goes_by_resources(&self) -> bool {
+        const FIXED_DURATION: &str = "1";
+        let is_elapsed = self.task.duration.is_some_and(|duration| duration.is_elapsed);
+        self.task.kind == PlanTaskKind::Task
+            && self.kind != FIXED_DURATION
+            && !self.ignores_resources
+            && !self.is_manual
+            && !is_elapsed
+    }
 }
 
-/// Adds a task with its fields and predecessors.
+/// Adds a task with its fields and predecessors; its identity if it goes by its resources.
 fn add(
     mut written: WrittenTask,
     plan: &mut WrittenPlan,
     outline: &mut Outline,
     fields: &Fields,
-) -> Result<(), PlanFileError> {
+) -> Result<Option<String>, PlanFileError> {
     if written.is_null {
-        return Ok(());
+        return Ok(None);
     }
     if written.task.uid == "0" && written.level == 0 {
         outline.project_name = written.task.name;
-        return Ok(());
+        return Ok(None);
     }
     let next = plan.next_task();
     finish(&mut written, plan);
+    let goes_by_resources = written.goes_by_resources();
     let WrittenTask { task, level, links, fields: written_fields, .. } = written;
     let uid = task.uid.clone();
     while outline.line.pop_if(|(above, _)| *above >= level).is_some() {}
@@ -143,7 +164,7 @@ fn add(
     let calendar = Some(written.calendar).filter(|uid| !["", "-1", "0"].contains(&uid.as_str()));
     plan.push(task, References { parent, calendar, project: None })?;
     if plan.next_task() == next {
-        return Ok(());
+        return Ok(None);
     }
     for field in &written_fields {
         match fields.resolve(field) {
@@ -157,8 +178,8 @@ fn add(
     for link in links {
         add_link(link, &uid, next, plan)?;
     }
-    outline.line.push((level, uid));
-    Ok(())
+    outline.line.push((level, uid.clone()));
+    Ok(Some(uid).filter(|_| goes_by_resources))
 }
 
 /// Sets what depends on several elements.
@@ -183,6 +204,7 @@ fn finish(written: &mut WrittenTask, plan: &mut WrittenPlan) {
     if written.is_manual {
         let [start, finish] = task.dates.current;
         task.dates.current = [written.manual[0].or(start), written.manual[1].or(finish)];
+        task.is_manual = true;
     }
     if let (Some(resume), None) = (written.resume, task.dates.actual[1]) {
         task.dates.remaining = [Some(resume), task.dates.current[1]];
@@ -203,6 +225,10 @@ fn finish(written: &mut WrittenTask, plan: &mut WrittenPlan) {
         (Ok(Some(kind)), Some(date)) => task.constraints.push(Constraint { kind, date: Some(date) }),
         (Ok(Some(_)), None) => unreadable("constraint without a date, of ConstraintType", &written.constraint),
         (Err(()), _) => unreadable("ConstraintType", &written.constraint),
+    }
+    if task.is_manual && task.dates.current == [None, None] && !written.is_summary {
+        let message = "it is scheduled by hand and has no dates; they are computed".to_owned();
+        plan.find(Some(next), FindingKind::NotUnderstood, message);
     }
 }
 

@@ -5,6 +5,11 @@ use crate::assemble::{WrittenLink, WrittenPlan};
 use crate::plan::{
     Constraint, ConstraintKind, DependencyKind, FindingKind, Length, PlanDates, PlanLag, PlanTask, PlanTaskKind,
 };
+use crate::resources::WrittenAssignment;
+use crate::values::seconds;
+
+/// Units for each hour below which P6 sees none.
+const MIN_UNITS: f64 = 0.000_01;
 
 /// Names of the cells of an activity; start and finish of each kind of date.
 pub(crate) struct ActivityColumns {
@@ -23,6 +28,7 @@ pub(crate) struct ActivityColumns {
     pub(crate) late_dates: [&'static str; 2],
     pub(crate) actual_dates: [&'static str; 2],
     pub(crate) remaining_dates: [&'static str; 2],
+    pub(crate) expected_finish: &'static str,
     /// Kind and date of the first and the second.
     pub(crate) constraints: [[&'static str; 2]; 2],
     /// Which percentage it goes by.
@@ -61,6 +67,7 @@ pub(crate) fn activity(record: &impl Record, columns: &ActivityColumns, plan: &m
         free_float_s: record.hours(columns.free_float, at, findings),
         dates: dates(record, columns, plan),
         constraints: constraints(record, columns, plan),
+        expected_finish: record.date(columns.expected_finish, at, &mut plan.findings),
         ..Default::default()
     };
     task.complete = Some(duration_complete(&task, is_complete));
@@ -74,6 +81,29 @@ pub(crate) fn activity(record: &impl Record, columns: &ActivityColumns, plan: &m
     };
     fill_current(&mut task, is_finish_milestone);
     task
+}
+
+/// Names of the cells of an assignment.
+pub(crate) struct AssignmentColumns {
+    pub(crate) task: &'static str,
+    pub(crate) resource: &'static str,
+    pub(crate) units: &'static str,
+    pub(crate) units_per_hour: &'static str,
+}
+
+/// The work of a resource on an activity, planned hours of it for each hour.
+pub(crate) fn assignment(
+    record: &impl Record,
+    columns: &AssignmentColumns,
+    plan: &mut WrittenPlan,
+) -> WrittenAssignment {
+    let task = plan.index_of(record.cell(columns.task));
+    let mut number = |name| record.number(name, task, &mut plan.findings);
+    let (units, per_hour) = (number(columns.units), number(columns.units_per_hour));
+    let hours =
+        units.zip(per_hour).filter(|(_, per_hour)| *per_hour >= MIN_UNITS).map(|(units, per_hour)| units / per_hour);
+    let [task, resource] = [columns.task, columns.resource].map(|name| record.cell(name).to_owned());
+    WrittenAssignment { task, resource, length_s: hours.and_then(|hours| seconds(hours, 3600.0)) }
 }
 
 /// What a word of the products means; a finding if it is none of theirs.

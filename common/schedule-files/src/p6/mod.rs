@@ -11,7 +11,7 @@
 mod activity;
 mod record;
 
-pub(crate) use activity::{ActivityColumns, LinkColumns, activity, read_link};
+pub(crate) use activity::{ActivityColumns, AssignmentColumns, LinkColumns, activity, assignment, read_link};
 pub(crate) use record::Record;
 
 use crate::calendars::{DAY_S, in_order};
@@ -33,6 +33,16 @@ pub(crate) fn task_kind(word: &str) -> Option<(PlanTaskKind, bool)> {
         "TT_FinMile" | "Finish Milestone" => (PlanTaskKind::Milestone, true),
         _ => return None,
     })
+}
+
+/// True for the kind of an activity that goes by its resources.
+pub(crate) fn goes_by_resources(kind: &str) -> bool {
+    ["TT_Rsrc", "Resource Dependent"].contains(&kind)
+}
+
+/// True for the kind of a resource that works: people and machines.
+pub(crate) fn works(kind: &str) -> bool {
+    !["RT_Mat", "Material"].contains(&kind)
 }
 
 /// How a date binds an activity.

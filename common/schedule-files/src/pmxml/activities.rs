@@ -4,8 +4,9 @@ use super::element::Element;
 use super::fields::Assigned;
 use crate::PlanFileError;
 use crate::assemble::{References, WrittenPlan};
-use crate::p6::{ActivityColumns, LinkColumns, Record, activity, node_uid};
+use crate::p6::{self, ActivityColumns, AssignmentColumns, LinkColumns, Record, activity, node_uid};
 use crate::plan::{PlanTask, PlanTaskKind};
+use crate::resources::WrittenResources;
 use crate::xml::Xml;
 
 const ACTIVITY: ActivityColumns = ActivityColumns {
@@ -25,6 +26,7 @@ const ACTIVITY: ActivityColumns = ActivityColumns {
     late_dates: ["RemainingLateStartDate", "RemainingLateFinishDate"],
     actual_dates: ["ActualStartDate", "ActualFinishDate"],
     remaining_dates: ["RemainingEarlyStartDate", "RemainingEarlyFinishDate"],
+    expected_finish: "ExpectedFinishDate",
     constraints: [
         ["PrimaryConstraintType", "PrimaryConstraintDate"],
         ["SecondaryConstraintType", "SecondaryConstraintDate"],
@@ -34,6 +36,13 @@ const ACTIVITY: ActivityColumns = ActivityColumns {
     percent_whole: 1.0,
     actual_units: ["ActualLaborUnits", "ActualNonLaborUnits"],
     remaining_units: ["RemainingLaborUnits", "RemainingNonLaborUnits"],
+};
+
+pub(super) const ASSIGNMENT: AssignmentColumns = AssignmentColumns {
+    task: "ActivityObjectId",
+    resource: "ResourceObjectId",
+    units: "PlannedUnits",
+    units_per_hour: "PlannedUnitsPerTime",
 };
 
 pub(super) const LINK: LinkColumns = LinkColumns {
@@ -73,8 +82,12 @@ pub(super) fn read_activity<'a>(
     xml: &mut Xml<'a>,
     plan: &mut WrittenPlan,
     assigned: &mut Vec<Assigned<'a>>,
+    resources: &mut WrittenResources,
 ) -> Result<(), PlanFileError> {
     let (element, fields) = read_with_fields(xml, &["UDF", "Code"])?;
+    if p6::goes_by_resources(element.cell(ACTIVITY.kind)) {
+        resources.let_decide(element.cell(ACTIVITY.uid));
+    }
     let task = activity(&element, &ACTIVITY, plan);
     let owned = |name| element.given(name).map(str::to_owned);
     let (calendar, project) = (owned("CalendarObjectId"), owned("ProjectObjectId"));

@@ -23,9 +23,10 @@ mod tests;
 
 use crate::assemble::{WrittenLink, WrittenPlan};
 use crate::calendars::{WrittenCalendar, resolve};
-use crate::p6::{self, Record, read_link};
+use crate::p6::{self, Record, assignment, read_link};
 use crate::plan::{LagCalendar, PlanFile};
 use crate::projects::choose_default;
+use crate::resources::{OwnCalendar, WrittenResources};
 use crate::written_project::WrittenProject;
 use crate::xml::Xml;
 use crate::{PlanFileError, values};
@@ -47,6 +48,7 @@ struct Reading<'a> {
     baselines: Vec<Baseline<'a>>,
     /// Schedule options.
     options: Vec<Options<'a>>,
+    resources: WrittenResources,
 }
 
 /// Schedule options of a project.
@@ -56,6 +58,7 @@ struct Options<'a> {
     /// Identity of their project.
     project_id: Cow<'a, str>,
     lag_calendar: Cow<'a, str>,
+    uses_expected_finishes: bool,
 }
 
 /// True if an element of this name is the root of such a file.
@@ -88,7 +91,17 @@ impl<'a> Reading<'a> {
         match name {
             "Calendar" => self.calendars.push(calendars::read(xml, &mut self.plan.findings)?),
             "WBS" => activities::read_node(xml, &mut self.plan, &mut self.assigned)?,
-            "Activity" => activities::read_activity(xml, &mut self.plan, &mut self.assigned)?,
+            "Activity" => activities::read_activity(xml, &mut self.plan, &mut self.assigned, &mut self.resources)?,
+            "Resource" => {
+                let resource = Element::flat(xml)?;
+                if p6::works(resource.cell("ResourceType")) {
+                    self.resources.add(resource.cell("ObjectId"), resource.cell("CalendarObjectId"));
+                }
+            }
+            "ResourceAssignment" => {
+                let work = assignment(&Element::flat(xml)?, &activities::ASSIGNMENT, &mut self.plan);
+                self.resources.assign(work)?;
+            }
             "Relationship" => {
                 let link = read_link(&Element::flat(xml)?, &activities::LINK, &mut self.plan);
                 self.links.push(link);
@@ -97,7 +110,8 @@ impl<'a> Reading<'a> {
                 let mut options = Element::flat(xml)?;
                 let (project_id, lag_calendar) =
                     (options.take("ProjectObjectId"), options.take("RelationshipLagCalendar"));
-                self.options.push(Options { project: None, project_id, lag_calendar });
+                let uses_expected_finishes = ["1", "true"].contains(&options.cell("UseExpectedFinishDates"));
+                self.options.push(Options { project: None, project_id, lag_calendar, uses_expected_finishes });
             }
             _ => return self.definitions.read(name, xml),
         }
@@ -118,6 +132,7 @@ impl<'a> Reading<'a> {
             start: values::date(project.cell("PlannedStartDate")),
             calendar: project.cell("ActivityDefaultCalendarObjectId").to_owned(),
             lag_calendar: None,
+            uses_expected_finishes: false,
             is_outside: ["1", "true"].contains(&project.cell("External")),
         })?;
         let (id, baseline) = (project.take("ObjectId"), project.take("CurrentBaselineProjectObjectId"));
@@ -127,7 +142,7 @@ impl<'a> Reading<'a> {
     }
 
     fn into_file(mut self) -> Result<PlanFile, PlanFileError> {
-        (self.file.lag_calendar, self.file.holds_finishes) = (LagCalendar::Predecessor, true);
+        (self.file.lag_calendar, self.file.is_primavera) = (LagCalendar::Predecessor, true);
         for (k, project) in self.projects.iter().enumerate() {
             let named = |is_own: &dyn Fn(&Options<'_>) -> bool| {
                 self.options.iter().find(|options| !options.lag_calendar.is_empty() && is_own(options))
@@ -137,6 +152,8 @@ impl<'a> Reading<'a> {
                 .or_else(|| named(&|options| options.project.is_none() && options.project_id.is_empty()));
             let word = options.map_or(&project.lag_calendar, |options| &options.lag_calendar);
             self.plan.projects[k].lag_calendar = p6::lag_calendar(word);
+            self.plan.projects[k].uses_expected_finishes =
+                options.is_some_and(|options| options.uses_expected_finishes);
         }
         if self.plan.projects.iter().all(|project| project.is_outside) {
             self.plan.projects.iter_mut().for_each(|project| project.is_outside = false);
@@ -149,6 +166,7 @@ impl<'a> Reading<'a> {
         choose_default(&mut self.plan.projects, &mut self.calendars);
         self.file.calendars = resolve(&self.calendars, &mut self.plan.findings)?;
         self.plan.into_file(&mut self.file);
+        self.resources.add_to(&mut self.file, OwnCalendar::Ignored);
         p6::fill_wbs(&mut self.file);
         Ok(self.file)
     }

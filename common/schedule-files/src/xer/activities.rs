@@ -3,8 +3,11 @@
 use super::tables::{Row, Tables};
 use crate::PlanFileError;
 use crate::assemble::{References, WrittenPlan};
-use crate::p6::{ActivityColumns, LinkColumns, Record, activity, node_uid, read_link};
+use crate::p6::{
+    self, ActivityColumns, AssignmentColumns, LinkColumns, Record, activity, assignment, node_uid, read_link,
+};
 use crate::plan::{FindingKind, PlanTask, PlanTaskKind};
+use crate::resources::WrittenResources;
 use std::collections::HashSet;
 
 const ACTIVITY: ActivityColumns = ActivityColumns {
@@ -24,12 +27,20 @@ const ACTIVITY: ActivityColumns = ActivityColumns {
     late_dates: ["late_start_date", "late_end_date"],
     actual_dates: ["act_start_date", "act_end_date"],
     remaining_dates: ["restart_date", "reend_date"],
+    expected_finish: "expect_end_date",
     constraints: [["cstr_type", "cstr_date"], ["cstr_type2", "cstr_date2"]],
     percent_type: "complete_pct_type",
     physical_percent: "phys_complete_pct",
     percent_whole: 100.0,
     actual_units: ["act_work_qty", "act_equip_qty"],
     remaining_units: ["remain_work_qty", "remain_equip_qty"],
+};
+
+const ASSIGNMENT: AssignmentColumns = AssignmentColumns {
+    task: "task_id",
+    resource: "rsrc_id",
+    units: "target_qty",
+    units_per_hour: "target_qty_per_hr",
 };
 
 const LINK: LinkColumns =
@@ -78,6 +89,26 @@ pub(super) fn read_activities(tables: &Tables<'_>, plan: &mut WrittenPlan) -> Re
         plan.push(task, References { parent, calendar, project: project_of(&row) })?;
     }
     Ok(())
+}
+
+/// Resources that work, and their work on activities that go by them.
+///
+/// # Errors
+/// A column that is needed and not there; too much work.
+pub(super) fn read_resources(tables: &Tables<'_>, plan: &mut WrittenPlan) -> Result<WrittenResources, PlanFileError> {
+    let mut resources = WrittenResources::default();
+    for row in tables.rows("TASK").filter(|row| p6::goes_by_resources(row.cell(ACTIVITY.kind))) {
+        resources.let_decide(row.cell(ACTIVITY.uid));
+    }
+    for row in tables.rows("RSRC").filter(|row| p6::works(row.cell("rsrc_type"))) {
+        resources.add(row.cell("rsrc_id"), row.cell("clndr_id"));
+    }
+    for row in tables.rows("TASKRSRC") {
+        if resources.decide(row.cell(ASSIGNMENT.task)) {
+            resources.assign(assignment(&row, &ASSIGNMENT, plan))?;
+        }
+    }
+    Ok(resources)
 }
 
 /// Relationships, other than those of projects outside the plan with each other.

@@ -23,6 +23,7 @@ mod tests;
 
 use crate::assemble::WrittenPlan;
 use crate::plan::{FindingKind, LagCalendar, PlanFile};
+use crate::resources::OwnCalendar;
 use crate::{PlanFileError, p6};
 use tables::Tables;
 
@@ -39,14 +40,16 @@ pub(crate) fn read(text: &str) -> Result<PlanFile, PlanFileError> {
     }
     let mut file = PlanFile { written_by: format!("Primavera P6 {}", tables.version), ..Default::default() };
     projects::read(&tables, &mut plan)?;
-    (file.lag_calendar, file.holds_finishes) = (LagCalendar::Predecessor, true);
+    (file.lag_calendar, file.is_primavera) = (LagCalendar::Predecessor, true);
     file.calendars = calendars::read(&tables, &mut plan)?;
     activities::read_nodes(&tables, &mut plan)?;
     activities::read_activities(&tables, &mut plan)?;
     activities::read_relationships(&tables, &mut plan)?;
+    let resources = activities::read_resources(&tables, &mut plan)?;
     fields::read_codes(&tables, &mut plan)?;
     fields::read_user_defined(&tables, &mut plan)?;
     plan.into_file(&mut file);
+    resources.add_to(&mut file, OwnCalendar::Ignored);
     p6::fill_wbs(&mut file);
     Ok(file)
 }

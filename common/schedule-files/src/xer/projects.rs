@@ -24,19 +24,24 @@ pub(super) fn read(tables: &Tables<'_>, plan: &mut WrittenPlan) -> Result<(), Pl
     for node in tables.rows("PROJWBS").filter(|row| row.cell("proj_node_flag") == "Y") {
         names.entry(node.get("proj_id")).or_insert(node.text("wbs_name").into_owned());
     }
-    let mut lag_calendars = HashMap::new();
+    let mut all_options = HashMap::new();
     for options in tables.rows("SCHEDOPTIONS") {
-        lag_calendars.entry(options.get("proj_id")).or_insert(options.get("sched_calendar_on_relationship_lag"));
+        let expected = options.cell("sched_use_expect_end_flag") == "Y";
+        all_options
+            .entry(options.get("proj_id"))
+            .or_insert((options.get("sched_calendar_on_relationship_lag"), expected));
     }
     for row in tables.rows("PROJECT") {
         let id = row.cell("proj_id");
+        let (lag_calendar, uses_expected_finishes) = all_options.get(id).copied().unwrap_or_default();
         plan.push_project(WrittenProject {
             uid: id.to_owned(),
             name: names.get(id).cloned().unwrap_or_else(|| row.text("proj_short_name").into_owned()),
             data_date: values::date(row.cell("last_recalc_date")),
             start: values::date(row.cell("plan_start_date")),
             calendar: row.cell("clndr_id").to_owned(),
-            lag_calendar: p6::lag_calendar(lag_calendars.get(id).copied().unwrap_or("")),
+            lag_calendar: p6::lag_calendar(lag_calendar),
+            uses_expected_finishes,
             is_outside: is_outside(row.cell("export_flag")),
         })?;
     }

@@ -22,7 +22,7 @@ const MAX_STEPS: i64 = 100_000_000;
 
 /// The working times of all calendars of a site.
 pub(crate) struct Calendars {
-    /// By calendar; `None` for calendars without tasks and lags.
+    /// By calendar; `None` for calendars without tasks, lags and work of resources.
     times: Vec<Option<WorkingTime>>,
     duration_day: DurationDay,
 }
@@ -34,6 +34,22 @@ pub(crate) enum Clock<'a> {
     Elapsed,
     /// In working hours.
     Working(&'a WorkingTime, DurationDay),
+    /// In those of several calendars at once, by each of which other work of the task is done.
+    Shared(&'a Calendars, &'a [CalendarWork]),
+}
+
+/// Work on a task by one calendar.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct CalendarWork {
+    /// Index of the calendar.
+    pub(crate) calendar: usize,
+    /// How long it takes; more than 0.
+    pub(crate) duration_s: i64,
+}
+
+/// The time of a task whose work goes by several calendars: that of the longest.
+pub(crate) fn longest_s(work: &[CalendarWork]) -> Option<i64> {
+    work.iter().map(|work| work.duration_s).max()
 }
 
 impl Calendars {
@@ -50,7 +66,8 @@ impl Calendars {
         let last = dates_s.end.div_euclid(DAY_S).saturating_add(DAYS_AFTER).min(first + MAX_DAYS);
         let mut used = vec![false; site.schedule.calendars.len()];
         let of_lags = site.schedule.sequences.iter().map(|s| s.lag_calendar);
-        let of_all = site.schedule.tasks.iter().map(|t| t.calendar).chain(of_lags);
+        let of_work = site.schedule.assignments.iter().map(|a| a.calendar);
+        let of_all = site.schedule.tasks.iter().map(|t| t.calendar).chain(of_lags).chain(of_work);
         of_all.filter(|calendar| *calendar != NONE).for_each(|calendar| used[calendar as usize] = true);
         let mut steps_left = MAX_STEPS;
         let times = site.schedule.calendars.iter().zip(used).map(|(calendar, used)| {
@@ -132,6 +149,13 @@ impl Clock<'_> {
         let sum = match self {
             Self::Elapsed => t_s.checked_add(duration_s),
             Self::Working(time, _) => time.add(t_s, duration_s),
+            Self::Shared(calendars, work) => {
+                // Of a part of the task's time, each calendar has the same part of its work.
+                let ends =
+                    work.iter().map(|w| calendars.clock(Some(w.calendar)).add(t_s, part_s(work, *w, duration_s)));
+                let ends: Option<Vec<i64>> = ends.collect();
+                ends.and_then(|ends| if duration_s < 0 { ends.into_iter().min() } else { ends.into_iter().max() })
+            }
         };
         sum.filter(|s| s.abs() < LAST_S)
     }
@@ -141,6 +165,9 @@ impl Clock<'_> {
         match self {
             Self::Elapsed => Some(t_s),
             Self::Working(time, _) => time.next_working(t_s),
+            Self::Shared(calendars, work) => {
+                work.iter().filter_map(|w| calendars.clock(Some(w.calendar)).next_working(t_s)).min()
+            }
         }
     }
 
@@ -149,6 +176,11 @@ impl Clock<'_> {
         match self {
             Self::Elapsed => to_s - from_s,
             Self::Working(time, _) => time.between(from_s, to_s),
+            Self::Shared(..) if to_s < from_s => -self.between(to_s, from_s),
+            Self::Shared(calendars, work) => {
+                let of = |w: &CalendarWork| whole_s(work, *w, calendars.clock(Some(w.calendar)).between(from_s, to_s));
+                work.iter().map(of).min().unwrap_or(0)
+            }
         }
     }
 
@@ -160,6 +192,25 @@ impl Clock<'_> {
                 DayLength::Working { day_s: time.day_s() }
             }
             Self::Working(..) | Self::Elapsed => DayLength::Elapsed,
+            Self::Shared(calendars, work) => {
+                work.first().map_or(DayLength::Elapsed, |w| calendars.clock(Some(w.calendar)).day())
+            }
         }
     }
+}
+
+/// What a part of the task's time is for work by one of its calendars.
+fn part_s(work: &[CalendarWork], one: CalendarWork, s: i64) -> i64 {
+    scaled(s, one.duration_s, longest_s(work).unwrap_or(one.duration_s))
+}
+
+/// What time of work by one of its calendars is for the task.
+fn whole_s(work: &[CalendarWork], one: CalendarWork, s: i64) -> i64 {
+    scaled(s, longest_s(work).unwrap_or(one.duration_s), one.duration_s)
+}
+
+/// Rounded towards zero, within what a date can be.
+fn scaled(s: i64, by: i64, of: i64) -> i64 {
+    let scaled = i128::from(s) * i128::from(by) / i128::from(of.max(1));
+    scaled.clamp(i128::from(-LAST_S), i128::from(LAST_S)) as i64
 }

@@ -148,7 +148,7 @@ fn delays(
     for delay in &overrides.delays {
         let task = find_task(tasks.site, &delay.task)?;
         let task_times = &tasks.task_times[task];
-        let clock = tasks.calendars.clock(task_times.clock);
+        let clock = tasks.clock(task);
         delay_s[task] = delay_s[task].saturating_add(delay.by.seconds(clock.day()));
         let why = match dates[task] {
             None => "it has no dates",

@@ -179,13 +179,25 @@ fn a_finish_that_a_p6_relationship_asks_for_stands_for_those_who_wait_for_it() {
     let of = |plan: &PlanFile, k| dates(&evaluated(plan, &[]), k);
     assert_eq!(of(&plan, 1), ["03-07T08:00", "03-08T17:00"], "MS Project counts on from the start");
     assert_eq!(of(&plan, 2), ["03-09T08:00", "03-09T17:00"]);
-    plan.holds_finishes = true;
+    plan.is_primavera = true;
     assert_eq!(of(&plan, 1), ["03-07T08:00", "03-11T08:00"], "P6: not before the predecessor");
     assert_eq!(of(&plan, 2), ["03-11T08:00", "03-11T17:00"]);
     // A negative lag in the calendar of the predecessor ends where a working time begins.
     plan.dependencies = vec![after(0, 1, DependencyKind::FinishFinish, -8), last(0)];
     assert_eq!(of(&plan, 1), ["03-07T08:00", "03-09T08:00"]);
     assert_eq!(of(&plan, 2), ["03-09T08:00", "03-09T17:00"]);
+}
+
+#[test]
+fn p6_activities_that_start_together_do_so_in_the_calendar_of_their_lag() {
+    // On a Saturday, by calendars of seven days; the project has five.
+    let on_saturday = bound(ConstraintKind::StartNotEarlierThan, "03-09T08:00", task("a", 8));
+    let tasks = [on_saturday, task("b", 8)].map(|task| PlanTask { calendar: Some(1), ..task });
+    let mut plan = plan(tasks.to_vec(), vec![after(0, 1, DependencyKind::StartStart, 0)]);
+    plan.lag_calendar = LagCalendar::Project;
+    assert_eq!(dates(&evaluated(&plan, &[]), 1), ["03-09T08:00", "03-09T17:00"]);
+    plan.is_primavera = true;
+    assert_eq!(dates(&evaluated(&plan, &[]), 1), ["03-11T08:00", "03-11T17:00"]);
 }
 
 fn bound(kind: ConstraintKind, date: &str, task: PlanTask) -> PlanTask {

@@ -13,7 +13,8 @@ use bytemuck::Zeroable;
 use frames::counted;
 use messages::*;
 use schedule_files::{
-    Constraint, ConstraintKind, Dependency, DependencyKind, LagCalendar, PlanFile, PlanLag, PlanTask, PlanTaskKind,
+    Constraint, ConstraintKind, Dependency, DependencyKind, LagCalendar, PlanDate, PlanFile, PlanLag, PlanTask,
+    PlanTaskKind,
 };
 
 /// The `tasks` archive of schedule files that were linked with a site by [`crate::link`].
@@ -86,9 +87,16 @@ fn add_file(builder: &mut TasksBuilder, plan: &ScheduleFile, source: u32, first_
         builder.schedule.durations.extend(duration);
         let three_point = three_point_record(task, at as u32).filter(TaskUncertaintyRecord::is_ascending);
         builder.schedule.uncertainties.extend(three_point);
-        let constraints = task.constraints.iter().filter(|_| !task.is_inactive);
         let firm = if plan.honours_constraints { constraint_flags::FIRM } else { 0 };
-        builder.schedule.constraints.extend(constraints.map(|c| constraint_record(c, at as u32, firm)));
+        let constraints = constraints_of(plan, task).into_iter();
+        let record = |(kind, date)| constraint_record(kind, date, at as u32, firm);
+        builder.schedule.constraints.extend(constraints.map(record));
+        let work = task.assignments.iter().filter(|_| !task.is_inactive);
+        builder.schedule.assignments.extend(work.map(|work| TaskAssignmentRecord {
+            duration_s: work.length_s,
+            task: at as u32,
+            calendar: first_calendar + work.calendar as u32,
+        }));
     }
     for dependency in &plan.dependencies {
         let record = SequenceRecord {
@@ -111,6 +119,7 @@ fn task_record(builder: &mut TasksBuilder, task: &PlanTask, has_time: bool) -> T
         _ => 0,
     };
     flags |= if has_time { task_flags::HAS_TIME } else { 0 };
+    flags |= if task.is_manual && !task.is_inactive { task_flags::MANUAL } else { 0 };
     let is_elapsed = task.duration.is_some_and(|d| d.is_elapsed);
     TaskRecord {
         name: builder.texts.add(&task.name).into(),
@@ -125,9 +134,19 @@ fn task_record(builder: &mut TasksBuilder, task: &PlanTask, has_time: bool) -> T
     }
 }
 
-/// A constraint of a task, with a flag that says whether its date goes before dependencies.
-fn constraint_record(constraint: &Constraint, task: u32, firm: u32) -> TaskConstraintRecord {
-    let kind = match constraint.kind {
+/// What binds a task, and the dates; a task that is scheduled by hand has deadlines alone, as in MS Project.
+fn constraints_of(plan: &PlanFile, task: &PlanTask) -> Vec<(TaskConstraintKind, Option<PlanDate>)> {
+    if task.is_inactive {
+        return Vec::new();
+    }
+    let counts = |c: &&Constraint| !task.is_manual || c.kind == ConstraintKind::Deadline;
+    let written = task.constraints.iter().filter(counts).map(|c| (constraint_kind(c.kind), c.date));
+    let expected = plan.expected_finish_of(task).map(|date| (TaskConstraintKind::ExpectedFinish, Some(date)));
+    written.chain(expected).collect()
+}
+
+fn constraint_kind(kind: ConstraintKind) -> TaskConstraintKind {
+    match kind {
         ConstraintKind::AsLateAsPossible => TaskConstraintKind::AsLateAsPossible,
         ConstraintKind::MustStartOn => TaskConstraintKind::StartOn,
         ConstraintKind::MustFinishOn => TaskConstraintKind::FinishOn,
@@ -138,8 +157,12 @@ fn constraint_record(constraint: &Constraint, task: u32, firm: u32) -> TaskConst
         ConstraintKind::MandatoryStart => TaskConstraintKind::MandatoryStart,
         ConstraintKind::MandatoryFinish => TaskConstraintKind::MandatoryFinish,
         ConstraintKind::Deadline => TaskConstraintKind::Deadline,
-    };
-    let date = constraint.date.map(civil_date);
+    }
+}
+
+/// What binds a task, with a flag that says whether its date goes before dependencies.
+fn constraint_record(kind: TaskConstraintKind, date: Option<PlanDate>, task: u32, firm: u32) -> TaskConstraintRecord {
+    let date = date.map(civil_date);
     TaskConstraintRecord {
         at_s: date.map_or(0, |date| date.at_s),
         offset_s: date.and_then(|date| date.offset_s).unwrap_or(TaskConstraintRecord::NO_OFFSET),
@@ -176,7 +199,7 @@ fn sequence_record(plan: &PlanFile, dependency: &Dependency, first_calendar: u32
         step_id: 0,
         source: 0,
         lag_calendar: calendar.filter(|_| !is_elapsed).map_or(NONE, |calendar| first_calendar + calendar as u32),
-        flags: if plan.holds_finishes { sequence_flags::HOLDS_FINISH } else { 0 },
+        flags: if plan.is_primavera { sequence_flags::PRIMAVERA } else { 0 },
         reserved: 0,
     }
 }

@@ -93,8 +93,8 @@ impl<'t> Network<'t> {
                     continue;
                 }
                 let mut task = UncertainTask::of(tasks, k, planned, rules);
-                // Work that has begun is not pushed, and in a cycle there is no order in which it could be.
-                if tasks.task_times[k].actual_start.is_none() && !is_cycle {
+                // Work that has begun is not pushed, nor what is scheduled by hand, and in a cycle there is no order for it.
+                if tasks.task_times[k].actual_start.is_none() && !is_cycle && !tasks.is_manual(k) {
                     let bound = |s: &&messages::SequenceRecord| task.bound(tasks, s, dates[s.predecessor as usize]?);
                     task.incoming = incoming[k].iter().filter_map(bound).collect();
                     let is_computed = planned.source == DateSource::Computed && total_delay_s(tasks, delay_s, k) == 0;
@@ -164,7 +164,7 @@ impl<'t> UncertainTask<'t> {
         let record = &tasks.site.schedule.tasks[task];
         let uncertainties = tasks.site.schedule.uncertainties;
         let found = uncertainties.binary_search_by_key(&(task as u32), |u| u.task).ok().map(|k| &uncertainties[k]);
-        let own = tasks.calendars.clock(tasks.task_times[task].clock);
+        let own = tasks.clock(task);
         let works = |clock: Clock<'_>| clock.between(planned.start_s, planned.finish_s) > 0;
         // A task between whose dates its calendar has no work lasts on the clock.
         let is_elapsed = found.is_some_and(|u| u.is_elapsed == 1);

@@ -29,6 +29,8 @@ pub(crate) struct Limits {
     pub(crate) is_late: bool,
     /// Its finish is told if it is later.
     deadline_s: Option<i64>,
+    /// When it is expected to finish.
+    expected_s: Option<i64>,
 }
 
 impl Limits {
@@ -44,6 +46,7 @@ impl Limits {
         match record.kind.get() {
             AsLateAsPossible => self.is_late = true,
             Deadline => self.deadline_s = Some(finish_s),
+            ExpectedFinish => self.expected_s = Some(finish_s),
             StartNotEarlierThan => later(min_start_s, start_s),
             FinishNotEarlierThan => later(min_finish_s, finish_s),
             StartNotLaterThan => earlier(max_start_s, start_s),
@@ -76,6 +79,11 @@ impl Limits {
     pub(crate) fn finish_s(&self, start_s: i64, finish_s: i64) -> i64 {
         let fixed_s = self.fixed_s[1].filter(|s| self.fixed_s[0].is_none() && start_s <= *s);
         fixed_s.unwrap_or(finish_s)
+    }
+
+    /// When a task that starts at `start_s` is expected to finish, if that is still to come and no date goes before it.
+    pub(crate) fn expected_finish_s(&self, start_s: i64) -> Option<i64> {
+        self.expected_s.filter(|s| self.fixed_s[1].is_none() && !self.is_late && start_s <= *s)
     }
 
     /// The start behind which no predecessor pushes a task of this duration.
@@ -125,12 +133,19 @@ pub(crate) fn report(tasks: &Tasks<'_>, dates: &[Option<TaskDates>], diagnostics
     let site = tasks.site;
     for (k, limits) in tasks.limits.iter().enumerate().filter(|(_, limits)| **limits != Limits::default()) {
         let Some(own) = dates[k].filter(|_| !tasks.is_summary(k) && !tasks.has_begun(k)) else { continue };
-        let clock = tasks.calendars.clock(tasks.task_times[k].clock);
+        let clock = tasks.clock(k);
         let at = |s: i64| plan_time(s).map(|at| at.to_string()).unwrap_or_default();
         let ends_s = [own.start_s, own.finish_s];
         let entity = Some(Entity::task(&site.schedule.tasks[k]));
         if let Some(deadline_s) = limits.deadline_s.filter(|s| clock.between(*s, own.finish_s) > 0) {
             let message = format!("its deadline {} is not kept: it finishes {}", at(deadline_s), at(own.finish_s));
+            diagnostics.add(Severity::Warning, DiagnosticCode::ConstraintUnmet, entity, message);
+        }
+        let is_computed = own.source == DateSource::Computed;
+        let unexpected = |s: &i64| is_computed && clock.between(*s, own.finish_s) != 0;
+        if let Some(expected_s) = limits.expected_s.filter(unexpected) {
+            let message =
+                format!("its expected finish {} is not kept: it finishes {}", at(expected_s), at(own.finish_s));
             diagnostics.add(Severity::Warning, DiagnosticCode::ConstraintUnmet, entity, message);
         }
         for (end, [verb, verbs]) in [["start", "starts"], ["finish", "finishes"]].into_iter().enumerate() {
@@ -154,16 +169,21 @@ pub(crate) fn report(tasks: &Tasks<'_>, dates: &[Option<TaskDates>], diagnostics
     for sequence in site.schedule.sequences.iter().filter(|s| decides(site, s)) {
         let k = sequence.successor as usize;
         let (Some(own), Some(before)) = (dates[k], dates[sequence.predecessor as usize]) else { continue };
-        let clock = tasks.calendars.clock(tasks.task_times[k].clock);
+        let clock = tasks.clock(k);
         let duration_s = tasks.duration_s(k, own);
-        if own.source != DateSource::Computed || tasks.limits[k].firm_start_s(duration_s, clock).is_none() {
+        let is_firm = own.source == DateSource::Computed && tasks.limits[k].firm_start_s(duration_s, clock).is_some();
+        let is_manual = tasks.is_manual(k) && !tasks.has_begun(k) && !tasks.is_summary(k);
+        if !is_firm && !is_manual {
             continue;
         }
         if tasks.bound_s(sequence, before, duration_s).is_some_and(|bound_s| clock.between(own.start_s, bound_s) > 0) {
             let predecessor = label(site, sequence.predecessor as usize);
-            let message = format!(
-                "the date of its constraint goes before its predecessor {predecessor}, which allows it later only"
-            );
+            let message = match is_manual {
+                true => format!("it is scheduled by hand and stays before its predecessor {predecessor} allows it"),
+                false => format!(
+                    "the date of its constraint goes before its predecessor {predecessor}, which allows it later only"
+                ),
+            };
             let entity = Some(Entity::task(&site.schedule.tasks[k]));
             diagnostics.add(Severity::Warning, DiagnosticCode::ConstraintUnmet, entity, message);
         }

@@ -9,8 +9,8 @@ use super::{
 /// Moves tasks by their delays, and everything that depends on them as far as it must: float is used up first.
 ///
 /// `delay_s` holds a delay per task, in seconds of its own clock; one of a summary moves all that is nested in it. A task
-/// with actual dates has happened and stays. Nothing ever becomes earlier; a successor that starts before its
-/// predecessor allows keeps that lead.
+/// with actual dates has happened and stays, and one that is scheduled by hand moves by its own delay alone. Nothing ever
+/// becomes earlier; a successor that starts before its predecessor allows keeps that lead.
 pub(crate) fn delay(tasks: &Tasks<'_>, dates: &[Option<TaskDates>], delay_s: &[i64]) -> Vec<Option<TaskDates>> {
     let site = tasks.site;
     let mut incoming = vec![Vec::new(); site.schedule.tasks.len()];
@@ -35,12 +35,12 @@ pub(crate) fn delay(tasks: &Tasks<'_>, dates: &[Option<TaskDates>], delay_s: &[i
                 continue;
             }
             let own_s = total_delay_s(tasks, delay_s, k);
-            let clock = tasks.calendars.clock(task_times.clock);
+            let clock = tasks.clock(k);
             let shifted = |s: i64| clock.add(s, own_s).unwrap_or(s);
             let mut start_s = shifted(planned.start_s);
             let (own_start_s, finish_s) = (start_s, shifted(planned.finish_s));
             // In a cycle there is no order in which delays propagate.
-            for sequence in incoming[k].iter().filter(|_| !is_cycle) {
+            for sequence in incoming[k].iter().filter(|_| !is_cycle && !tasks.is_manual(k)) {
                 let predecessor = sequence.predecessor as usize;
                 let (Some(before), Some(after)) = (dates[predecessor], moved[predecessor]) else { continue };
                 let duration_s = tasks.duration_s(k, planned);
@@ -63,7 +63,10 @@ pub(crate) fn delay(tasks: &Tasks<'_>, dates: &[Option<TaskDates>], delay_s: &[i
                 let start_s = if is_work { clock.next_working(start_s).unwrap_or(start_s) } else { start_s };
                 let worked_s = clock.between(planned.start_s, planned.finish_s);
                 let pushed_s = clock.add(start_s, worked_s).unwrap_or(start_s);
-                TaskDates { start_s, finish_s: finish_s.max(pushed_s), ..planned }
+                // A finish that is expected is not pushed, but for a delay of its own.
+                let expected_s = tasks.limits[k].expected_finish_s(planned.start_s).filter(|s| *s == planned.finish_s);
+                let is_expected = expected_s.is_some() && start_s <= finish_s;
+                TaskDates { start_s, finish_s: if is_expected { finish_s } else { finish_s.max(pushed_s) }, ..planned }
             });
         }
         roll_up_group(tasks, dates, &mut moved, group);
@@ -81,7 +84,7 @@ fn moved_span(
 ) -> TaskDates {
     let planned = before[k].expect("only tasks with dates move");
     let bounds = |dates: &[Option<TaskDates>]| SpanBounds::of(links, |t| dates[t].map(|d| [d.start_s, d.finish_s]));
-    let clock = tasks.calendars.clock(tasks.task_times[k].clock);
+    let clock = tasks.clock(k);
     let shifted = |s: i64, by_s: i64| clock.add(s, by_s).unwrap_or(s);
     let above_s = total_delay_s(tasks, delay_s, k) - delay_s[k];
     let [start_s, finish_s] = span_dates([planned.start_s, planned.finish_s], bounds(before), bounds(after));

@@ -29,7 +29,7 @@ pub(crate) fn floats(tasks: &Tasks<'_>, dates: &[Option<TaskDates>]) -> Vec<Opti
         let k = group[0] as usize;
         let is_span = tasks.task_times[k].is_span;
         let Some(own) = dates[k].filter(|_| !is_cycle && !is_span) else { continue };
-        let clock = tasks.calendars.clock(tasks.task_times[k].clock);
+        let clock = tasks.clock(k);
         let duration_s = clock.between(own.start_s, own.finish_s);
         let free_s = free_float_s(tasks, &outgoing, dates, k, end_s);
         let mut late_finish_s = end_s;
@@ -72,7 +72,7 @@ fn floats_of_spans(
     let of_spans = sequences_of_spans(tasks.site);
     for k in (0..dates.len()).filter(|k| tasks.task_times[*k].is_span) {
         let Some(own) = dates[k] else { continue };
-        let clock = tasks.calendars.clock(tasks.task_times[k].clock);
+        let clock = tasks.clock(k);
         let bounds = SpanBounds::of(&span_links(tasks, k, &of_spans[k], dates), |task| late_s[task]);
         let late_finish_s = bounds.finish_s.unwrap_or(end_s).min(end_s);
         let free_s = free_float_s(tasks, outgoing, dates, k, end_s);
@@ -98,7 +98,7 @@ pub(super) fn free_float_s(
     end_s: i64,
 ) -> i64 {
     let Some(own) = dates[k] else { return 0 };
-    let clock = tasks.calendars.clock(tasks.task_times[k].clock);
+    let clock = tasks.clock(k);
     let slip_s = |(sequence, is_own): (&SequenceRecord, bool)| {
         let (from_start, to_start) = ends(sequence);
         // What hangs on the start of a summary hangs on its first task alone.

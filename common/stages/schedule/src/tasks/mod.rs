@@ -20,7 +20,7 @@ pub(crate) use task_times::{TaskKind, TaskTimes, WrittenTaskTimes, kind_of, task
 
 use crate::clock::Calendars;
 use crate::rules::Rules;
-use messages::{DateSource, NONE, SequenceKind, SequenceRecord, Site, sequence_flags};
+use messages::{DateSource, DurationKind, NONE, SequenceKind, SequenceRecord, Site, Tag, sequence_flags, task_flags};
 
 /// When a task begins and ends, civil seconds since 1970: it is in progress from its start until before its finish.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -50,18 +50,31 @@ impl Tasks<'_> {
         !self.children[task].is_empty()
     }
 
+    /// It is scheduled by hand: no other task moves it.
+    pub(crate) fn is_manual(&self, task: usize) -> bool {
+        self.site.schedule.tasks[task].has(task_flags::MANUAL)
+    }
+
     /// It has actual dates: no constraint moves it.
     pub(crate) fn has_begun(&self, task: usize) -> bool {
         let task_times = &self.task_times[task];
         task_times.actual_start.is_some() || task_times.actual_finish.is_some()
     }
 
+    /// The time in which work on a task goes on: of its calendar, or of those of its resources.
+    pub(crate) fn clock(&self, task: usize) -> crate::clock::Clock<'_> {
+        let task_times = &self.task_times[task];
+        match &task_times.work[..] {
+            [] => self.calendars.clock(task_times.clock),
+            [one] => self.calendars.clock(Some(one.calendar)),
+            several => crate::clock::Clock::Shared(self.calendars, several),
+        }
+    }
+
     /// Working time of a task: as written, else between its dates.
     fn duration_s(&self, task: usize, dates: TaskDates) -> i64 {
-        let task_times = &self.task_times[task];
-        task_times
-            .duration_s
-            .unwrap_or_else(|| self.calendars.clock(task_times.clock).between(dates.start_s, dates.finish_s))
+        let written_s = self.task_times[task].duration_s;
+        written_s.unwrap_or_else(|| self.clock(task).between(dates.start_s, dates.finish_s))
     }
 
     /// The lag of a sequence in seconds, and the clock on which it passes: that of its calendar, else of the successor's.
@@ -72,7 +85,10 @@ impl Tasks<'_> {
     ) -> Option<(i64, crate::clock::Clock<'_>)> {
         let own = Some(sequence.lag_calendar).filter(|calendar| *calendar != NONE).map(|calendar| calendar as usize);
         let calendar = own.or(self.task_times[sequence.successor as usize].calendar);
-        let elapsed = sequence.lag_kind == messages::DurationKind::ElapsedTime;
+        let is_elapsed = |kind: Tag<DurationKind>| kind == DurationKind::ElapsedTime;
+        // A part of an elapsed duration is elapsed.
+        let of_predecessor = || is_elapsed(self.site.schedule.tasks[sequence.predecessor as usize].duration_kind);
+        let elapsed = is_elapsed(sequence.lag_kind) || sequence.lag_ratio != 0.0 && of_predecessor();
         let clock = self.calendars.clock(calendar.filter(|_| !elapsed));
         let lag_s = match self.site.schedule.lag(sequence) {
             Some(lag) => crate::durations::WrittenDuration::of(lag).ok()?.seconds(clock.day()),
@@ -86,9 +102,14 @@ impl Tasks<'_> {
 
     /// The instant from which a sequence lets the start or the finish of its successor be; `None` if it cannot be worked out.
     fn end_bound_s(&self, sequence: &SequenceRecord, predecessor: TaskDates) -> Option<i64> {
-        let base = if ends(sequence).0 { predecessor.start_s } else { predecessor.finish_s };
+        let (from_start, to_start) = ends(sequence);
+        let base_s = if from_start { predecessor.start_s } else { predecessor.finish_s };
         let (lag_s, clock) = self.lag(sequence, predecessor)?;
-        clock.add(base, lag_s)
+        let is_primavera = sequence.flags & sequence_flags::PRIMAVERA != 0;
+        if is_primavera && from_start && to_start && lag_s == 0 {
+            return clock.next_working(base_s);
+        }
+        clock.add(base_s, lag_s)
     }
 
     /// The finish that a sequence of Primavera P6 asks for and that stands, if the sequence decides when the successor starts.
@@ -100,14 +121,14 @@ impl Tasks<'_> {
     /// MPXJ's PrimaveraScheduler, which is checked against files that P6 computed.
     fn held_finish_s(&self, sequence: &SequenceRecord, predecessor: TaskDates) -> Option<i64> {
         let (from_start, to_start) = ends(sequence);
-        if sequence.flags & sequence_flags::HOLDS_FINISH == 0 || to_start {
+        if sequence.flags & sequence_flags::PRIMAVERA == 0 || to_start {
             return None;
         }
         let (lag_s, _) = self.lag(sequence, predecessor)?;
         let bound_s = self.end_bound_s(sequence, predecessor)?;
         match (from_start, lag_s.signum()) {
             (false, 0) => {
-                let own = self.calendars.clock(self.task_times[sequence.successor as usize].clock);
+                let own = self.clock(sequence.successor as usize);
                 let works = |s: i64| own.next_working(s) == Some(s);
                 if works(bound_s) || works(bound_s - 1) { Some(bound_s) } else { own.next_working(bound_s) }
             }
@@ -119,7 +140,7 @@ impl Tasks<'_> {
     /// The earliest start of a task of this duration that a sequence allows; `None` if it cannot be worked out.
     fn bound_s(&self, sequence: &SequenceRecord, predecessor: TaskDates, duration_s: i64) -> Option<i64> {
         let bound = self.end_bound_s(sequence, predecessor)?;
-        let own = self.calendars.clock(self.task_times[sequence.successor as usize].clock);
+        let own = self.clock(sequence.successor as usize);
         if ends(sequence).1 { Some(bound) } else { own.add(bound, -duration_s) }
     }
 }

@@ -8,7 +8,7 @@ use super::graph::{Order, decides, dependencies, edges, label, nesting};
 use super::read_date::read_date;
 use super::span::{SpanBounds, sequences_of_spans, span_links};
 use super::task_times::inherited;
-use super::{TaskDates, TaskTimes, Tasks, with_ancestors};
+use super::{TaskDates, TaskTimes, Tasks, ends, with_ancestors};
 use crate::diagnostics::{Entity, ScheduleDiagnostics};
 use messages::{DateSource, DiagnosticCode, NONE, ScheduleDateKind, SequenceRecord, Severity, Site};
 
@@ -40,6 +40,17 @@ pub(crate) fn resolve(tasks: &Tasks<'_>, diagnostics: &mut ScheduleDiagnostics<'
     pass.inherit();
     pass.report_undated();
     pass.dates
+}
+
+/// The sequences that let a task start last.
+#[derive(Clone, Copy)]
+struct Driving {
+    /// The latest start that they ask for.
+    bound_s: i64,
+    /// Where work goes on from there.
+    working_s: i64,
+    /// The finish that stands by the first of them.
+    finish_s: Option<i64>,
 }
 
 struct Pass<'t, 'a, 'f, 's> {
@@ -160,7 +171,7 @@ impl<'t, 'a, 'f, 's> Pass<'t, 'a, 'f, 's> {
         let links = span_links(self.tasks, k, &self.of_spans[k], &self.dates);
         let ends_s = |task: usize| self.dates[task].map(|dates| [dates.start_s, dates.finish_s]);
         let bounds = SpanBounds::of(&links, ends_s);
-        let clock = self.tasks.calendars.clock(self.tasks.task_times[k].clock);
+        let clock = self.tasks.clock(k);
         let first_s = || clock.next_working(self.starts.of_task(self.tasks.site, k)?);
         let start_s = bounds.start_s.or_else(first_s).ok_or("no task that it spans has any")?;
         let finish_s = bounds.finish_s.map_or(start_s, |finish_s| finish_s.max(start_s));
@@ -169,12 +180,30 @@ impl<'t, 'a, 'f, 's> Pass<'t, 'a, 'f, 's> {
 
     /// The forward pass for one task: the earliest start that schedule and predecessors allow.
     fn compute(&self, k: usize, duration_s: i64) -> Result<TaskDates, String> {
+        let clock = self.tasks.clock(k);
+        let schedule_s = self.starts.of_task(self.tasks.site, k);
+        let driving = self.driving(k, duration_s, schedule_s)?;
+        let start_s = driving.map(|driving| driving.bound_s).into_iter().chain(schedule_s).max();
+        let start_s = self.tasks.limits[k].start_s(start_s, duration_s, clock);
+        let start_s = start_s.ok_or("neither its work schedule nor a predecessor says when it can start")?;
+        let ended = "its calendar has no working time left";
+        let start_s = if duration_s == 0 { Some(start_s) } else { clock.next_working(start_s) }.ok_or(ended)?;
+        let finish_s = clock.add(start_s, duration_s).ok_or(ended)?;
+        let driving = driving.filter(|driving| driving.working_s == start_s && duration_s > 0);
+        let finish_s = driving.and_then(|driving| driving.finish_s).unwrap_or(finish_s);
+        // Nothing is expected of an instant, nor of a finish that a predecessor asks for.
+        let sequences = self.tasks.site.schedule.sequences;
+        let is_open = duration_s > 0 && self.incoming[k].iter().all(|s| ends(&sequences[*s as usize]).1);
+        let expected_s = self.tasks.limits[k].expected_finish_s(start_s).filter(|_| is_open);
+        let finish_s = expected_s.unwrap_or_else(|| self.tasks.limits[k].finish_s(start_s, finish_s));
+        Ok(TaskDates { start_s, finish_s, source: DateSource::Computed })
+    }
+
+    /// Of the sequences before a task of this duration, those that let it start last; `None` if there are none.
+    fn driving(&self, k: usize, duration_s: i64, schedule_s: Option<i64>) -> Result<Option<Driving>, String> {
         let site = self.tasks.site;
-        let clock = self.tasks.calendars.clock(self.tasks.task_times[k].clock);
-        let schedule_s = self.starts.of_task(site, k);
-        let mut start_s = schedule_s;
-        // The first of the sequences that let it start last: where it lets it start, and the finish that stands by it.
-        let mut driving: Option<(i64, Option<i64>)> = None;
+        let clock = self.tasks.clock(k);
+        let mut driving: Option<Driving> = None;
         for &sequence in &self.incoming[k] {
             let sequence = &site.schedule.sequences[sequence as usize];
             let predecessor = sequence.predecessor as usize;
@@ -184,22 +213,20 @@ impl<'t, 'a, 'f, 's> Pass<'t, 'a, 'f, 's> {
                 .tasks
                 .bound_s(sequence, dates, duration_s)
                 .ok_or_else(|| format!("the lag behind {} cannot be worked out", label(site, predecessor)))?;
-            start_s = Some(start_s.map_or(bound_s, |s| s.max(bound_s)));
             let working_s = clock.next_working(bound_s).unwrap_or(bound_s);
-            if driving.is_none_or(|(driving_s, _)| driving_s < working_s) {
-                let is_early = schedule_s.is_some_and(|s| bound_s < s);
-                driving = Some((working_s, self.tasks.held_finish_s(sequence, dates).filter(|_| !is_early)));
+            match &mut driving {
+                Some(last) if working_s < last.working_s => {}
+                Some(last) if working_s == last.working_s => {
+                    last.bound_s = last.bound_s.max(bound_s);
+                }
+                _ => {
+                    let is_early = schedule_s.is_some_and(|s| bound_s < s);
+                    let finish_s = self.tasks.held_finish_s(sequence, dates).filter(|_| !is_early);
+                    driving = Some(Driving { bound_s, working_s, finish_s });
+                }
             }
         }
-        let start_s = self.tasks.limits[k].start_s(start_s, duration_s, clock);
-        let start_s = start_s.ok_or("neither its work schedule nor a predecessor says when it can start")?;
-        let ended = "its calendar has no working time left";
-        let start_s = if duration_s == 0 { Some(start_s) } else { clock.next_working(start_s) }.ok_or(ended)?;
-        let finish_s = clock.add(start_s, duration_s).ok_or(ended)?;
-        let held_s =
-            driving.filter(|(driving_s, _)| *driving_s == start_s && duration_s > 0).and_then(|(_, held_s)| held_s);
-        let finish_s = self.tasks.limits[k].finish_s(start_s, held_s.unwrap_or(finish_s));
-        Ok(TaskDates { start_s, finish_s, source: DateSource::Computed })
+        Ok(driving)
     }
 
     /// Computed tasks that are to be as late as possible use up their free float, the last of them first.
@@ -211,7 +238,7 @@ impl<'t, 'a, 'f, 's> Pass<'t, 'a, 'f, 's> {
         let outgoing = outgoing(tasks.site);
         for k in order.groups().rev().filter(|(_, is_cycle)| !is_cycle).map(|(group, _)| group[0] as usize) {
             let (Some(own), Written::Duration(duration_s)) = (self.dates[k], &self.written[k]) else { continue };
-            let clock = tasks.calendars.clock(tasks.task_times[k].clock);
+            let clock = tasks.clock(k);
             let free_s = free_float_s(tasks, &outgoing, &self.dates, k, end_s);
             if !is_late(k) || free_s <= 0 {
                 continue;
@@ -350,7 +377,7 @@ fn start_times(site: &Site<'_>, tasks: &Tasks<'_>, diagnostics: &mut ScheduleDia
 fn written(tasks: &Tasks<'_>, k: usize) -> Written {
     let task_times = &tasks.task_times[k];
     let TaskTimes { start, finish, duration_s, .. } = *task_times;
-    let clock = tasks.calendars.clock(task_times.clock);
+    let clock = tasks.clock(k);
     let start_s = start.map(|d| d.start_s());
     let finish_s = finish.map(|d| d.finish_s());
     let dates = |start_s, finish_s, source| Written::Dates(TaskDates { start_s, finish_s, source });

@@ -2,7 +2,7 @@
 
 use super::read_date::read_date;
 use super::with_ancestors;
-use crate::clock::Calendars;
+use crate::clock::{CalendarWork, Calendars, longest_s};
 use crate::diagnostics::{Entity, ScheduleDiagnostics};
 use crate::durations::WrittenDuration;
 use crate::rules::Rules;
@@ -40,6 +40,8 @@ pub(crate) struct TaskTimes {
     pub(crate) calendar: Option<usize>,
     /// The calendar in which its duration counts; day and night without one.
     pub(crate) clock: Option<usize>,
+    /// Work of resources by their calendars, in the place of `clock`; of most tasks none.
+    pub(crate) work: Vec<CalendarWork>,
     pub(crate) is_milestone: bool,
     /// Its dates are those of what it spans.
     pub(crate) is_span: bool,
@@ -141,7 +143,9 @@ impl TaskTimeReader<'_, '_, '_> {
         let duration = self.read(task, "ScheduleDuration", written.duration, &mut task_times.is_faulty, |length| {
             WrittenDuration::of(length).map_err(|e| e.to_string())
         });
-        task_times.duration_s = duration.map(|d| self.length_s(index, d, clock));
+        task_times.work = work_of(self.site, index);
+        let by_resources_s = longest_s(&task_times.work);
+        task_times.duration_s = by_resources_s.or_else(|| duration.map(|d| self.length_s(index, d, clock)));
         let rules = self.rules;
         let mut date = |what: &str, date: Option<ScheduleDate<'_>>| {
             self.read(task, what, date, &mut task_times.is_faulty, |d| read_date(d, rules).map_err(|e| e.to_string()))
@@ -229,6 +233,14 @@ impl TaskTimeReader<'_, '_, '_> {
             self.diagnostics.add(Severity::Warning, DiagnosticCode::CalendarMissing, Some(entity), message);
         }
     }
+}
+
+/// Work of the resources of a task by their calendars.
+fn work_of(site: &Site<'_>, task: usize) -> Vec<CalendarWork> {
+    let all = site.schedule.assignments;
+    let first = all.partition_point(|a| (a.task as usize) < task);
+    let of_task = all[first..].iter().take_while(|a| a.task as usize == task);
+    of_task.map(|a| CalendarWork { calendar: a.calendar as usize, duration_s: a.duration_s }).collect()
 }
 
 /// What a task does, by its type or that of its nearest ancestor that has one.
