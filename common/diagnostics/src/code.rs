@@ -61,6 +61,8 @@ codes! {
     MembershipDangling = "membership_dangling",
     /// More groups and classifications of objects than the limit.
     MembershipsTooMany = "memberships_too_many",
+    /// An opening that only touches its wall, which is cut by its door.
+    OpeningBesideWall = "opening_beside_wall",
     /// Openings, or other cuts, that would take the kernel too long.
     OpeningsNotCut = "openings_not_cut",
     /// A placement that cannot be used.
@@ -109,6 +111,8 @@ codes! {
     DoorOperationUnknown = "door_operation_unknown",
     /// A width of a door that its opening or its body contradicts.
     DoorWidthImplausible = "door_width_implausible",
+    /// A door that has no body.
+    DoorWithoutBody = "door_without_body",
     /// The map frame of before stays although the files have another.
     FrameKept = "frame_kept",
     /// More levels than the limit.
@@ -117,6 +121,8 @@ codes! {
     MapConversionMissing = "map_conversion_missing",
     /// Files whose scales on the map differ.
     MapScalesDiffer = "map_scales_differ",
+    /// An opening of a wall that something fills which is no door.
+    OpeningFilled = "opening_filled",
     /// Files in different projected systems.
     ProjectedSystemsDiffer = "projected_systems_differ",
     /// More contacts of spaces and elements than the limit.

@@ -4,10 +4,10 @@ use nalgebra::Affine3;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::affine::placement;
-use crate::geometry::ProductBody;
 use crate::kernel::{File, Record};
 use crate::materials::Materials;
 use crate::placement::Placements;
+use crate::product_body::ProductBody;
 use crate::products::{Product, Products};
 use crate::property_sets::PropertySets;
 use crate::relations::Relations;
@@ -20,6 +20,9 @@ use crate::{
 };
 use diagnostics::{DiagnosticCode, Report, Severity};
 
+/// An aggregation deeper than this is not followed.
+const PARTS_DEPTH_MAX: usize = 16;
+
 /// Reads the model of a file.
 pub(crate) fn model(
     file: &File<'_>,
@@ -31,6 +34,7 @@ pub(crate) fn model(
     let products = Products::read(file, &relations, report);
     let mut bodies = Bodies::new(file);
     let voids = voids(file, &relations);
+    let doors = doors_of_openings(&relations, &products);
     let bodied: Vec<ProductBody<'_, '_>> = products
         .all()
         .map(|product| ProductBody {
@@ -44,6 +48,7 @@ pub(crate) fn model(
             },
             openings: voids.get(&product.record.id).map_or(&[], Vec::as_slice),
             cuts: product.class.is("IfcOpeningElement"),
+            doors: doors.get(&product.record.id).map_or(&[], Vec::as_slice),
         })
         .collect();
     let unit = unit(file, bodied.iter().any(|b| !b.body.items.is_empty()), report)?;
@@ -68,6 +73,7 @@ pub(crate) fn model(
     let mut elements: Vec<Element> = std::iter::zip(&products.elements, &bodied)
         .map(|(product, bodied)| reader.element(product, &bodied.body.items, geometry(product.record.id)))
         .collect();
+    fill_by_parts(&mut elements);
     let wholes: FxHashSet<u32> =
         products.spaces.iter().filter_map(|space| relations.whole.get(&space.record.id).copied()).collect();
     let mut spaces: Vec<Space> =
@@ -97,6 +103,40 @@ fn voids(file: &File<'_>, relations: &Relations) -> FxHashMap<u32, Vec<u32>> {
         }
     }
     voids
+}
+
+/// Opening of a wall -> the doors that fill it, then the parts of doors that do.
+fn doors_of_openings(relations: &Relations, products: &Products<'_, '_>) -> FxHashMap<u32, Vec<u32>> {
+    let is_a = |id: u32, entity: &str| {
+        products.element_idx.get(&id).is_some_and(|&index| products.elements[index].class.is(entity))
+    };
+    let mut doors: FxHashMap<u32, Vec<u32>> = FxHashMap::default();
+    let mut parts: Vec<u32> = products.elements.iter().map(|product| product.record.id).collect();
+    parts.sort_by_key(|&id| !is_a(id, "IfcDoor"));
+    for part in parts {
+        let whole = |id: &u32| relations.whole.get(id).copied();
+        let door = std::iter::successors(Some(part), whole).take(PARTS_DEPTH_MAX).find(|&id| is_a(id, "IfcDoor"));
+        let opening = door.and_then(|door| relations.fills.get(&door).or_else(|| relations.fills.get(&part)));
+        if let Some(&opening) = opening
+            && relations.host.get(&opening).is_some_and(|&host| is_a(host, "IfcWall"))
+        {
+            doors.entry(opening).or_default().push(part);
+        }
+    }
+    doors
+}
+
+/// A door of which a part fills an opening fills it.
+fn fill_by_parts(elements: &mut [Element]) {
+    for part in 0..elements.len() {
+        let (Some(opening), None) = (elements[part].fills, &elements[part].door) else { continue };
+        let wholes = std::iter::successors(elements[part].whole, |&whole| elements[whole].whole);
+        let door = wholes.take(PARTS_DEPTH_MAX).find(|&whole| elements[whole].door.is_some());
+        if let Some(door) = door {
+            elements[door].fills.get_or_insert(opening);
+            elements[part].fills = None;
+        }
+    }
 }
 
 /// The length unit; a file without one is refused if it has geometry.

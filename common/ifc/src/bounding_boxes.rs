@@ -39,6 +39,13 @@ impl Extent {
         high: Point3::new(f64::NEG_INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY),
     };
 
+    /// The box around points; `None` without any.
+    pub(crate) fn around(points: impl Iterator<Item = Point3<f64>>) -> Option<Self> {
+        let mut extent = Self::EMPTY;
+        points.for_each(|p| extent.add(p, 0.0));
+        extent.usable()
+    }
+
     fn add(&mut self, p: Point3<f64>, radius: f64) {
         for i in 0..3 {
             self.low[i] = self.low[i].min(p[i] - radius);
@@ -282,13 +289,7 @@ impl<'f, 'a> Extents<'f, 'a> {
 
 /// Of meshes, in the world.
 pub(crate) fn of_parts(parts: &[MeshPart]) -> Option<Extent> {
-    let mut extent = Extent::EMPTY;
-    for part in parts {
-        for p in &part.positions_m {
-            extent.add(Point3::from(part.origin_m) + Vector3::from(p.map(f64::from)), 0.0);
-        }
-    }
-    extent.usable()
+    Extent::around(parts.iter().flat_map(MeshPart::points_m).map(Point3::from))
 }
 
 /// Items of the representation that an IfcMappedItem maps.

@@ -7,8 +7,9 @@ use crate::boolean_chain::is_boolean;
 use crate::bounded_items::Bounds;
 use crate::bounding_boxes::{self, Extent, Extents};
 use crate::cut_budget::{Cut, CutBudget};
-use crate::kernel::{File, ItemMesh, MeshRequest, Patch, Record, mesh as mesh_by_kernel};
-use crate::representations::Body;
+use crate::door_cuts::door_cuts;
+use crate::kernel::{File, ItemMesh, MeshRequest, Meshed, Patch, Record, mesh as mesh_by_kernel};
+use crate::product_body::ProductBody;
 use crate::units::{self, LengthUnit};
 use crate::{Geometry, GeometryStatus, MeshPart, Progress, ReadError, ReadOptions, Stage, substitutes};
 use diagnostics::{DiagnosticCode, Named, Report, Severity};
@@ -19,17 +20,6 @@ const COORDINATE_MAX_M: f64 = 1e9;
 
 /// Items that have no faces: a body that consists of them is no body.
 const CURVE_ITEMS: [&str; 5] = ["IfcCurve", "IfcPoint", "IfcAnnotationFillArea", "IfcTextLiteral", "IfcPlacement"];
-
-/// A product and the body that was chosen for it.
-pub(crate) struct ProductBody<'p, 'a> {
-    pub(crate) id: &'p Named,
-    pub(crate) record: &'p Record<'a>,
-    pub(crate) body: Body,
-    /// Openings that void it; empty for all but elements.
-    pub(crate) openings: &'p [u32],
-    /// It is an opening.
-    pub(crate) cuts: bool,
-}
 
 /// Complaint of the kernel about an incomplete body.
 const DROPPED: &str = "dropped representation items";
@@ -86,6 +76,7 @@ pub(crate) fn mesh(
         progress: &progress,
     };
     let mut meshed = mesh_by_kernel(file, &request)?;
+    cut_by_doors(file, unit.metres, (products, frames), (options, &unbounded), (&mut meshed, &mut patch), report)?;
     share_complaints(&meshed.meshes, &mut meshed.complaints);
     // Openings first: an element may lie wholly inside its own.
     let bodied = products.iter().filter(|product| !product.body.items.is_empty());
@@ -109,6 +100,45 @@ pub(crate) fn mesh(
         geometries.insert(id, geometry);
     }
     Ok(geometries)
+}
+
+/// Meshes walls again that their doors cut because the openings do not.
+fn cut_by_doors(
+    file: &File<'_>,
+    unit_m: f64,
+    (products, frames): (&[ProductBody<'_, '_>], &FxHashMap<u32, Affine3<f64>>),
+    (options, unbounded): (&ReadOptions<'_>, &[u32]),
+    (meshed, patch): (&mut Meshed, &mut Patch),
+    report: &mut Report,
+) -> Result<(), ReadError> {
+    let mut again = Vec::new();
+    for cut in door_cuts(products, frames, &meshed.meshes) {
+        if cut.apply(file, unit_m, patch).is_some() {
+            let [opening, wall] = [cut.opening, cut.wall].map(|product| &product.id.global_id);
+            let message =
+                format!("its opening {opening} only touches the wall {wall}, which is cut where the door stands in it");
+            report.add(Severity::Warning, DiagnosticCode::OpeningBesideWall, Some(cut.door.id.clone()), message);
+            again.extend([cut.wall.record.id, cut.opening.record.id]);
+        }
+    }
+    again.sort_unstable();
+    again.dedup();
+    let unbounded: Vec<u32> = unbounded.iter().copied().filter(|id| again.contains(id)).collect();
+    let request = MeshRequest {
+        products: &again,
+        unbounded: &unbounded,
+        detailed: &[],
+        isolation: options.isolation,
+        patch,
+        pool: options.pool,
+        progress: &|_, _, _| {},
+    };
+    for id in &again {
+        meshed.meshes.remove(id);
+        meshed.complaints.remove(id);
+    }
+    meshed.append(mesh_by_kernel(file, &request)?);
+    Ok(())
 }
 
 /// Corrects the patch so that the kernel does not cut what would take it too long, and reports that. Returns the products

@@ -50,7 +50,7 @@ pub(super) fn mesh_here(bytes: &[u8], products: &[u32], pool: &MeshPool, progres
 }
 
 impl Meshed {
-    pub(super) fn append(&mut self, mut other: Self) {
+    pub(crate) fn append(&mut self, mut other: Self) {
         self.meshes.append(&mut other.meshes);
         self.complaints.append(&mut other.complaints);
     }

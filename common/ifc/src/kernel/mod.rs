@@ -16,7 +16,7 @@ mod step;
 mod task;
 
 pub(crate) use file::{Class, File};
-pub(crate) use mesh::ItemMesh;
+pub(crate) use mesh::{ItemMesh, Meshed};
 pub(crate) use patch::Patch;
 pub(crate) use placement::Resolver;
 pub use pool::MeshPool;
