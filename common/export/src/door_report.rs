@@ -74,6 +74,9 @@ pub fn reason_text(site: &Site<'_>, robot: &RobotProfile, door: &DoorPassageReco
         }
         DoorPassage::WallUncut => "its wall is not cut by its opening".to_owned(),
         DoorPassage::CannotOpen if is_trapdoor(site, door) => "it is a trapdoor".to_owned(),
+        DoorPassage::CannotOpen if site.moving_leaves(&site.doors[door.door as usize]).is_none() => {
+            "all its leaves are fixed".to_owned()
+        }
         DoorPassage::CannotOpen => match site.text(site.doors[door.door as usize].operation) {
             "" => "this robot does not open doors of its kind".to_owned(),
             operation => format!("this robot does not open {operation}"),

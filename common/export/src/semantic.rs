@@ -156,7 +156,7 @@ struct Attributes {
     /// True if it is transparent to a lidar.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     glass: bool,
-    /// True if its body could not be made and a box stands in.
+    /// True if its body could not be made, or a door has none, and a box stands in.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     bounding_box: bool,
     /// GlobalId of the element it is a part of.

@@ -220,7 +220,7 @@ pub mod element_flags {
     pub const FLOOR: u32 = 1;
     /// It lets light through: a lidar does not see it.
     pub const GLASS: u32 = 2;
-    /// Its body failed, a box stands in.
+    /// Its body failed, or is a door's that has none: a box stands in.
     pub const BOUNDING_BOX: u32 = 4;
     /// It has a body that could not be made, and nothing stands in.
     pub const FAILED: u32 = 8;
@@ -377,7 +377,8 @@ pub struct DoorRecord {
     pub overall_height_m: f64,
     /// Width between what remains when it is open, in metres.
     pub clear_width_m: f64,
-    /// Its passage: the opening's width, or its part of an opening of several doors, and the wall's thickness.
+    /// Its passage: the opening's width, or its part of an opening of several doors, or the part of its moving leaves beside a
+    /// fixed one, and the wall's thickness.
     pub passage: BoxRecord,
     /// How it hangs.
     pub hanging: DoorHanging,

@@ -1,6 +1,6 @@
 //! Door operation types (IfcDoorTypeOperationEnum) as leaves and their motions.
 
-use messages::{DoorPanelRecord, Site};
+use messages::{DoorPanelRecord, MovingLeaves, Site};
 
 /// A leaf: its part of the door's width and what it does.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -89,8 +89,39 @@ pub(crate) fn leaves(operation: &str, share: f64) -> Option<Vec<Leaf>> {
     }
 }
 
-/// The operation type of a door, its leaves, and who says so. `None` for a door that stays shut.
+/// The operation type of a door, its leaves, and who says so; a leaf that its panels call fixed is. `None` for a door that
+/// stays shut.
 pub(crate) fn operation_of(
+    site: &Site<'_>,
+    door: &messages::DoorRecord,
+    unknown: &str,
+) -> Option<(String, Vec<Leaf>, OperationSource)> {
+    let moving = site.moving_leaves(door)?;
+    let (operation, leaves, source) = leaves_of_operation(site, door, unknown)?;
+    Some((operation, beside_fixed(leaves, moving), source))
+}
+
+/// The leaves with what is fixed beside them; those of the whole door where nothing is.
+fn beside_fixed(leaves: Vec<Leaf>, moving: MovingLeaves) -> Vec<Leaf> {
+    let MovingLeaves { share, side } = moving;
+    let mut moving: Vec<Leaf> = leaves.iter().copied().filter(|leaf| leaf.motion != LeafMotion::Fixed).collect();
+    if share >= 1.0 || moving.is_empty() {
+        return leaves;
+    }
+    if side != 0.0 && moving.len() == 2 && leaves.len() == 2 {
+        moving.remove(usize::from(side < 0.0));
+    }
+    let [start, end] = [moving[0].span[0], moving[moving.len() - 1].span[1]];
+    let from = (1.0 - share) * (1.0 + side) / 2.0;
+    for leaf in &mut moving {
+        leaf.span = leaf.span.map(|s| from + share * (s - start) / (end - start));
+    }
+    let fixed = |span: [f64; 2]| (span[1] - span[0] > 1e-9).then_some(Leaf { span, motion: LeafMotion::Fixed });
+    let before = fixed([0.0, from]);
+    before.into_iter().chain(moving).chain(fixed([from + share, 1.0])).collect()
+}
+
+fn leaves_of_operation(
     site: &Site<'_>,
     door: &messages::DoorRecord,
     unknown: &str,
@@ -193,6 +224,23 @@ mod tests {
         for operation in ["", "NOTDEFINED", "USERDEFINED", "LIFTING_HORIZONTAL", "opens left"] {
             assert!(leaves(operation, 0.5).is_none(), "{operation}");
         }
+    }
+
+    #[test]
+    fn a_fixed_leaf_stays_beside_those_that_move() {
+        let found = |operation: &str, share: f64, side: f64| {
+            let leaves = beside_fixed(leaves(operation, 0.5).unwrap(), MovingLeaves { share, side });
+            let rounded = |s: f64| (s * 1e9).round() / 1e9;
+            leaves.iter().map(|l| (l.span.map(rounded), l.motion == LeafMotion::Fixed)).collect::<Vec<_>>()
+        };
+        let (left, right) = (-1.0, 1.0);
+        assert_eq!(found("SWING_FIXED_LEFT", 0.6, left), [([0.0, 0.6], false), ([0.6, 1.0], true)]);
+        assert_eq!(found("SWING_FIXED_RIGHT", 0.6, right), [([0.0, 0.4], true), ([0.4, 1.0], false)]);
+        assert_eq!(found("SINGLE_SWING_LEFT", 0.7, left), [([0.0, 0.7], false), ([0.7, 1.0], true)]);
+        assert_eq!(found("DOUBLE_DOOR_SLIDING", 0.5, right), [([0.0, 0.5], true), ([0.5, 1.0], false)]);
+        let middle = [([0.0, 0.25], true), ([0.25, 0.5], false), ([0.5, 0.75], false), ([0.75, 1.0], true)];
+        assert_eq!(found("DOUBLE_DOOR_SLIDING", 0.5, 0.0), middle);
+        assert_eq!(found("DOUBLE_DOOR_SLIDING", 1.0, 0.0), [([0.0, 0.5], false), ([0.5, 1.0], false)]);
     }
 
     #[test]

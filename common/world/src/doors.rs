@@ -7,6 +7,7 @@ use crate::options::{DoorMode, WorldOptions};
 use crate::static_elements::{StaticElement, link_name, stands, storey_at, storey_of};
 use export::ExportInput;
 use frames::{TENTHS_PER_M, metres};
+use geometry::OrientedBox;
 use messages::{DoorRecord, NONE};
 use std::f64::consts::FRAC_PI_4;
 
@@ -82,13 +83,22 @@ pub(crate) fn is_hung(input: &ExportInput<'_>, door: &DoorRecord) -> bool {
 pub(crate) fn doors(input: &ExportInput<'_>, options: &WorldOptions, statics: &[StaticElement]) -> Vec<WorldDoor> {
     let obstacles = Obstacles::of(statics);
     let hung = (0..).zip(input.site.doors).filter(|(_, d)| is_door(input, d.element) && is_hung(input, d));
-    hung.map(|(index, door)| DoorBuilder { input, options, door }.door(index, &obstacles, statics)).collect()
+    let passage = |door: &DoorRecord| {
+        let moving = door.passage.to_box();
+        input.site.moving_leaves(door).map_or(moving, |leaves| leaves.whole_of(&moving, door.hanging.along))
+    };
+    hung.map(|(index, door)| {
+        DoorBuilder { input, options, door, passage: passage(door) }.door(index, &obstacles, statics)
+    })
+    .collect()
 }
 
 struct DoorBuilder<'a> {
     input: &'a ExportInput<'a>,
     options: &'a WorldOptions,
     door: &'a DoorRecord,
+    /// Passage of the whole door, also where a leaf of it is fixed.
+    passage: OrientedBox,
 }
 
 /// The door's frame in plan.
@@ -143,12 +153,12 @@ impl DoorBuilder<'_> {
     }
 
     fn width_m(&self) -> f64 {
-        2.0 * self.door.passage.half[0] / f64::from(TENTHS_PER_M)
+        2.0 * self.passage.half[0] / f64::from(TENTHS_PER_M)
     }
 
     /// Left is where the model's frame begins; without one the passage's own direction counts.
     fn frame(&self) -> DoorFrame {
-        let (passage, hanging) = (self.door.passage.to_box(), &self.door.hanging);
+        let (passage, hanging) = (self.passage, &self.door.hanging);
         let dot = |a: [f64; 2], b: [f64; 2]| a[0] * b[0] + a[1] * b[1];
         let towards = hanging.towards;
         // x is to the right of who looks to the front.
@@ -188,7 +198,7 @@ impl DoorBuilder<'_> {
         Opening {
             width_m: self.width_m(),
             z_m: [threshold + door_options.floor_gap_m, height - inset_m],
-            depth_m: 2.0 * door.passage.half[1] / f64::from(TENTHS_PER_M),
+            depth_m: 2.0 * self.passage.half[1] / f64::from(TENTHS_PER_M),
             leaf_m: leaf_m.clamp(0.005, 0.3),
             side_m: door_options.side_gap_m + self.lining_m() + inset_m,
         }

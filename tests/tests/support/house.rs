@@ -70,6 +70,42 @@ impl House {
         self.add_prism(entity, name, rest, &outline, [min[1], max[1]])
     }
 
+    /// An element of the storey without a body. Returns its record.
+    pub(crate) fn add_bodiless(&mut self, entity: &str, name: &str, rest: &str) -> usize {
+        let element = self.record(&format!("{entity}('{:0>22}',$,'{name}',$,$,#7,$,{rest})", self.n_records));
+        self.on_storey.push(element);
+        element
+    }
+
+    /// An opening of an element that is a box. Returns its record.
+    pub(crate) fn add_opening(&mut self, host: usize, corners: [[f64; 3]; 2]) -> usize {
+        let opening = self.add("IFCOPENINGELEMENT", "Opening", PLAIN, corners);
+        self.on_storey.pop();
+        self.record(&format!("IFCRELVOIDSELEMENT('v{opening}',$,$,$,#{host},#{opening})"));
+        opening
+    }
+
+    /// Lets an element fill an opening.
+    pub(crate) fn fill(&mut self, opening: usize, element: usize) {
+        self.record(&format!("IFCRELFILLSELEMENT('f{element}',$,$,$,#{opening},#{element})"));
+    }
+
+    /// Makes elements parts of another one.
+    pub(crate) fn aggregate(&mut self, whole: usize, parts: &[usize]) {
+        let parts: Vec<String> = parts.iter().map(|part| format!("#{part}")).collect();
+        self.record(&format!("IFCRELAGGREGATES('a{whole}',$,$,$,#{whole},({}))", parts.join(",")));
+    }
+
+    /// Panels of a door: operation, position, and share of the width.
+    pub(crate) fn add_panels(&mut self, door: usize, panels: &[(&str, &str, f64)]) {
+        for (k, (operation, position, share)) in panels.iter().enumerate() {
+            let panel = self.record(&format!(
+                "IFCDOORPANELPROPERTIES('p{door}_{k}',$,$,$,0.05,.{operation}.,{share:?},.{position}.,$)"
+            ));
+            self.record(&format!("IFCRELDEFINESBYPROPERTIES('d{door}_{k}',$,$,$,(#{door}),#{panel})"));
+        }
+    }
+
     /// A room that is a box.
     pub(crate) fn add_room(&mut self, name: &str, corners: [[f64; 3]; 2]) {
         self.add_space(name, "INTERNAL", corners);

@@ -37,6 +37,9 @@ const WHOLES_OF_BARS: [(&str, Class); 9] = [
     ("IfcRoof", Class::Beam),
 ];
 
+/// Classes of wholes that all parts have which have none of their own, whatever their entity.
+const GIVEN_TO_ALL: [Class; 3] = [Class::Window, Class::Stair, Class::Ramp];
+
 /// Entities on whose upward faces a robot may stand.
 const FLOORS: [&str; 6] = ["IfcSlab", "IfcRamp", "IfcRampFlight", "IfcFooting", "IfcPavement", "IfcCourse"];
 
@@ -72,7 +75,9 @@ pub(crate) fn class_of(elements: &[Element], element: usize) -> Class {
             None => class_of_plate(own),
         };
     }
-    class_among(&CLASS_OF, own).unwrap_or(Class::Other)
+    class_among(&CLASS_OF, own)
+        .or_else(|| of_whole().filter(|class| GIVEN_TO_ALL.contains(class)))
+        .unwrap_or(Class::Other)
 }
 
 fn class_among(classes: &[(&str, Class)], element: &Element) -> Option<Class> {

@@ -1,8 +1,7 @@
-//! Width of a door: its attribute against opening and body, and the part of it that moves.
+//! Width of a door: its attribute against opening and body.
 
 use frames::TENTHS_PER_M;
 use geometry::{OrientedBox, Point};
-use ifc::{Door, DoorPanel};
 
 /// An OverallWidth is as measured up to this much, or this share of it: frames overlap walls.
 const TOLERANCE_M: f64 = 0.15;
@@ -10,9 +9,6 @@ const TOLERANCE_SHARE: f64 = 0.15;
 
 /// Narrower than this is no door that anyone passes: its OverallWidth is in another unit, or is no width.
 const MIN_WIDTH_M: f64 = 0.2;
-
-/// Share of a door that moves beside a fixed leaf of unknown width.
-const ASSUMED_MOVING_SHARE: f64 = 0.5;
 
 /// An OverallWidth that opening and body contradict.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -44,40 +40,6 @@ pub(crate) fn overall_width_m(told_m: Option<f64>, measured_m: Option<f64>) -> R
     }
 }
 
-/// The share of a door's width that its moving leaves have: all of it without a fixed leaf.
-pub(crate) fn moving_share(door: &Door) -> f64 {
-    let is_fixed = |panel: &&DoorPanel| panel.operation.contains("FIXED");
-    let operation = door.operation_type.to_ascii_uppercase();
-    if !operation.contains("FIXED") && !door.panels.iter().any(|p| is_fixed(&p)) {
-        return 1.0;
-    }
-    let shares = |fixed: bool| {
-        let mut panels = door.panels.iter().filter(|p| is_fixed(p) == fixed).peekable();
-        panels.peek()?;
-        panels.map(|p| p.share).sum::<Option<f64>>()
-    };
-    let moving = shares(false).or_else(|| shares(true).map(|fixed| 1.0 - fixed));
-    moving.filter(|share| 0.0 < *share && *share < 1.0).unwrap_or(ASSUMED_MOVING_SHARE)
-}
-
-/// The part of a passage at which the moving leaf hangs; `along` is the direction of the door's own x axis in plan.
-pub(crate) fn moving_part(passage: &OrientedBox, along: Option<[f64; 2]>, door: &Door, share: f64) -> OrientedBox {
-    let operation = door.operation_type.to_ascii_uppercase();
-    let side = match (operation.contains("LEFT"), operation.contains("RIGHT")) {
-        (true, false) => -1.0,
-        (false, true) => 1.0,
-        _ => 0.0,
-    };
-    let Some(along) = along.filter(|_| share < 1.0) else { return *passage };
-    let turn = if along[0] * passage.axis[0] + along[1] * passage.axis[1] < 0.0 { -1.0 } else { 1.0 };
-    let offset = side * turn * passage.half[0] * (1.0 - share);
-    OrientedBox {
-        centre: passage.at(offset, 0.0),
-        half: [passage.half[0] * share, passage.half[1]],
-        axis: passage.axis,
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -102,22 +64,5 @@ mod tests {
         assert_eq!(measured_width_m(&passage, &body(12_000)), 2.0);
         assert_eq!(measured_width_m(&passage, &body(100)), 2.0, "a handle");
         assert_eq!(measured_width_m(&passage, &[]), 2.0);
-    }
-
-    #[test]
-    fn a_fixed_leaf_takes_its_share_on_its_side() {
-        let panel = |operation: &str, share| DoorPanel { operation: operation.into(), share, ..Default::default() };
-        let door = |operation: &str, panels| Door { operation_type: operation.into(), panels, ..Default::default() };
-        let share = |operation, panels| moving_share(&door(operation, panels));
-        assert_eq!(share("SINGLE_SWING_LEFT", vec![panel("SWINGING", Some(0.8))]), 1.0);
-        assert_eq!(share("SWING_FIXED_LEFT", vec![]), 0.5);
-        let panels = vec![panel("SWINGING", Some(0.6)), panel("FIXEDPANEL", None)];
-        assert_eq!(share("SWING_FIXED_LEFT", panels), 0.6);
-        assert_eq!(share("", vec![panel("SWINGING", None), panel("FIXEDPANEL", Some(0.25))]), 0.75);
-        let passage = OrientedBox { centre: [0.0; 2], axis: [1.0, 0.0], half: [10_000.0, 1_000.0] };
-        let centre = |operation, along| moving_part(&passage, Some(along), &door(operation, vec![]), 0.5).centre;
-        assert_eq!(centre("SWING_FIXED_LEFT", [1.0, 0.0]), [-5_000.0, 0.0]);
-        assert_eq!(centre("SWING_FIXED_RIGHT", [1.0, 0.0]), [5_000.0, 0.0]);
-        assert_eq!(centre("SWING_FIXED_LEFT", [-1.0, 0.0]), [5_000.0, 0.0]);
     }
 }

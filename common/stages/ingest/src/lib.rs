@@ -18,6 +18,7 @@
 
 mod assumed_rooms;
 mod attributes;
+mod bodiless_doors;
 mod by_global_id;
 mod classify;
 mod contacts;
@@ -28,6 +29,7 @@ mod door_width;
 mod doors;
 mod error;
 mod federation;
+mod filled_openings;
 mod floor_levels;
 mod floor_samples;
 mod input;

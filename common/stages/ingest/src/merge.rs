@@ -166,7 +166,8 @@ fn move_model(model: &mut Model, motion: &UprightRigid3<World, World>) {
     let plane = motion.in_plane();
     for element in &mut model.elements {
         move_body(&mut element.geometry, motion);
-        if let Some(placement) = &mut element.placement {
+        let frame_of_door = element.door.as_mut().and_then(|door| door.frame.as_mut());
+        for placement in element.placement.iter_mut().chain(frame_of_door) {
             placement.origin_m = motion.apply(placement.origin_m);
             for axis in &mut placement.axes {
                 let [x, y] = plane.rotate([axis[0], axis[1]]);

@@ -1,10 +1,12 @@
 //! Records of openings and doors.
 
+use crate::bodiless_doors::hang_leaves_for_bodies;
 use crate::classify::is_a;
 use crate::diagnostics::add_diagnostic;
 use crate::door_leaves::join_leaves;
-use crate::door_width::{ImplausibleWidth, measured_width_m, moving_part, moving_share, overall_width_m};
+use crate::door_width::{ImplausibleWidth, measured_width_m, overall_width_m};
 use crate::doors::{clear_width_m, joined_spaces, map_storey_of, opens, operation_is_known};
+use crate::filled_openings::report_filled_openings;
 use crate::merge::Merged;
 use crate::meshes::points_in_map;
 use crate::openings::plan_of_opening;
@@ -13,7 +15,10 @@ use crate::storeys::SpaceFloor;
 use frames::{Map, TENTHS_PER_M, UprightRigid3, World, metres};
 use geometry::{MultiPolygon, OrientedBox, Point};
 use ifc::{Diagnostic, DiagnosticCode, Element, Severity};
-use messages::{BoxRecord, DoorHanging, DoorPanelRecord, DoorRecord, NONE, OpeningRecord, SiteBuilder, element_flags};
+use messages::{
+    BoxRecord, DoorHanging, DoorPanelRecord, DoorRecord, LeafPanel, MovingLeaves, NONE, OpeningRecord, SiteBuilder,
+    element_flags,
+};
 
 /// A door and a space whose floors are this near are on one level.
 const ONE_LEVEL: i32 = TENTHS_PER_M / 2;
@@ -29,6 +34,8 @@ pub(crate) fn add_openings_and_doors(
         let record = opening_record(builder, merged, opening, &frame.map_from_world);
         builder.openings.push(record);
     }
+    hang_leaves_for_bodies(builder, merged);
+    report_filled_openings(builder, merged);
     let mut n_fillings = vec![0; builder.openings.len()];
     merged.model.elements.iter().filter_map(|e| e.fills).for_each(|opening| n_fillings[opening] += 1);
     for (index, element) in merged.model.elements.iter().enumerate() {
@@ -104,11 +111,12 @@ fn add_door(
         why.measured_m
     });
     let height = door.overall_height_m.filter(|h| *h > 0.0);
-    let operation = opens(&door.operation_type, &element.predefined_type);
-    let share = moving_share(door);
+    let leaves = moving_leaves(door);
+    let operation = leaves.and_then(|_| opens(&door.operation_type, &element.predefined_type));
+    let share = leaves.map_or(1.0, |l| l.share);
     let (clear_width_m, clear_width_from) = clear_width_m(share * overall_width_m, door, operation);
-    let direction = |k: usize| door.frame.and_then(|f| direction_in_plan(f.axes[k], &frame.map_from_world));
-    let passage = passage.map(|p| moving_part(&p, direction(0), door, share));
+    let hanging = hanging_of(builder, door, &frame.map_from_world);
+    let passage = passage.map(|p| leaves.map_or(p, |l| l.part_of(&p, hanging.along)));
     if !operation_is_known(&door.operation_type) {
         let message = "the door has no operation type, swing is assumed".to_owned();
         let warning = door_warning(element, DiagnosticCode::DoorOperationUnknown, message);
@@ -126,7 +134,6 @@ fn add_door(
     let map_storey = map_storey_of(builder, sill, record.storey);
     builder.elements[index].door = builder.doors.len() as u32;
     let operation_text = builder.texts.add(&door.operation_type);
-    let hanging = hanging_of(builder, door, &frame.map_from_world);
     builder.doors.push(DoorRecord {
         element: index as u32,
         opening: element.fills.map_or(NONE, |k| k as u32),
@@ -143,6 +150,13 @@ fn add_door(
         map_storey,
         reserved: 0,
     });
+}
+
+fn moving_leaves(door: &ifc::Door) -> Option<MovingLeaves> {
+    let panels = door.panels.iter();
+    let panels: Vec<LeafPanel<'_>> =
+        panels.map(|p| LeafPanel { operation: &p.operation, position: &p.position, share: p.share }).collect();
+    MovingLeaves::of(&door.operation_type, &panels)
 }
 
 fn hanging_of(builder: &mut SiteBuilder, door: &ifc::Door, map_from_world: &UprightRigid3<Map, World>) -> DoorHanging {

@@ -6,7 +6,7 @@ use crate::model::door_leaves::{leaves_of, union_of_passages};
 use frames::TENTHS_PER_M;
 use geometry::{FillRule, OrientedBox, union};
 use grid::{GridSpec, Run, overlapped_cells};
-use messages::{DoorRecord, RobotProfile, Site};
+use messages::{RobotProfile, Site};
 
 /// A door without an opening whose box is deeper than this, in tenths of a millimetre, is drawn with an open leaf.
 const MAX_DEPTH: f64 = 0.5 * TENTHS_PER_M as f64;
@@ -25,7 +25,8 @@ pub(crate) fn storey_door(
     let opening = site.openings.get(record.opening as usize);
     let is_passage = opening.is_some_and(messages::OpeningRecord::is_in_wall) || 2.0 * plan.half[1] <= MAX_DEPTH;
     let passage = if is_passage { union(&[plan.ring()], FillRule::NonZero) } else { Default::default() };
-    let fixed_runs = if has_fixed_leaf(site, record) { beyond(&plan, body, spec) } else { Vec::new() };
+    let has_fixed_leaf = site.moving_leaves(record).is_some_and(|leaves| leaves.share < 1.0);
+    let fixed_runs = if has_fixed_leaf { beyond(&plan, body, spec) } else { Vec::new() };
     Some(StoreyDoor {
         door,
         around: cells_beside(&union_of_passages(&leaves), spec),
@@ -35,12 +36,6 @@ pub(crate) fn storey_door(
         leaves,
         leaf_index,
     })
-}
-
-fn has_fixed_leaf(site: &Site<'_>, record: &DoorRecord) -> bool {
-    let first = record.hanging.first_panel as usize;
-    let panels = site.panels.iter().skip(first).take(record.hanging.n_panels as usize).map(|p| p.operation);
-    std::iter::once(record.operation).chain(panels).any(|text| site.text(text).contains("FIXED"))
 }
 
 /// The cells of a body that a passage does not hold: half a cell of the passage belongs to what stands beside it.
