@@ -30,7 +30,7 @@ NOT_COMPARED = [
     "lags from a start to a finish in XER that are not counted in the calendar of the successor: PrimaveraScheduler moves the start of the task by them, not its finish, which then is before what the relationship asks for",
     "resource dependent activities whose calendar does not hold that of the resource: PrimaveraScheduler starts them in the time that both share, and ends them by that of the resource",
     "expected finishes of activities that must finish on a day: PrimaveraScheduler lets them go before it, P6 enforces mandatory dates",
-    "plans in which MPXJ leaves the work of resources undone: PrimaveraScheduler keeps the finish of a relationship where a constraint moves the start behind it",
+    "plans in which MPXJ gives the work of resources another length than its own: PrimaveraScheduler keeps the finish of a relationship where a constraint moves the start",
     "plans in which MPXJ starts a task before the project: nothing starts before it here",
     "plans in which MPXJ gives a task another length than its own",
     "plans in which MPXJ starts a task earlier because it must start no earlier than on a day: PrimaveraScheduler puts the time of the constraint in the place of a later one of the same day",
@@ -114,7 +114,7 @@ def contradicts_itself(plan, expected, start, form):
         task = task_of(plan, name)
         if first < text(start) or last < first or has_length(task, last) and work_s(task, first, last) != length_s(task):
             return True
-        if leaves_work(task, first, last):
+        if changes_work(task, first, last):
             return True
     return form == "xer" and starts_earlier_by_constraint(plan, expected, start)
 
@@ -126,18 +126,20 @@ def has_length(task, last):
     return kind not in ("LEVEL_OF_EFFORT", "WBS_SUMMARY") and not is_expected and not task.getResourceAssignments()
 
 
-def leaves_work(task, first, last):
-    """Whether a resource has less time between two instants than its work takes."""
+def changes_work(task, first, last):
+    """Whether the last of a task's resources does not end with the task: it has less or more time than its work takes."""
     from java.time import LocalDateTime
     from org.mpxj import TimeUnit
 
-    ends = LocalDateTime.parse(first), LocalDateTime.parse(last)
     is_expected = task.getExpectedFinish() is not None and text(task.getExpectedFinish()) == last
-    for assignment in task.getResourceAssignments() if not is_expected else []:
+    if is_expected or not task.getResourceAssignments():
+        return False
+    ends = LocalDateTime.parse(first), LocalDateTime.parse(last)
+    left = []
+    for assignment in task.getResourceAssignments():
         hours = float(assignment.getEffectiveCalendar().getWork(*ends, TimeUnit.HOURS).getDuration())
-        if hours < float(assignment.getWork().getDuration()) * 100 / float(assignment.getUnits().doubleValue()) - 0.01:
-            return True
-    return False
+        left.append(hours - float(assignment.getWork().getDuration()) * 100 / float(assignment.getUnits().doubleValue()))
+    return abs(min(left)) > 0.01
 
 
 def starts_earlier_by_constraint(plan, expected, start):

@@ -6,6 +6,10 @@
 //!   does not write them; P6 XML does.
 //! - A milestone has one date, that of its start or of its finish by its kind; some versions write another date beside it.
 //! - An activity has three percentages (of its duration, of its units, and the physical one, which is typed in), and says which it goes by.
+//! - A resource dependent activity takes as long as the work of its resources, units by units for each hour, in their calendars; others
+//!   go by their own calendar.
+//! - Expected finishes count in projects whose schedule options say so. Level of effort spans what it is linked with, a WBS summary all
+//!   activities below its node.
 //! - Lags are working time of the predecessor, unless the schedule options say otherwise.
 
 mod activity;
