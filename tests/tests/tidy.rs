@@ -26,7 +26,7 @@ const ALLOWED: [(&str, &[&str]); 31] = [
     ("messages", &["diagnostics", "frames", "geometry", "grid"]),
     ("bus", &["messages"]),
     ("daemon", &["bus", "input-files", "messages"]),
-    ("export", &["frames", "geometry", "grid", "messages"]),
+    ("export", &["frames", "geometry", "grid", "input-files", "messages"]),
     ("world", &["convex", "export", "frames", "geometry", "grid", "messages"]),
     ("occupancy", &["grid", "input-files", "messages"]),
     ("ros", &["export", "frames", "geometry", "grid", "messages"]),
@@ -42,7 +42,10 @@ const ALLOWED: [(&str, &[&str]); 31] = [
     ("rasterize", &["bus", "daemon", "grid", "messages", "raster"]),
     ("waypoint-gen", &["bus", "daemon", "messages", "waypoints"]),
     ("ros-bridge", &["bus", "daemon", "export", "frames", "grid", "messages", "ros", "world"]),
-    ("web", &["bus", "daemon", "export", "frames", "grid", "messages", "raster", "schedule", "world"]),
+    (
+        "web",
+        &["bus", "daemon", "export", "frames", "grid", "input-files", "messages", "raster", "schedule", "world"],
+    ),
     ("slam-align", &["alignment", "bus", "daemon", "deviations", "frames", "messages", "occupancy"]),
     ("slam-simulator", &["frames", "grid", "occupancy"]),
     (

@@ -1,10 +1,11 @@
 //! Compares a folder with its manifest: files written by groundplan and foreign files, which are never deleted.
 
+use input_files::{open_regular_file, read_regular_file};
 use serde::Deserialize;
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
 use std::fmt;
-use std::fs::{self, File};
+use std::fs;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
@@ -92,13 +93,17 @@ pub(super) fn listed_files(folder: &Path) -> Option<ListedFiles> {
         #[serde(default)]
         files: ListedFiles,
     }
+    let manifest: Manifest = serde_json::from_slice(&manifest_bytes(folder)?).ok()?;
+    (manifest.tool == crate::manifest::TOOL).then_some(manifest.files)
+}
+
+/// The bytes of the manifest of a folder; `None` if it cannot be read, or is no regular file but a link, a pipe or a device.
+pub(super) fn manifest_bytes(folder: &Path) -> Option<Vec<u8>> {
     let path = folder.join(MANIFEST);
-    let metadata = fs::symlink_metadata(&path).ok()?;
-    if !metadata.is_file() || metadata.len() > MAX_MANIFEST_BYTES {
+    if path.is_symlink() {
         return None;
     }
-    let manifest: Manifest = serde_json::from_slice(&fs::read(path).ok()?).ok()?;
-    (manifest.tool == crate::manifest::TOOL).then_some(manifest.files)
+    read_regular_file(&path, MAX_MANIFEST_BYTES).ok()
 }
 
 /// Compares a folder with what its manifest lists; without a list everything in it is foreign.
@@ -159,7 +164,7 @@ fn difference(path: &Path, sum: Option<&String>, is_file: bool) -> Option<Differ
 }
 
 fn sha256_of(path: &Path) -> io::Result<String> {
-    let mut file = File::open(path)?;
+    let mut file = open_regular_file(path)?;
     let (mut sum, mut buffer) = (Sha256::new(), vec![0; 1 << 16]);
     loop {
         match file.read(&mut buffer)? {

@@ -9,7 +9,7 @@ mod inspection;
 pub use inspection::ForeignFiles;
 
 use crate::input::ExportFile;
-use inspection::{MANIFEST, inspect, listed_files};
+use inspection::{MANIFEST, inspect, listed_files, manifest_bytes};
 use rustix::fs::{CWD, RenameFlags, renameat_with};
 use rustix::io::Errno;
 use std::collections::BTreeSet;
@@ -153,7 +153,7 @@ impl OutputFolder {
     /// True if the folder holds these files, all with this content. Others may be in it.
     pub fn holds(path: &Path, files: &[ExportFile]) -> bool {
         let manifest = files.iter().find(|f| f.path == MANIFEST);
-        let is_same = manifest.is_some_and(|m| fs::read(path.join(MANIFEST)).is_ok_and(|bytes| bytes == m.bytes));
+        let is_same = manifest.is_some_and(|m| manifest_bytes(path).is_some_and(|bytes| bytes == m.bytes));
         let listed = listed_files(path).filter(|_| is_same);
         listed.is_some_and(|l| inspect(path, Some(&l)).is_ok_and(|found| found.own.len() == files.len()))
     }
@@ -523,6 +523,21 @@ mod tests {
         fs::remove_file(out.join("notes.txt")).unwrap();
         OutputFolder::delete(&out).unwrap();
         assert_eq!(n_entries(home.path()), 0);
+    }
+
+    #[test]
+    fn a_manifest_that_is_a_pipe_is_not_waited_for_and_nothing_is_deleted() {
+        let home = tempfile::tempdir().unwrap();
+        let out = home.path().join("7");
+        let files = output(&["a.json"]);
+        place(&out).replace(&files).unwrap();
+        fs::remove_file(out.join(MANIFEST)).unwrap();
+        let mode = rustix::fs::Mode::from_raw_mode(0o600);
+        rustix::fs::mknodat(rustix::fs::CWD, out.join(MANIFEST), rustix::fs::FileType::Fifo, mode, 0).unwrap();
+        assert!(!OutputFolder::holds(&out, &files));
+        assert!(matches!(OutputFolder::at(&out, ForeignFilePolicy::SetAside), Err(OutputError::Foreign { .. })));
+        assert!(matches!(OutputFolder::delete(&out), Err(OutputError::Foreign { .. })));
+        assert_eq!(n_entries(&out), 2);
     }
 
     #[test]

@@ -30,6 +30,7 @@ use axum_server::tls_rustls::RustlsConfig;
 use connections::ConnectionLimit;
 use headers::{Caching, document, not_found};
 use hyper_util::rt::TokioTimer;
+use input_files::{MAX_CONFIGURATION_BYTES, read_regular_file};
 use request_body::REQUEST_TIMEOUT;
 use std::net::{SocketAddr, TcpListener};
 use std::path::PathBuf;
@@ -82,6 +83,14 @@ pub(crate) enum ServeError {
         /// Why.
         source: std::io::Error,
     },
+    /// A certificate or key that cannot be read.
+    #[error("{} cannot be read", path.display())]
+    Pem {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
     /// Certificate or key that cannot be used.
     #[error("certificate {} with key {}", certificate.display(), key.display())]
     Certificate {
@@ -95,6 +104,12 @@ pub(crate) enum ServeError {
     /// The server ended.
     #[error("the server ended")]
     Ended(#[source] std::io::Error),
+}
+
+/// The bytes of a certificate or key.
+fn read_pem(path: &std::path::Path) -> Result<Vec<u8>, ServeError> {
+    let failed = |source| ServeError::Pem { path: path.to_owned(), source };
+    read_regular_file(path, MAX_CONFIGURATION_BYTES).map_err(failed)
 }
 
 impl Server {
@@ -113,7 +128,8 @@ impl Server {
         let tls = settings.tls.as_ref().map(|(certificate, key)| {
             let failed =
                 |source| ServeError::Certificate { certificate: certificate.clone(), key: key.clone(), source };
-            runtime.block_on(RustlsConfig::from_pem_file(certificate, key)).map_err(failed)
+            let [chain, secret] = [read_pem(certificate)?, read_pem(key)?];
+            runtime.block_on(RustlsConfig::from_pem(chain, secret)).map_err(failed)
         });
         let tls = tls.transpose()?;
         let listen = |source| ServeError::Listen { address: settings.listen, source };

@@ -44,15 +44,14 @@ fn served(access: Access) -> SocketAddr {
     served_to(access, MAX_CONNECTIONS)
 }
 
+fn content(access: Access) -> Served {
+    let viewers = Arc::new(Semaphore::new(1));
+    Served { source: Arc::new(OneSite), live: None, access: Arc::new(access), viewers }
+}
+
 fn served_to(access: Access, n_connections: usize) -> SocketAddr {
-    let served = Served {
-        source: Arc::new(OneSite),
-        live: None,
-        access: Arc::new(access),
-        viewers: Arc::new(Semaphore::new(1)),
-    };
     let settings = ServerSettings { listen: "127.0.0.1:0".parse().unwrap(), tls: None, n_connections };
-    let server = Server::bind(settings, served).unwrap();
+    let server = Server::bind(settings, content(access)).unwrap();
     let address = server.url().trim_start_matches("http://").trim_end_matches('/').parse().unwrap();
     std::thread::spawn(move || server.run());
     address
@@ -229,4 +228,19 @@ fn the_cookie_is_sent_back_encrypted_where_the_viewer_came_so() {
     assert!(!ask(guarded, "GET /?token=secret", "").contains("Secure"));
     let of_proxy = ask(guarded, "GET /?token=secret", "X-Forwarded-Proto: https\r\n");
     assert!(of_proxy.contains("SameSite=Strict; Max-Age=31536000; Secure"), "{of_proxy}");
+}
+
+#[test]
+fn a_certificate_that_is_a_pipe_or_has_no_end_is_refused_at_once_and_named() {
+    let home = tempfile::tempdir().unwrap();
+    let [pipe, pem] = ["pipe.pem", "site.pem"].map(|name| home.path().join(name));
+    let mode = rustix::fs::Mode::from_raw_mode(0o600);
+    rustix::fs::mknodat(rustix::fs::CWD, &pipe, rustix::fs::FileType::Fifo, mode, 0).unwrap();
+    std::fs::write(&pem, "").unwrap();
+    for (tls, named) in [((&pipe, &pem), &pipe), ((&pem, &pipe), &pipe), ((&"/dev/zero".into(), &pem), &"/dev/zero".into())] {
+        let tls = Some((tls.0.clone(), tls.1.clone()));
+        let settings = ServerSettings::of("127.0.0.1:0".parse().unwrap(), tls);
+        let why = Server::bind(settings, content(Access::OwnMachine)).err().unwrap();
+        assert!(why.to_string().starts_with(&named.display().to_string()), "{why}");
+    }
 }
