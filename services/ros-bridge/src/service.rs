@@ -234,6 +234,7 @@ impl BridgeService {
         }
         let head = self.freshness.schedule_state();
         self.topics.heartbeat.publish(heartbeat(&state, self.freshness.maps(), head, sent.storey));
+        self.graph.tell_entities();
         self.rivals.look(&self.graph);
         let processes = board.processes(&self.config);
         let diagnostics = diagnostics(&board, processes, stamp());

@@ -8,13 +8,14 @@ pub(crate) mod live;
 pub(crate) mod map_server;
 pub(crate) mod peer;
 pub(crate) mod ros_facts;
+pub(crate) mod ros_node;
 pub(crate) mod ros_peer;
 
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::{Command, Output, Stdio};
 
 pub(crate) const OCCUPIED: u8 = grid::OCCUPIED;
 pub(crate) const FREE: u8 = grid::FREE;
@@ -73,6 +74,16 @@ pub(crate) fn client() -> PathBuf {
     let client = own.parent().unwrap().parent().unwrap().join("groundplan");
     assert!(client.exists(), "{} is not built: run cargo test --workspace", client.display());
     client
+}
+
+/// Writes a program by another process. What this one has open for writing, processes that other tests start at this moment have open
+/// too until they become their programs, and the system starts no program that somebody has open for writing.
+pub(crate) fn write_program(path: &Path, text: &str) {
+    let mut shell = Command::new("sh");
+    shell.args(["-c", "cat > \"$0\" && chmod 755 \"$0\""]).arg(path).stdin(Stdio::piped());
+    let mut shell = shell.spawn().unwrap();
+    shell.stdin.take().unwrap().write_all(text.as_bytes()).unwrap();
+    assert!(shell.wait().unwrap().success());
 }
 
 /// Runs the client, which lies beside the folder of the test's own executable.

@@ -1,6 +1,7 @@
-//! The node of the bridge in the ROS 2 graph: its topics, its services, the thread that keeps it discovered.
+//! The node of the bridge in the ROS 2 graph: its topics and its services.
 
 mod library;
+mod node_entities;
 mod publishers;
 mod qos;
 mod services;
@@ -13,6 +14,7 @@ use daemon::{Failure, RosConfig};
 use futures::executor::block_on;
 use futures::stream::{StreamExt, select};
 use library::Library;
+use node_entities::NodeEntities;
 use qos::{best_effort, latched, queue, volatile};
 use ros::RosMessage;
 use ros::msg::builtin_interfaces::Time;
@@ -31,7 +33,7 @@ use std::collections::BTreeSet;
 use std::net::{Ipv4Addr, UdpSocket};
 use std::pin::pin;
 use std::thread;
-use tracing::{error, warn};
+use tracing::warn;
 
 /// Name of the node.
 pub(crate) const NODE: &str = "ros_bridge";
@@ -45,6 +47,7 @@ pub(crate) struct RosGraph {
     node: Node,
     namespace: String,
     participant: Participant,
+    entities: NodeEntities,
     library: Library,
 }
 
@@ -87,21 +90,22 @@ impl RosGraph {
         let context = Context::from_domain_participant(participant).map_err(create(what))?;
         // The library's services of parameters have the header of one middleware only; the bridge has its own.
         let options = NodeOptions::new().enable_rosout(false).start_parameter_services(false);
-        let mut node = context.new_node(name, options).map_err(create("the node"))?;
-        let spinner = node.spinner().map_err(create("the spinner"))?;
-        let spin = move || {
-            if let Err(why) = block_on(spinner.spin()) {
-                error!(service = "ros-bridge", error = format!("{why:?}"), "the node is not discovered any more");
-            }
-        };
-        thread::Builder::new().name("ros-spin".to_owned()).spawn(spin).map_err(create("a thread"))?;
+        // Nobody spins it: all that this would do is to read what the bridge reads itself, by readers that are no node's, one of them
+        // on `/clock` with a type that is not that of the topic.
+        let node = context.new_node(name, options).map_err(create("the node"))?;
+        let entities = NodeEntities::open(&context).map_err(create("the topic of nodes"))?;
         let (namespace, participant) = (config.namespace.clone(), context.domain_participant());
-        Ok(Self { node, namespace, participant, library: Library::now() })
+        Ok(Self { node, namespace, participant, entities, library: Library::now() })
     }
 
     /// Why nobody gets anything from here any more, or soon will not.
     pub(crate) fn failure(&self) -> Option<&'static str> {
         self.library.failure()
+    }
+
+    /// Once a second: tells other nodes which readers and writers are this node's, where they may not know it.
+    pub(crate) fn tell_entities(&mut self) {
+        self.entities.tell(&self.participant);
     }
 
     /// A name in full: one that begins with a slash as it is, others in the namespace of the node.

@@ -13,7 +13,7 @@ use ros::msg::std_msgs;
 use ros::msg::tf2_msgs::TFMessage;
 use ros::msg::visualization_msgs::MarkerArray;
 use ros2_client::dds::rustdds::no_key::DataWriterCdr;
-use ros2_client::dds::rustdds::{QosPolicies, Timestamp};
+use ros2_client::dds::rustdds::{QosPolicies, RTPSEntity, Timestamp};
 use ros2_client::qos::QosProfile;
 use ros2_client::{MessageTypeName, Publisher};
 use std::time::Instant;
@@ -37,8 +37,7 @@ impl<M: RosMessage> Topic<M> {
 
 /// A topic of grids, which tells whether its readers have them; without a writer if the site does not want it.
 ///
-/// The library's publisher hides its writer, therefore this is a writer of DDS: tools that list the topics of a node do not list it
-/// for the bridge's.
+/// The library's publisher hides its writer, therefore this is a writer of DDS, of which the graph is told apart.
 pub(crate) struct GridTopic {
     name: String,
     writer: Option<DataWriterCdr<OccupancyGrid>>,
@@ -135,7 +134,9 @@ impl RosGraph {
             let qos = QosPolicies::from(&with(latched_large(), config.qos.get(&output)));
             let topic = self.dds_topic::<OccupancyGrid>(name, &qos)?;
             let publisher = self.participant.create_publisher(&qos).map_err(create(name))?;
-            writer = Some(publisher.create_datawriter_no_key_cdr(&topic, None).map_err(create(name))?);
+            let created = publisher.create_datawriter_no_key_cdr(&topic, None).map_err(create(name))?;
+            self.entities.add_writer(created.guid());
+            writer = Some(created);
         }
         Ok(GridTopic { name: full_name(&self.namespace, name), writer })
     }

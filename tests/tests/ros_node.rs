@@ -1,0 +1,96 @@
+//! A running bridge as a node of ROS 2 itself sees it, with rclpy.
+
+mod support;
+
+use serde_json::Value;
+use std::collections::{BTreeMap, BTreeSet};
+use support::peer::Peer;
+use support::ros_node::{has_node, join};
+use support::ros_peer::{domain, site};
+
+/// The node of the bridge.
+const BRIDGE: &str = "/groundplan/ros_bridge";
+/// All that it can publish.
+const TOPICS: [&str; 13] = [
+    "/diagnostics",
+    "/groundplan/changed",
+    "/groundplan/heartbeat",
+    "/groundplan/keepout_info",
+    "/groundplan/keepout_mask",
+    "/groundplan/localization_map",
+    "/groundplan/map",
+    "/groundplan/rooms",
+    "/groundplan/route",
+    "/groundplan/route_graph",
+    "/groundplan/waypoints",
+    "/initialpose",
+    "/tf_static",
+];
+/// All that it can be asked.
+const SERVICES: [&str; 8] = [
+    "/groundplan/align",
+    "/groundplan/confirm",
+    "/groundplan/next_change",
+    "/groundplan/ros_bridge/describe_parameters",
+    "/groundplan/ros_bridge/get_parameter_types",
+    "/groundplan/ros_bridge/get_parameters",
+    "/groundplan/ros_bridge/list_parameters",
+    "/groundplan/ros_bridge/set_parameters",
+];
+/// Seconds for which the answer must not change again.
+const STEADY_S: u64 = 8;
+
+/// What is wrong with what the node sees; empty if all is the bridge's.
+fn wrong(last: &BTreeMap<String, Value>) -> Vec<String> {
+    let Some(graph) = last.get("graph") else { return vec!["nothing is seen".to_owned()] };
+    let mut wrong = Vec::new();
+    let names = |what: &str| -> BTreeSet<&str> {
+        graph["of_node"][what].as_object().into_iter().flatten().map(|(name, _)| name.as_str()).collect()
+    };
+    let [published, subscribed, services] = ["publishers", "subscriptions", "services"].map(names);
+    for topic in TOPICS {
+        let publishers = graph["endpoints"][topic]["publishers"].as_array();
+        if !publishers.is_some_and(|all| all.len() == 1 && all[0][0] == BRIDGE) {
+            wrong.push(format!("publishers of {topic}: {publishers:?}"));
+        }
+    }
+    wrong.extend(TOPICS.iter().filter(|topic| !published.contains(**topic)).map(|topic| format!("{topic} is not its")));
+    wrong.extend(SERVICES.iter().filter(|name| !services.contains(**name)).map(|name| format!("{name} is not its")));
+    if subscribed != BTreeSet::from(["/map", "/tf", "/tf_static"]) {
+        wrong.push(format!("it subscribes to {subscribed:?}"));
+    }
+    for (topic, ends) in graph["endpoints"].as_object().into_iter().flatten() {
+        let all = ["publishers", "subscriptions"].into_iter().flat_map(|what| ends[what].as_array()).flatten();
+        wrong.extend(all.filter(|end| end[0].as_str().unwrap().contains("UNKNOWN")).map(|end| format!("{topic}: {end}")));
+    }
+    wrong
+}
+
+/// The node sees all of the bridge, and goes on seeing it.
+fn sees_all(node: &mut Peer) {
+    let right_at = |last: &BTreeMap<String, Value>| wrong(last).is_empty();
+    node.wait_until("all of the bridge", right_at);
+    let seen = node.last["graph"]["number"].as_u64().unwrap();
+    node.wait_until("the same later", |last| {
+        assert_eq!(wrong(last), Vec::<String>::new());
+        last["graph"]["number"].as_u64().unwrap() >= seen + STEADY_S
+    });
+}
+
+#[test]
+fn every_topic_and_service_of_the_bridge_is_its_nodes_for_early_and_late_nodes() {
+    if !has_node() {
+        return;
+    }
+    let domain = domain();
+    let more = "slam_map_topic = \"/map\"\nrobot_frame = \"base_link\"\ninitial_pose = true\n\
+                allow_control = true\nservice_mapping = \"fast_dds\"\n";
+    let mut early = join(domain);
+    let mut live = site(domain, more);
+    sees_all(&mut early);
+    sees_all(&mut join(domain));
+    // Its successor is another participant with the same name.
+    live.kill("ros-bridge");
+    sees_all(&mut join(domain));
+    live.down();
+}

@@ -1,0 +1,28 @@
+//! A node of ROS 2 itself: rclpy on Fast DDS, from wheels.
+
+use super::peer::Peer;
+use super::{announce, root};
+use std::process::Command;
+use std::sync::OnceLock;
+
+const PACKAGES: [&str; 3] =
+    ["ros-kilted-rclpy==9.1.2", "ros-kilted-rmw-fastrtps-cpp==9.3.3", "ros-kilted-rmw-implementation==3.0.4"];
+
+/// True, unless ROS 2 cannot be had: then it says so. Its wheels are for CPython 3.11. All tests of a process look once.
+pub(crate) fn has_node() -> bool {
+    static HAS_NODE: OnceLock<bool> = OnceLock::new();
+    *HAS_NODE.get_or_init(|| {
+        let made = Command::new(root().join("scripts/python-env")).args(PACKAGES).output().unwrap();
+        if !made.status.success() {
+            let why = String::from_utf8_lossy(&made.stderr);
+            announce(&format!("SKIPPED: ROS 2 (rclpy) cannot be installed: {why}"));
+        }
+        made.status.success()
+    })
+}
+
+/// A node that prints once a second what it sees of the graph.
+pub(crate) fn join(domain: u16) -> Peer {
+    let mut command = Command::new(root().join("target/venv/bin/python"));
+    Peer::start(command.arg(root().join("scripts/ros_node.py")).args(["--domain", &domain.to_string()]))
+}
