@@ -3,10 +3,9 @@
 
 mod support;
 
-use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
-use support::{announce, client, files_in, root};
+use support::{announce, client, files_in, root, write_program};
 
 /// Exposure, in tenths, that `systemd-analyze security` may find in a unit: all are on the bus only.
 const EXPOSURE_MAX: &str = "15";
@@ -144,8 +143,7 @@ fn with_sudo_the_cargo_of_the_calling_user_builds_as_that_user() {
     let program = |path: &str, text: &str| {
         let path = home.path().join(path);
         std::fs::create_dir_all(path.parent().unwrap()).unwrap();
-        std::fs::write(&path, format!("#!/bin/sh\n{text}\n")).unwrap();
-        std::fs::set_permissions(&path, std::fs::Permissions::from_mode(0o755)).unwrap();
+        write_program(&path, &format!("#!/bin/sh\n{text}\n"));
     };
     program("system/id", "echo 0");
     program("system/getent", &format!("echo \"$2:x:1000:1000::{}:/bin/sh\"", home.path().join("rust").display()));

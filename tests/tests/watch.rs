@@ -5,17 +5,11 @@ mod support;
 
 use serde_json::Value;
 use std::ffi::OsStr;
-use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::time::Instant;
 use support::live::{DEADLINE, Live};
-use support::{client, contents, root};
-
-fn program(path: &Path, text: &str) {
-    std::fs::write(path, text).unwrap();
-    std::fs::set_permissions(path, std::fs::Permissions::from_mode(0o755)).unwrap();
-}
+use support::{client, contents, root, write_program};
 
 /// A watch; stopped when dropped.
 struct Watch(Child);
@@ -74,7 +68,7 @@ fn the_link_follows_the_maps_and_a_program_runs_for_each() {
     let out = live.home.path().join("maps");
     let (program_path, log) = (live.home.path().join("on-change"), live.home.path().join("changes.log"));
     // It fails, and that stops nothing.
-    program(&program_path, &format!("#!/bin/sh\necho \"$1\" >> {}\nexit 3\n", log.display()));
+    write_program(&program_path, &format!("#!/bin/sh\necho \"$1\" >> {}\nexit 3\n", log.display()));
     let watch = Watch::start(&live, &out, &program_path);
     wait_for(&out, "2024-03-01T00:00:00");
     for date in ["2024-04-06T12:00:00", "2024-04-27T12:00:00", "2024-06-03T12:00:00"] {
@@ -141,7 +135,7 @@ fn maps_are_fresh_only_while_the_daemons_hold_them_and_hooks_hear_of_it() {
     let log = home.join("log");
     let hook = |name: &str| {
         let path = home.join(name);
-        program(&path, &format!("#!/bin/sh\necho \"{name} $1\" >> {}\n", log.display()));
+        write_program(&path, &format!("#!/bin/sh\necho \"{name} $1\" >> {}\n", log.display()));
         path
     };
     let (on_change, on_stale) = (hook("change"), hook("stale"));
@@ -204,7 +198,7 @@ fn a_watch_deletes_and_replaces_nothing_that_it_did_not_write() {
     let mut live = Live::start();
     let out = live.home.path().join("maps");
     let program_path = live.home.path().join("on-change");
-    program(&program_path, "#!/bin/sh\n");
+    write_program(&program_path, "#!/bin/sh\n");
     // Folders with numbers of old epochs, as people name them, and a link that is none.
     std::fs::create_dir_all(out.join("epochs/0")).unwrap();
     std::fs::write(out.join("epochs/0/notes.txt"), "precious").unwrap();
@@ -266,7 +260,7 @@ impl Nav2 {
             log.display(),
             self.answer
         );
-        program(&bin.join("ros2"), &ros2);
+        write_program(&bin.join("ros2"), &ros2);
         let _ = std::fs::remove_file(&log);
         let path = format!("{}:{}", bin.display(), std::env::var("PATH").unwrap());
         let script = root().join("config/nav2").join(script);

@@ -221,7 +221,17 @@ fn text(storeys: &Storeys) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::os::unix::fs::PermissionsExt;
+    use std::io::Write;
+
+    /// Writes a program by another process. What this one has open for writing, processes that other tests start at this moment have
+    /// open too until they become their programs, and the system starts no program that somebody has open for writing.
+    fn write_program(path: &Path, text: &str) {
+        let mut shell = Command::new("sh");
+        shell.args(["-c", "cat > \"$0\" && chmod 755 \"$0\""]).arg(path).stdin(Stdio::piped());
+        let mut shell = shell.spawn().unwrap();
+        shell.stdin.take().unwrap().write_all(text.as_bytes()).unwrap();
+        assert!(shell.wait().unwrap().success());
+    }
 
     /// Programs that write a line for each run, and the time that has passed for the hooks.
     struct Bench {
@@ -239,8 +249,7 @@ mod tests {
                 let variables = "$GROUNDPLAN_STALE_STOREYS|$GROUNDPLAN_PREVIOUS";
                 let text =
                     format!("#!/bin/sh\ncd {}\necho \"{name} $1|{variables}\" >> log\n{body}\n", home.path().display());
-                std::fs::write(&path, text).unwrap();
-                std::fs::set_permissions(&path, std::fs::Permissions::from_mode(0o755)).unwrap();
+                write_program(&path, &text);
                 path
             };
             let hooks = Hooks::new(Some(program("change", on_change)), Some(program("stale", on_stale)));
@@ -318,6 +327,27 @@ mod tests {
         bench.settle(400);
         assert_eq!(bench.log().last().unwrap(), "change 2|all|");
         assert_eq!(bench.log().len(), 7);
+    }
+
+    #[test]
+    fn programs_start_while_other_processes_are_started() {
+        let is_done = std::sync::atomic::AtomicBool::new(false);
+        let start_others = || {
+            while !is_done.load(std::sync::atomic::Ordering::Relaxed) {
+                assert!(Command::new("true").process_group(0).status().unwrap().success());
+            }
+        };
+        std::thread::scope(|scope| {
+            (0..6).for_each(|_| drop(scope.spawn(start_others)));
+            let runs = || {
+                let mut bench = Bench::new("", "");
+                bench.maps("1").settle(0);
+                bench.log().len()
+            };
+            let all = (0..150).all(|_| runs() == 1);
+            is_done.store(true, std::sync::atomic::Ordering::Relaxed);
+            assert!(all, "a program was not started");
+        });
     }
 
     #[test]
