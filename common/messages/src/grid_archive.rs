@@ -70,6 +70,11 @@ impl GridHead {
     }
 }
 
+/// Value of the layer `floor` where floor is built.
+pub const FLOOR_BUILT: u8 = 1;
+/// Value of the layer `floor` where it is assumed.
+pub const FLOOR_ASSUMED: u8 = 2;
+
 /// Layers of one map storey, read in place; row-major from the lower left.
 #[derive(Debug, Clone, Copy)]
 pub struct Grid<'a> {
@@ -84,7 +89,7 @@ pub struct Grid<'a> {
     pub localization: &'a [i8],
     /// 100 must not enter, -1 elsewhere; never 0, which Nav2's filter would write over unknown cells.
     pub keepout: &'a [i8],
-    /// 0 none, 1 built, 2 assumed.
+    /// 0 none, [`FLOOR_BUILT`] or [`FLOOR_ASSUMED`].
     pub floor: &'a [u8],
     /// Index of the space plus 1; 0 for none.
     pub space: &'a [u16],

@@ -237,3 +237,30 @@ fn rooms_whose_spaces_meet_in_the_middle_of_a_wall_are_as_before() {
         assert_eq!(share_of_sides_seen(&map, 0.12), 1.0, "at {resolution_m} m");
     }
 }
+
+#[test]
+fn a_doorway_beside_an_assumed_floor_is_assumed_and_one_over_a_slab_is_built() {
+    const WALL_M: f64 = 0.25;
+    // Values of the layer in both rooms and between them, where the second room has a slab from this place on.
+    let floors = |resolution_m: f64, slab_from_m: Option<f64>| {
+        let kind = if slab_from_m.is_some() { FloorKind::Built } else { FloorKind::AssumedFromSpaces };
+        let mut laboratory = Laboratory::new(WALL_M, resolution_m, kind).with_door(true);
+        let (second, right) = (ROOM_M[0] + WALL_M, 2.0 * ROOM_M[0] + WALL_M);
+        let moved = |[x, y]: [f64; 2]| [x + CORNER[0], y + CORNER[1]];
+        for [from, to] in [[0.0, ROOM_M[0]], [second, right]] {
+            laboratory.house.space(moved([from, 0.0]), moved([to, ROOM_M[1]]));
+        }
+        if let Some(from) = slab_from_m {
+            laboratory.house.slab(moved([from, 0.0]), moved([right, ROOM_M[1]]), 0.0);
+            laboratory.house.builder.spaces[0].flags |= space_flags::ASSUMED_FLOOR;
+        }
+        let map = laboratory.map();
+        let floor = |x: f64| map.grid().floor[map.at(CORNER[0] + x, CORNER[1] + 1.45)];
+        [floor(2.0), floor(ROOM_M[0] + WALL_M / 2.0), floor(second + 2.0)]
+    };
+    for resolution_m in RESOLUTIONS_M {
+        assert_eq!(floors(resolution_m, None), [2, 2, 2], "at {resolution_m} m");
+        assert_eq!(floors(resolution_m, Some(ROOM_M[0] + WALL_M)), [2, 2, 1], "at {resolution_m} m");
+        assert_eq!(floors(resolution_m, Some(ROOM_M[0])), [2, 1, 1], "at {resolution_m} m");
+    }
+}

@@ -6,6 +6,7 @@ use super::door::storey_door;
 use super::floor_faces::{LEVEL_SLOPE_RAD, floor_pieces};
 use super::slice_count::{SliceCount, reaches, slab_of};
 use crate::error::RasterizeError;
+use crate::layers::floor::sides_with_floor;
 use crate::model::cell_area::{cells_beside, to_tenths};
 use crate::model::obstacle_squares::ObstacleSquares;
 use crate::model::storey_slice::{
@@ -13,7 +14,7 @@ use crate::model::storey_slice::{
 };
 use frames::TENTHS_PER_M;
 use geometry::{Bounds, LazyFootprint, MultiPolygon, Slab, SlabCut};
-use grid::{CellRect, Class, GridSpec, cells_of_cut, covered_cells, overlapped_cells};
+use grid::{CellRect, Class, GridSpec, Mask, cells_of_cut, covered_cells, overlapped_cells};
 use messages::{
     ElementRecord, FloorKind, MapStoreyRecord, NONE, RobotProfile, Site, SpaceRecord, element_flags, space_flags,
 };
@@ -67,12 +68,26 @@ pub(crate) fn slice_storey(
     };
     storey.assumed_floor = assumed_floor_of(site, robot, &storey);
     storey.assumed_runs = covered_cells(&storey.assumed_floor, &storey.spec);
+    mark_beside_assumed(&mut storey);
     if storey.floor_kind == FloorKind::AssumedFromEnclosure {
         storey.open_to_below = open_to_below(site, &storey.spec, floor_z);
     }
     let heights = Slab { lo: floor_z - MIN_STOREY_HEIGHT, hi: hi.max(next_floor_z(site, floor_z) + MIN_STOREY_HEIGHT) };
     storey.dependents = dependents(site, &storey, heights);
     Ok(storey)
+}
+
+/// Tells the passages at whose sides floor is assumed.
+fn mark_beside_assumed(storey: &mut StoreySlice) {
+    let StoreySlice { spec, assumed_runs, passages, .. } = storey;
+    if assumed_runs.is_empty() {
+        return;
+    }
+    let mut assumed = Mask::new(spec.width as usize, spec.height as usize);
+    assumed.set_runs(assumed_runs);
+    for passage in passages {
+        passage.is_beside_assumed = sides_with_floor(&passage.plan, spec, |i| assumed.cells[i]) > 0;
+    }
 }
 
 fn overhead(site: &Site<'_>, floor_z: i32) -> Vec<Overhead> {
@@ -178,7 +193,7 @@ fn passages_of(site: &Site<'_>, spec: &GridSpec, floor_z: i32, top: i32) -> Vec<
         let area = geometry::union(&[plan.ring()], geometry::FillRule::NonZero);
         let runs = overlapped_cells(&area, &[], spec);
         let around = cells_beside(&plan, spec);
-        Passage { host: o.host, plan, rect: CellRect::around(&runs), runs, around }
+        Passage { host: o.host, plan, rect: CellRect::around(&runs), runs, around, is_beside_assumed: false }
     };
     site.openings.iter().filter(is_passage).map(passage).collect()
 }

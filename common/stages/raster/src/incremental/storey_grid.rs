@@ -23,14 +23,10 @@ use crate::model::presence::Presence;
 use crate::model::storey_inputs::StoreyInputs;
 use grid::{CellRect, Class, GridSpec, Growth, join_rects};
 use messages::{
-    ArchiveBuffer, ArchiveKind, BlockHashes, DoorPassageRecord, FloorKind, GridHead, GridLayers, GridWriter, Preamble,
-    RegionRecord, ScheduleState, copy_changed,
+    ArchiveBuffer, ArchiveKind, BlockHashes, DoorPassageRecord, FLOOR_ASSUMED, FLOOR_BUILT, FloorKind, GridHead,
+    GridLayers, GridWriter, Preamble, RegionRecord, ScheduleState, copy_changed,
 };
 use xxhash_rust::xxh3::xxh3_64;
-
-/// Values of the layer `floor`.
-const BUILT: u8 = 1;
-const ASSUMED: u8 = 2;
 
 /// The grid of a storey as drawn last.
 #[derive(Debug)]
@@ -276,7 +272,8 @@ impl StoreyGrid {
         for &index in &difference.worked_on {
             set_runs(storey.overhead_runs(site, index), WORK);
         }
-        let floor_value = if storey.floor_kind == FloorKind::AssumedFromEnclosure { ASSUMED } else { BUILT };
+        let is_assumed = storey.floor_kind == FloorKind::AssumedFromEnclosure;
+        let floor_value = if is_assumed { FLOOR_ASSUMED } else { FLOOR_BUILT };
         for row in rect.rows(width) {
             let cells = flags[row.clone()].iter().zip(&mut floor[row.clone()]).zip(&mut planning[row]);
             for ((&flags, floor), planning) in cells {
@@ -285,7 +282,15 @@ impl StoreyGrid {
             }
         }
         for cells in rect.clip(&storey.assumed_runs, width) {
-            floor[cells].iter_mut().filter(|floor| **floor != 0).for_each(|floor| *floor = ASSUMED);
+            floor[cells].iter_mut().filter(|floor| **floor != 0).for_each(|floor| *floor = FLOOR_ASSUMED);
+        }
+        // Where a slab goes on through a passage it is built there, whatever is beside it.
+        for passage in storey.passages.iter().filter(|p| p.is_beside_assumed && meets(p.rect)) {
+            for cells in rect.clip(&passage.runs, width) {
+                let of_passage = flags[cells.clone()].iter().zip(&mut floor[cells]);
+                let of_passage = of_passage.filter(|(flags, _)| **flags & (BASE_FLOOR | FLOOR) == FLOOR);
+                of_passage.for_each(|(_, floor)| *floor = FLOOR_ASSUMED);
+            }
         }
     }
 

@@ -48,6 +48,8 @@ pub(crate) struct Passage {
     pub(crate) rect: Option<CellRect>,
     /// Cells in which floor is searched.
     pub(crate) around: Option<CellRect>,
+    /// True if the floor on one of its sides is assumed: what it adds to the floor is, too.
+    pub(crate) is_beside_assumed: bool,
 }
 
 /// A map storey, cut to its slab.
