@@ -6,7 +6,8 @@ mod support;
 use serde_json::Value;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
-use support::{Maps, OCCUPIED, convert, demo_model};
+use support::house::{House, PLAIN};
+use support::{FREE, Maps, OCCUPIED, UNKNOWN, convert, demo_model};
 
 /// A collision shape of a static model, as corners in `map`.
 struct Shape {
@@ -316,4 +317,67 @@ fn a_world_of_chosen_storeys_is_the_whole_building_and_begins_on_one_of_them() {
     let first = waypoints.iter().min_by_key(|w| w["order"].as_u64().unwrap()).unwrap();
     assert_eq!((&spawn["waypoint"], &spawn["x_m"]), (&first["id"], &first["x_m"]));
     assert_eq!(sdf(&upper).matches("<visual name=\"w").count(), waypoints.len());
+}
+
+/// The plans of plates whose top is the floor at 0.
+fn plates(maps: &Maps) -> Vec<Vec<[f64; 2]>> {
+    let shapes = static_shapes(maps).into_iter().filter(|shape| shape.link.starts_with("assumed_floor_"));
+    let plates = shapes.map(|shape| {
+        let top = shape.corners.iter().map(|c| c[2]).fold(f64::NEG_INFINITY, f64::max);
+        assert!(top.abs() < 1e-6, "{top}");
+        hull(shape.corners.iter().map(|c| [c[0], c[1]]).collect())
+    });
+    plates.collect()
+}
+
+#[test]
+fn a_plate_lies_where_the_map_assumes_that_walls_enclose_floor_and_nowhere_else() {
+    let mut house = House::new("IFC4");
+    house.add_walls([0.0, 0.0, 6.0, 4.0], [0.0, 3.0]);
+    house.add_walls([10.0, 2.0, 16.0, 8.0], [0.0, 3.0]);
+    let home = tempfile::tempdir().unwrap();
+    let model = house.write(home.path());
+    let maps = convert(&model, &["--world"]);
+    let (plates, storey) = (plates(&maps), maps.storey(0));
+    let is_there = |p: [f64; 2]| plates.iter().any(|plate| distance(plate, p) == 0.0);
+    let cell = maps.manifest["resolution_m"].as_f64().unwrap();
+    let record = &maps.manifest["storeys"][0];
+    let value = |key: &str, k: usize| record[key][k].as_f64().unwrap();
+    let (mut n_free, mut n_unknown) = (0, 0);
+    for row in 0..value("size_cells", 1) as usize {
+        for column in 0..value("size_cells", 0) as usize {
+            let p = [column, row];
+            let p = [0, 1].map(|k| value("origin_m", k) + cell * (p[k] as f64 + 0.5));
+            match storey.planning(p[0], p[1]) {
+                FREE => {
+                    assert!(is_there(p), "no plate at {p:?}");
+                    n_free += 1;
+                }
+                UNKNOWN => {
+                    assert!(!is_there(p), "a plate at {p:?}");
+                    n_unknown += 1;
+                }
+                _ => {}
+            }
+        }
+    }
+    assert!(n_free > 1_000 && n_unknown > 1_000, "{n_free} {n_unknown}");
+}
+
+#[test]
+fn a_plate_goes_on_through_the_opening_between_two_rooms_without_a_slab() {
+    let mut house = House::new("IFC4");
+    house.add_walls([0.0, 0.0, 12.2, 4.0], [0.0, 3.0]);
+    let wall = house.add("IFCWALL", "Between", PLAIN, [[6.0, 0.0, 0.0], [6.2, 4.0, 3.0]]);
+    house.add_opening(wall, [[5.9, 1.5, 0.0], [6.3, 2.5, 2.1]]);
+    house.add_room("A", [[0.0, 0.0, 0.0], [6.0, 4.0, 3.0]]);
+    house.add_room("B", [[6.2, 0.0, 0.0], [12.2, 4.0, 3.0]]);
+    let home = tempfile::tempdir().unwrap();
+    let maps = convert(&house.write(home.path()), &["--world"]);
+    let plates = plates(&maps);
+    for k in 0..100 {
+        let p = [5.5 + 0.01 * f64::from(k), 2.0];
+        assert_eq!(maps.storey(0).planning(p[0], p[1]), FREE, "{p:?}");
+        assert!(plates.iter().any(|plate| distance(plate, p) == 0.0), "{p:?}");
+    }
 }

@@ -4,10 +4,10 @@ use crate::doors::{is_door, is_hung};
 use crate::static_elements::{StaticElement, storey_at};
 use convex::convex_partition;
 use export::ExportInput;
-use frames::{TENTHS_PER_M, metres};
-use geometry::{MultiPolygon, OrientedBox, union_of};
-use grid::Class;
-use messages::{BoxRecord, FloorKind, NONE, SpaceRecord, space_flags};
+use frames::{Point2, TENTHS_PER_M, metres};
+use geometry::{FillRule, MultiPolygon, OrientedBox, Ring, union, union_of};
+use grid::{CellRect, Class};
+use messages::{BoxRecord, FLOOR_ASSUMED, FloorKind, Grid, NONE, SpaceRecord, space_flags};
 
 /// Thickness of assumed floors and barriers, in metres.
 const FLOOR_M: f64 = 0.1;
@@ -19,23 +19,68 @@ const BARRIER_HEIGHT_M: f64 = 2.0;
 /// Distances from a passage at which its spaces are probed, in tenths of a millimetre.
 const PROBES: [f64; 3] = [1_000.0, 3_000.0, 6_000.0];
 
-/// Plates under what is assumed to be floor: the plans of rooms without a slab, or of a storey that has neither slabs nor rooms.
+/// Plates under what is assumed to be floor on the maps: the plans of rooms without a slab and the doorways between them, or the cells
+/// of a storey that has neither slabs nor rooms.
 pub(crate) fn assumed_floors(input: &ExportInput<'_>) -> Vec<StaticElement> {
     let site = input.site;
-    let mut found = Vec::new();
-    for (storey, record) in (0..).zip(site.map_storeys) {
-        let is_assumed = |s: &&SpaceRecord| s.map_storey == storey && s.has(space_flags::ASSUMED_FLOOR);
-        let rooms: Vec<MultiPolygon> = site.spaces.iter().filter(is_assumed).map(|s| site.floor_polygon(s)).collect();
-        let [x0, y0, x1, y1] = record.bounds_tenths;
-        let rings = match record.floor.get() {
-            FloorKind::AssumedFromEnclosure => vec![vec![[x0, y0], [x1, y0], [x1, y1], [x0, y1]]],
-            _ if rooms.is_empty() => continue,
-            _ => convex_partition(&union_of(&rooms)),
+    let plates = |grid: &Grid<'_>| {
+        let storey = grid.head.map_storey;
+        let record = &site.map_storeys[storey as usize];
+        let plans = match record.floor.get() {
+            FloorKind::AssumedFromEnclosure => assumed_cells(grid),
+            // Before anything of a storey is built that has slabs, nothing is assumed.
+            _ if !grid.floor.contains(&FLOOR_ASSUMED) => Vec::new(),
+            _ => convex_partition(&assumed_rooms(input, grid)),
         };
         let link = format!("assumed_floor_{storey}_{}", site.text(record.global_id));
-        found.push(StaticElement::slab(link, Class::Slab, storey, rings, metres(record.floor_z_tenths), FLOOR_M));
+        (!plans.is_empty()).then(|| {
+            StaticElement::slab(link, Class::Slab, storey, plans, metres(record.floor_z_tenths), FLOOR_M)
+        })
+    };
+    input.grids.each(plates).flatten().collect()
+}
+
+/// The plans of a storey's rooms without a slab, and of the openings between rooms in which the map has assumed floor.
+fn assumed_rooms(input: &ExportInput<'_>, grid: &Grid<'_>) -> MultiPolygon {
+    let (site, spec) = (input.site, grid.spec());
+    let is_assumed = |s: &&SpaceRecord| s.map_storey == grid.head.map_storey && s.has(space_flags::ASSUMED_FLOOR);
+    let rooms = site.spaces.iter().filter(is_assumed).map(|s| site.floor_polygon(s));
+    let is_doorway = |plan: &OrientedBox| {
+        let [x, y] = plan.at(0.0, 0.0).map(|c| c / f64::from(TENTHS_PER_M));
+        let cell = spec.cell_at(Point2::new(x, y));
+        cell.is_some_and(|cell| grid.floor[spec.index(cell)] == FLOOR_ASSUMED)
+    };
+    let plans = site.openings.iter().filter(|o| o.plan.half[0] > 0.0).map(|o| o.plan.to_box());
+    let doorways = plans.filter(is_doorway).map(|plan| union(&[plan.ring()], FillRule::NonZero));
+    union_of(&rooms.chain(doorways).collect::<Vec<_>>())
+}
+
+/// Rectangles around the cells of assumed floor: rows that are alike are one.
+fn assumed_cells(grid: &Grid<'_>) -> Vec<Ring> {
+    let spec = grid.spec();
+    let (mut open, mut closed): (Vec<CellRect>, Vec<CellRect>) = (Vec::new(), Vec::new());
+    for (row, cells) in (0..).zip(grid.floor.chunks(spec.width as usize)) {
+        let mut next = Vec::new();
+        let mut start = 0;
+        for run in cells.chunk_by(|a, b| (*a == FLOOR_ASSUMED) == (*b == FLOOR_ASSUMED)) {
+            let end = start + run.len() as u32;
+            if run[0] == FLOOR_ASSUMED {
+                let is_above = |r: &CellRect| (r.min[0], r.max[0]) == (start, end);
+                let min = open.iter().position(is_above).map_or([start, row], |at| open.swap_remove(at).min);
+                next.push(CellRect { min, max: [end, row + 1] });
+            }
+            start = end;
+        }
+        closed.append(&mut open);
+        open = next;
     }
-    found
+    closed.append(&mut open);
+    let corner = |at: [u32; 2]| [0, 1].map(|k| (spec.first_cell[k] + at[k] as i32) * spec.cell_tenths);
+    let ring = |rect: &CellRect| {
+        let ([x0, y0], [x1, y1]) = (corner(rect.min), corner(rect.max));
+        vec![[x0, y0], [x1, y0], [x1, y1], [x0, y1]]
+    };
+    closed.iter().map(ring).collect()
 }
 
 /// A thin wall in each passage between a blocked space and one that is not: (the door that hangs there, the wall).

@@ -181,7 +181,8 @@ impl Job<'_> {
         let mut world_diagnostics = Vec::new();
         if let Some((beside, directory)) = place {
             let write = |file| beside.write(directory, &[file]);
-            let WorldFiles { files, diagnostics } = world_files(&input, world);
+            // A world is the whole building, whichever storeys have maps.
+            let WorldFiles { files, diagnostics } = world_files(&ExportInput { grids: maps.grids, ..input }, world);
             sums = export::each_file(&input, files, write).map_err(Failure::work)?;
             world_diagnostics = diagnostics;
         }
