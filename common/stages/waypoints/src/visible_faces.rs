@@ -54,8 +54,8 @@ impl SensorLimits {
         seen.iter().filter(is_in_view).copied().collect()
     }
 
-    /// A cell of those that fit from whose middle a face is seen, looked for along rays from the face, those near to its
-    /// middle direction first.
+    /// A cell of those that fit from whose middle a face is seen, looked for along rays from the face, its middle direction and
+    /// those near to it first.
     pub(crate) fn cell_that_sees(
         &self,
         sight: &LineOfSight,
@@ -64,7 +64,9 @@ impl SensorLimits {
     ) -> Option<usize> {
         let bearing = libm::atan2(f64::from(face.side[1]), f64::from(face.side[0]));
         let n_rays = (PI / 2.0 / RAY_STEP_RAD) as i32;
-        let turns = (0..n_rays).flat_map(|k| [f64::from(k) + 0.5, -f64::from(k) - 0.5]);
+        // Straight in front of a face that lies in a slot there is more to see it from than beside.
+        let beside = (0..n_rays).flat_map(|k| [f64::from(k) + 0.5, -f64::from(k) - 0.5]);
+        let turns = std::iter::once(0.0).chain(beside);
         turns.map(|turn| libm::sincos(bearing + turn * RAY_STEP_RAD)).find_map(|(sin, cos)| {
             let along = cos * face.normal[0] + sin * face.normal[1];
             if along <= 0.0 || along * along < self.cos_squared {
@@ -158,6 +160,25 @@ mod tests {
         let low: Vec<[i64; 2]> = seen(&corridor(FREE), &steep, MIDDLE).iter().filter(of_lower_wall).copied().collect();
         // The wall is two and a half cells away: as far to either side.
         assert_eq!(low.iter().map(|m| m[0]).collect::<Vec<_>>(), [105, 115, 125, 135]);
+    }
+
+    #[test]
+    fn a_face_that_is_seen_along_one_row_alone_is_found() {
+        // A niche at the end of a slot that is a cell wide and forty deep.
+        const DEPTH: usize = 40;
+        let row = |niche: &str, slot: &str| format!(" #{}{}....# ", niche.repeat(4), slot.repeat(DEPTH - 4));
+        let [wall, niche, slot] = [row("#", "#"), row(".", "#"), row(".", ".")];
+        let blank = " ".repeat(slot.len());
+        let text = [&blank, &wall, &niche, &niche, &slot, &niche, &niche, &wall, &blank].map(String::as_str).join("\n");
+        let buffer = drawn(&text);
+        let grid = Grid::open(buffer.bytes()).unwrap();
+        let (faces, free_space) = (TargetFaces::of(&grid, |_, _| true), FreeSpace::of(&grid, 0.1));
+        let (limits, sight) = (SensorLimits::of(&sensor(100.0), 0.1), free_space.sight());
+        let end = faces.all.iter().find(|face| face.side == [1, 0] && face.middle[0] < 3.0 && face.middle[1] == 4.5);
+        let end = end.unwrap();
+        // Only from the room beyond the slot.
+        let fits = |cell: usize| cell % sight.width() > DEPTH + 1;
+        assert!(limits.cell_that_sees(&sight, end, fits).is_some());
     }
 
     #[test]
