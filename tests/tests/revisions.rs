@@ -38,7 +38,9 @@ fn write_unsealed(path: &Path, text: &str) {
 }
 
 fn remove_state(path: &Path) {
-    for path in [path.to_owned(), format!("{}.sealed", path.display()).into()] {
+    let state = path.ancestors().find(|folder| folder.ends_with("state")).unwrap();
+    let record = state.join("kept").join(path.strip_prefix(state).unwrap());
+    for path in [path.to_owned(), format!("{}.sealed", path.display()).into(), record] {
         if path.exists() {
             std::fs::remove_file(path).unwrap();
         }

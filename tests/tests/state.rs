@@ -102,6 +102,43 @@ fn settings_whose_state_is_damaged_or_removed_stay_in_force_and_that_is_told() {
 }
 
 #[test]
+fn state_that_is_removed_in_both_forms_is_told_and_epochs_still_rise() {
+    let (home, config) = files();
+    let mut live = Live::of(&support::demo_model(), &config);
+    let profile = home.path().join("other.toml");
+    std::fs::write(&profile, "name = \"second\"\nradius_m = 0.3\n").unwrap();
+    live.text(&[&"robot", &profile]);
+    let late = live.home.path().join("late.csv");
+    std::fs::write(&late, "id,start,finish\n36bpPbojzVJhkO4eHcxkTd,2024-05-20,\n").unwrap();
+    live.text(&[&"actuals", &late]);
+    let epoch = live.index()["epoch"].as_u64().unwrap();
+    live.down();
+    let state = live.home.path().join("state");
+    let removed = [
+        ("rasterize", "settings/robot.profile.json"),
+        ("schedule-eval", "progress/00000001.csv"),
+        ("ifc-ingest", "site-frame.json"),
+        ("rasterize", "rasterize-epochs.json"),
+    ];
+    for (_, file) in removed {
+        for name in [file.to_owned(), format!("{file}.sealed")] {
+            std::fs::remove_file(state.join(&name)).unwrap_or_else(|why| panic!("{name}: {why}"));
+        }
+    }
+    let up = Command::new(support::client()).arg("up").arg("--config").arg(live.config()).stderr(Stdio::null()).spawn();
+    live.up = Some(up.unwrap());
+    for (daemon, file) in &removed[..3] {
+        wait_until("it is told", &live, |status| {
+            let warning = status["daemons"][daemon]["warning"].as_str();
+            warning.is_some_and(|warning| warning.contains(file) && warning.contains("removed") && warning.contains("lost"))
+        });
+    }
+    wait_until("the robot is that of the site", &live, |status| status["grids"]["robot"] == "first");
+    assert!(live.index()["epoch"].as_u64().unwrap() > epoch);
+    assert_eq!(live.status().unwrap()["healthy"], false);
+}
+
+#[test]
 fn settings_outlive_their_files_and_edits_of_the_site_win_over_commands() {
     let (home, config) = files();
     let mut live = Live::of(&support::demo_model(), &config);

@@ -43,6 +43,7 @@ mod file_text;
 mod freshness;
 mod history;
 mod input;
+mod kept_file;
 mod known_places;
 mod latched_output;
 mod log;
@@ -89,6 +90,7 @@ pub use file_text::FileText;
 pub use freshness::{FRESH_TOLERANCE, Freshness, MapState, MapsInUse, Staleness, Storeys};
 pub use history::{History, HistoryEntry, HistoryEvent, HistoryKind, parse_history};
 pub use input::{Input, NoInput, not_an_input};
+pub use kept_file::KeptFile;
 pub use known_places::{KnownPlaces, PointInRoom};
 pub use latched_output::LatchedOutput;
 pub use log::{Log, LogError};
@@ -109,7 +111,9 @@ pub use ros_config::{
     FoxgloveConfig, Nav2Config, Nav2Pause, QosConfig, RosConfig, RosOutput, RosServiceMapping, SimTimeConfig,
 };
 pub use run::{Arguments, in_background, run, run_with};
-pub use schedule_inputs::{MAX_TABLE_BYTES, OBSERVED_TABLE, progress_in_force, read_progress, rules_in_force};
+pub use schedule_inputs::{
+    MAX_TABLE_BYTES, keep_observed, mend_progress, progress_in_force, read_progress, rules_in_force,
+};
 pub use service::{AnswerOf, Asked, CurrentActivity, Done, Event, Service, Standing};
 pub use setting::{
     Configured, KeptSetting, OlderSetting, Setting, SettingInForce, SettingKey, SettingSource, check_setting,

@@ -4,12 +4,12 @@
 //! to write another one, to take back is to remove the last: a death at any moment leaves one or the other. Each is kept twice,
 //! so that none is lost by the damage or the removal of a file.
 
-use crate::sealed_file::{Sealed, read_sealed, remove_sealed, sealed_content, write_sealed};
+use crate::kept_file::{KeptFile, records};
+use crate::sealed_file::sealed_content;
 use std::collections::BTreeSet;
 use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
-use tracing::warn;
 
 /// Folder of the tables in the state folder.
 const FOLDER: &str = "progress";
@@ -21,6 +21,7 @@ const MAX_TABLES: usize = 20;
 /// The tables of a site.
 #[derive(Debug, Clone)]
 pub struct ReportedProgress {
+    state: PathBuf,
     folder: PathBuf,
     older: PathBuf,
 }
@@ -28,7 +29,7 @@ pub struct ReportedProgress {
 impl ReportedProgress {
     /// Those in a state folder; nothing is made.
     pub fn at(state: &Path) -> Self {
-        Self { folder: state.join(FOLDER), older: state.join(OLDER_TABLE) }
+        Self { state: state.to_owned(), folder: state.join(FOLDER), older: state.join(OLDER_TABLE) }
     }
 
     /// The table in force, and the one before it; the first is missing if nothing was ever reported, the second if nothing
@@ -58,23 +59,13 @@ impl ReportedProgress {
     ///
     /// # Errors
     /// The file system refuses.
-    pub fn mend(&self) -> io::Result<Option<String>> {
-        let mut sentences = Vec::new();
-        for (_, table) in self.numbered()? {
-            let (content, sentence) = match read_sealed(&table)? {
-                Sealed::OfEarlierVersion(content) => (content, None),
-                Sealed::Mended(content, sentence) => (content, Some(sentence)),
-                // A table that is in force and damaged is refused where it is read.
-                Sealed::Intact(_) | Sealed::Damaged(_) | Sealed::Nothing => continue,
-            };
-            write_sealed(&table, &content)?;
-            if let Some(why) = &sentence {
-                let path = table.display();
-                warn!(%path, why, "reported progress is mended");
-            }
-            sentences.extend(sentence);
-        }
-        Ok((!sentences.is_empty()).then(|| sentences.join("; ")))
+    pub(crate) fn mend(&self) -> io::Result<Option<String>> {
+        let recorded = numbers_in(&records(&self.state).join(FOLDER))?;
+        let numbers: BTreeSet<u64> = recorded.into_iter().chain(numbers_in(&self.folder)?).collect();
+        let findings: Vec<Option<String>> =
+            numbers.into_iter().map(|number| mended(&self.table(number))).collect::<io::Result<_>>()?;
+        let findings: Vec<String> = findings.into_iter().flatten().collect();
+        Ok((!findings.is_empty()).then(|| findings.join("; ")))
     }
 
     /// Puts this table in force; it is on disk when this returns.
@@ -85,9 +76,9 @@ impl ReportedProgress {
         self.take_over_older()?;
         let numbered = self.numbered()?;
         let next = numbered.last().map_or(1, |(number, _)| number + 1);
-        write_sealed(&self.path(next), table)?;
+        self.table(next).save(table)?;
         let n_too_many = (numbered.len() + 1).saturating_sub(MAX_TABLES);
-        numbered.iter().take(n_too_many).try_for_each(|(_, path)| remove_sealed(path))
+        numbered.iter().take(n_too_many).try_for_each(|(number, _)| self.table(*number).remove())
     }
 
     /// Removes the table in force: the one before is in force, or none.
@@ -96,8 +87,8 @@ impl ReportedProgress {
     /// The file system refuses.
     pub fn take_back(&self) -> io::Result<()> {
         self.take_over_older()?;
-        if let Some((_, path)) = self.numbered()?.last() {
-            remove_sealed(path)?;
+        if let Some((number, _)) = self.numbered()?.last() {
+            self.table(*number).remove()?;
             File::open(&self.folder)?.sync_all()?;
         }
         Ok(())
@@ -112,23 +103,43 @@ impl ReportedProgress {
         Ok(())
     }
 
+    fn table(&self, number: u64) -> KeptFile {
+        KeptFile::at(&self.state, format!("{FOLDER}/{}", name_of(number)))
+    }
+
     fn path(&self, number: u64) -> PathBuf {
-        self.folder.join(format!("{number:08}.csv"))
+        self.folder.join(name_of(number))
     }
 
     /// The tables by their numbers, from old to new; one that is there sealed only was removed by somebody else.
     fn numbered(&self) -> io::Result<Vec<(u64, PathBuf)>> {
-        let entries = match fs::read_dir(&self.folder) {
-            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
-            entries => entries?,
-        };
-        let paths = entries.map(|entry| Ok(entry?.path())).collect::<io::Result<Vec<PathBuf>>>()?;
-        let number = |path: &Path| {
-            let name = path.file_name()?.to_str()?;
-            name.strip_suffix(".sealed").unwrap_or(name).strip_suffix(".csv")?.parse::<u64>().ok()
-        };
-        let numbers: BTreeSet<u64> = paths.iter().filter_map(|path| number(path)).collect();
-        Ok(numbers.into_iter().map(|number| (number, self.path(number))).collect())
+        Ok(numbers_in(&self.folder)?.into_iter().map(|number| (number, self.path(number))).collect())
+    }
+}
+
+fn name_of(number: u64) -> String {
+    format!("{number:08}.csv")
+}
+
+/// Numbers of the tables in a folder, sealed ones too.
+fn numbers_in(folder: &Path) -> io::Result<BTreeSet<u64>> {
+    let entries = match fs::read_dir(folder) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(BTreeSet::new()),
+        entries => entries?,
+    };
+    let paths = entries.map(|entry| Ok(entry?.path())).collect::<io::Result<Vec<PathBuf>>>()?;
+    let number = |path: &Path| {
+        let name = path.file_name()?.to_str()?;
+        name.strip_suffix(".sealed").unwrap_or(name).strip_suffix(".csv")?.parse::<u64>().ok()
+    };
+    Ok(paths.iter().filter_map(|path| number(path)).collect())
+}
+
+/// Mends a table; what an operator should know of it. One that is damaged is refused where it is read.
+pub(crate) fn mended(table: &KeptFile) -> io::Result<Option<String>> {
+    match table.load() {
+        Err(error) if error.kind() != io::ErrorKind::InvalidData => Err(error),
+        _ => Ok(table.finding().map(str::to_owned)),
     }
 }
 
@@ -188,6 +199,14 @@ mod tests {
         fs::write(&table, "B").unwrap();
         fs::write(sealed_path(&table), "sha256").unwrap();
         assert!(ReportedProgress::read(&table).is_err(), "no earlier table is taken for it");
+        assert_eq!(progress.mend().unwrap(), None, "it is refused where it is read");
+        progress.table(2).save(b"b").unwrap();
+        for path in [&table, &sealed_path(&table)] {
+            fs::remove_file(path).unwrap();
+        }
+        let why = progress.mend().unwrap().unwrap();
+        assert!(why.contains("00000002.csv") && why.ends_with("is lost"), "{why}");
+        assert_eq!((texts(&progress), progress.mend().unwrap()), (two(Some("a"), None), None));
     }
 
     #[test]

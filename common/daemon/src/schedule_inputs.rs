@@ -5,7 +5,8 @@ use crate::config::SiteConfig;
 use crate::config_file::ConfigFileError;
 use crate::failure::Failure;
 use crate::file_text::FileText;
-use crate::reported_progress::ReportedProgress;
+use crate::kept_file::KeptFile;
+use crate::reported_progress::{ReportedProgress, mended};
 use crate::sealed_file::sealed_content;
 use crate::setting::{SettingKey, would_be_in_force};
 use input_files::read_regular_file;
@@ -31,7 +32,26 @@ pub fn rules_in_force<R: Default, E: Error + Send + Sync + 'static>(
 }
 
 /// The table of observed progress in the state folder of a site; one that is not there is empty.
-pub const OBSERVED_TABLE: &str = "observed.csv";
+const OBSERVED_TABLE: &str = "observed.csv";
+
+/// Keeps a table of observed progress; it is on disk when this returns.
+///
+/// # Errors
+/// The file system refuses; the table of before stays.
+pub fn keep_observed(state: &Path, table: &[u8]) -> io::Result<()> {
+    KeptFile::at(state, OBSERVED_TABLE).save(table)
+}
+
+/// Mends tables of progress that were damaged or removed, reported and observed; for the daemon that writes them, at its start. The
+/// answer is what an operator should know.
+///
+/// # Errors
+/// The file system refuses.
+pub fn mend_progress(state: &Path) -> io::Result<Option<String>> {
+    let findings = [ReportedProgress::at(state).mend()?, mended(&KeptFile::at(state, OBSERVED_TABLE))?];
+    let findings: Vec<String> = findings.into_iter().flatten().collect();
+    Ok((!findings.is_empty()).then(|| findings.join("; ")))
+}
 
 /// Bytes of a table of progress.
 ///

@@ -56,7 +56,7 @@ impl SettingKey {
     }
 
     fn file_name(self) -> String {
-        format!("{}.json", self.name())
+        format!("{FOLDER}/{}.json", self.name())
     }
 }
 
@@ -216,7 +216,7 @@ impl<T: Clone + Default + PartialEq + Serialize + DeserializeOwned> Setting<T> {
         older: impl FnOnce() -> Result<Option<OlderSetting<T>>, Failure>,
         unusable: impl FnOnce(Option<KeptSetting<T>>, Failure) -> Result<(KeptSetting<T>, String), Failure>,
     ) -> Result<Self, Failure> {
-        let file = StateFile::at(&state.join(FOLDER), &key.file_name())?;
+        let file = StateFile::at(state, &key.file_name())?;
         let at = Timestamp::now();
         let (before, mended) = file.load_and_tell()?;
         let kept = match &before {
@@ -362,7 +362,7 @@ fn named(key: SettingKey, why: &(dyn std::error::Error + 'static)) -> Failure {
 /// # Errors
 /// A value that cannot be used, or state that is damaged: the daemon would not start.
 pub fn check_setting<T>(state: &Path, key: SettingKey, now: Configured<T>) -> Result<Option<String>, Failure> {
-    let file = StateFile::of(&state.join(FOLDER), &key.file_name());
+    let file = StateFile::of(state, &key.file_name());
     let (kept, mended): (Option<KeptSetting<serde_json::Value>>, _) = file.load_and_tell()?;
     match (kept, now.value) {
         (_, Ok(_)) => Ok(mended),
@@ -388,7 +388,7 @@ pub(crate) fn would_be_in_force<T: PartialEq + DeserializeOwned>(
 }
 
 fn load<T: DeserializeOwned>(state: &Path, key: SettingKey) -> Result<Option<KeptSetting<T>>, StateError> {
-    StateFile::of(&state.join(FOLDER), &key.file_name()).load()
+    StateFile::of(state, &key.file_name()).load()
 }
 
 #[cfg(test)]

@@ -1,7 +1,9 @@
 //! Persistent state of a daemon: JSON files and sample epochs, written durably.
 
 use crate::failure::chain;
-use crate::sealed_file::{Sealed, read_sealed, remove_sealed, sealed_path, write_sealed};
+use crate::kept_file::KeptFile;
+use crate::replaced_file::folder_of;
+use crate::sealed_file::sealed_path;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::fs;
@@ -34,29 +36,37 @@ pub enum StateError {
 /// A JSON file that is replaced whole: what was saved is there after a power cut, and never half.
 ///
 /// It is kept twice, as it is and sealed with its hash: one of the two may be removed or damaged, and nothing else is taken for
-/// what was saved. A file of an earlier version, which has no hash, is taken over.
+/// what was saved. That both were removed is told. A file of an earlier version, which has no hash, is taken over.
 #[derive(Debug)]
 pub struct StateFile {
-    path: PathBuf,
+    file: KeptFile,
     is_read_only: bool,
 }
 
 impl StateFile {
-    /// The file of this name in the state folder, which is made if it is missing.
+    /// The file of this name in the state folder, or in a folder of it, which is made if it is missing.
     ///
     /// # Errors
     /// The folder cannot be made.
-    pub fn at(folder: &Path, name: &str) -> Result<Self, StateError> {
+    pub fn at(state: &Path, name: &str) -> Result<Self, StateError> {
+        let file = KeptFile::at(state, name);
+        let path = file.path();
+        let folder = folder_of(&path);
         fs::create_dir_all(folder).map_err(|source| StateError::Io { path: folder.to_owned(), source })?;
-        Ok(Self { path: folder.join(name), is_read_only: false })
+        Ok(Self { file, is_read_only: false })
     }
 
     /// The same, to be read only: nothing is made or mended.
-    pub(crate) fn of(folder: &Path, name: &str) -> Self {
-        Self { path: folder.join(name), is_read_only: true }
+    pub(crate) fn of(state: &Path, name: &str) -> Self {
+        Self { file: KeptFile::at(state, name), is_read_only: true }
     }
 
-    /// What was saved last; `None` if nothing was. A file that was damaged or removed is mended, and that is logged.
+    /// What an operator should know of the file as it was loaded: that it was damaged, or removed.
+    pub fn finding(&self) -> Option<&str> {
+        self.file.finding()
+    }
+
+    /// What was saved last; `None` if nothing was, or it was removed. A file that was damaged or removed is mended, and that is logged.
     ///
     /// # Errors
     /// A file that cannot be read, or holds something else.
@@ -71,38 +81,35 @@ impl StateFile {
     pub fn load_unless_damaged<T: DeserializeOwned>(&self) -> Result<Option<T>, StateError> {
         match self.load() {
             Err(why @ StateError::Damaged { .. }) => {
-                let (path, error) = (self.path.display(), chain(&why));
-                warn!(%path, error, "state is damaged and is made anew");
+                let (path, error) = (self.file.path(), chain(&why));
+                warn!(path = %path.display(), error, "state is damaged and is made anew");
                 Ok(None)
             }
             loaded => loaded,
         }
     }
 
-    /// As [`Self::load`], with a sentence about a file that was mended.
+    /// As [`Self::load`], with a sentence about a file that was mended or removed.
     ///
     /// # Errors
     /// A file that cannot be read, or holds something else.
     pub(crate) fn load_and_tell<T: DeserializeOwned>(&self) -> Result<(Option<T>, Option<String>), StateError> {
-        let failed = |source| StateError::Io { path: self.path.clone(), source };
-        let (content, is_intact, mended) = match read_sealed(&self.path).map_err(failed)? {
-            Sealed::Nothing => return Ok((None, None)),
-            Sealed::Intact(content) => (content, true, None),
-            Sealed::OfEarlierVersion(content) => (content, false, None),
-            Sealed::Mended(content, why) => (content, false, Some(why)),
-            Sealed::Damaged(why) => {
-                return Err(self.damaged(<serde_json::Error as serde::de::Error>::custom(why)));
-            }
+        let failed = |source: io::Error| match source.kind() {
+            io::ErrorKind::InvalidData => self.damaged(<serde_json::Error as serde::de::Error>::custom(source)),
+            _ => self.failed(source),
         };
-        let state = serde_json::from_slice(&content).map_err(|source| self.damaged(source))?;
-        if let Some(why) = &mended {
-            let path = self.path.display();
-            warn!(%path, why, "state is mended");
+        // What holds something else is not mended, and its loss is told: who removes it then does what the error asks for.
+        let looked = self.file.look().map_err(failed).and_then(|found| {
+            let state = found.content.as_deref().map(serde_json::from_slice).transpose();
+            Ok((state.map_err(|source| self.damaged(source))?, found.finding))
+        });
+        if !self.is_read_only {
+            match &looked {
+                Ok(_) => drop(self.file.load().map_err(failed)?),
+                Err(_) => self.file.forget().map_err(|source| self.failed(source))?,
+            }
         }
-        if !is_intact && !self.is_read_only {
-            write_sealed(&self.path, &content).map_err(failed)?;
-        }
-        Ok((Some(state), mended))
+        looked
     }
 
     /// Removes the file, if it is there.
@@ -110,7 +117,7 @@ impl StateFile {
     /// # Errors
     /// The file system refuses.
     pub fn remove(&self) -> Result<(), StateError> {
-        remove_sealed(&self.path).map_err(|source| StateError::Io { path: self.path.clone(), source })
+        self.file.remove().map_err(|source| self.failed(source))
     }
 
     /// Saves; when this returns it is on disk.
@@ -119,11 +126,15 @@ impl StateFile {
     /// The file system refuses; what was saved before stays.
     pub fn save<T: Serialize>(&self, state: &T) -> Result<(), StateError> {
         let bytes = serde_json::to_vec(state).map_err(|source| self.damaged(source))?;
-        write_sealed(&self.path, &bytes).map_err(|source| StateError::Io { path: self.path.clone(), source })
+        self.file.save(&bytes).map_err(|source| self.failed(source))
     }
 
     fn damaged(&self, source: serde_json::Error) -> StateError {
-        StateError::Damaged { path: self.path.clone(), source }
+        StateError::Damaged { path: self.file.path(), source }
+    }
+
+    fn failed(&self, source: io::Error) -> StateError {
+        StateError::Io { path: self.file.path(), source }
     }
 }
 
@@ -139,23 +150,28 @@ pub struct Epochs {
 const BLOCK: u64 = 1_024;
 
 impl Epochs {
-    /// The numbers of a daemon, from its file in the state folder. Where that is damaged they go on above all that can have been
-    /// taken: at the microseconds since 1970, of which no daemon takes one each.
+    /// The numbers of a daemon, from its file in the state folder. Where that is damaged or was removed they go on above all that can
+    /// have been taken: at the microseconds since 1970, of which no daemon takes one each.
     ///
     /// # Errors
     /// A file that cannot be read.
-    pub fn at(folder: &Path, name: &str) -> Result<Self, StateError> {
-        let file = StateFile::at(folder, name)?;
-        let next = match file.load::<u64>() {
-            Ok(next) => next.unwrap_or(1),
-            Err(why @ StateError::Damaged { .. }) => {
+    pub fn at(state: &Path, name: &str) -> Result<Self, StateError> {
+        let file = StateFile::at(state, name)?;
+        let (kept, why) = match file.load_and_tell::<u64>() {
+            Ok(found) => found,
+            Err(why @ StateError::Damaged { .. }) => (None, Some(chain(&why))),
+            Err(why) => return Err(why),
+        };
+        let next = match (kept, why) {
+            (Some(next), _) => next,
+            (None, None) => 1,
+            (None, Some(error)) => {
                 let next = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_micros());
                 let next = u64::try_from(next).unwrap_or(u64::MAX / 2);
-                let (file, error) = (file.path.display(), chain(&why));
-                warn!(%file, error, next, "epochs are damaged and go on above all earlier ones");
+                let path = file.file.path();
+                warn!(path = %path.display(), error, next, "epochs are lost and go on above all earlier ones");
                 next
             }
-            Err(why) => return Err(why),
         };
         Ok(Self { file, next, reserved: next })
     }
@@ -214,7 +230,8 @@ mod tests {
         assert!(matches!(file.load::<u64>(), Err(StateError::Damaged { .. })));
         assert!(file.load_unless_damaged::<u64>().unwrap().is_none());
         file.remove().unwrap();
-        assert_eq!(fs::read_dir(home.path()).unwrap().count(), 0);
+        let file = StateFile::at(home.path(), "state.json").unwrap();
+        assert!(file.load::<u64>().unwrap().is_none() && file.finding().is_none());
     }
 
     #[test]
@@ -239,6 +256,9 @@ mod tests {
         rises();
         fs::write(&path, "1").unwrap();
         fs::write(&sealed, "sha256").unwrap();
+        rises();
+        fs::remove_file(&path).unwrap();
+        fs::remove_file(&sealed).unwrap();
         rises();
     }
 

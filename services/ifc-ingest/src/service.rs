@@ -474,7 +474,9 @@ impl Service for IngestService {
 
     fn standing(&self) -> Standing {
         let revisions = self.revisions.standing();
-        Standing { error: self.error.clone().or(revisions.error), warning: revisions.warning }
+        let warnings: Vec<&str> = self.store.findings().chain(revisions.warning.as_deref()).collect();
+        let warning = (!warnings.is_empty()).then(|| warnings.join("; "));
+        Standing { error: self.error.clone().or(revisions.error), warning }
     }
 
     fn facts(&self) -> IngestFacts {

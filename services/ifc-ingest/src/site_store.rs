@@ -43,6 +43,11 @@ impl SiteStore {
         })
     }
 
+    /// What an operator should know of the files: those that were damaged, or removed.
+    pub(crate) fn findings(&self) -> impl Iterator<Item = &str> {
+        [&self.revisions, &self.outline, &self.frame].into_iter().filter_map(StateFile::finding)
+    }
+
     /// The revisions; `None` before the first.
     ///
     /// # Errors

@@ -313,6 +313,7 @@ impl Service for BridgeService {
     fn standing(&self) -> Standing {
         let warnings = [
             self.warning.clone(),
+            self.storey.finding().map(str::to_owned),
             self.sender.sent().warning,
             self.rivals.of_maps(),
             self.rivals.of_slam_maps(),

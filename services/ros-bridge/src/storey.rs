@@ -61,6 +61,11 @@ impl RobotStorey {
         Ok(())
     }
 
+    /// What an operator should know of the file: that it was damaged, or removed.
+    pub(crate) fn finding(&self) -> Option<&str> {
+        self.file.finding()
+    }
+
     /// The one that was set while the daemon ran.
     pub(crate) fn was_set(&self) -> Option<u32> {
         self.told.set

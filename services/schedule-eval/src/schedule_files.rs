@@ -2,12 +2,10 @@
 //!
 //! What is in force is kept in the state folder: a file that is removed or spoilt later changes nothing, and is a warning.
 
-use daemon::{Failure, FileStamp, FileWatch, SiteConfig, WholeFiles, chain, stamps_of, write_durably};
+use daemon::{Failure, FileStamp, FileWatch, KeptFile, SiteConfig, WholeFiles, chain, stamps_of};
 use jiff::Timestamp;
 use schedule::Rules;
 use serde::{Deserialize, Serialize};
-use std::fs;
-use std::io;
 use std::path::{Path, PathBuf};
 use tasks::{MAX_SCHEDULE_FILE_BYTES, ScheduleFile, TableLink, parse_link_table};
 
@@ -46,7 +44,7 @@ pub(crate) struct ScheduleFiles {
     plans: Plans,
     since: Timestamp,
     warning: Option<String>,
-    kept: PathBuf,
+    kept: KeptFile,
 }
 
 impl ScheduleFiles {
@@ -55,7 +53,7 @@ impl ScheduleFiles {
     /// # Errors
     /// Files that cannot be used and were not in force before.
     pub(crate) fn open(config: &SiteConfig, rules: &Rules) -> Result<Self, Failure> {
-        let kept = config.state.join(KEPT);
+        let kept = KeptFile::at(&config.state, KEPT);
         let named = Named::of(config);
         let mut watch = FileWatch::new(MAX_SCHEDULE_FILE_BYTES);
         let read_as = stamps_of(&named.paths());
@@ -80,7 +78,8 @@ impl ScheduleFiles {
                 let Some(contents) = earlier else { return Err(why) };
                 files.plans = contents.plans(rules)?;
                 files.contents = contents;
-                files.warning = Some(stays(why.as_ref()));
+                let finding = files.kept.finding().map(str::to_owned);
+                files.warning = Some([stays(why.as_ref())].into_iter().chain(finding).collect::<Vec<_>>().join("; "));
             }
         }
         Ok(files)
@@ -204,30 +203,26 @@ fn name_of(path: &Path) -> String {
     path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
 }
 
-fn read_kept(path: &Path) -> Result<Option<Contents>, Failure> {
-    match fs::read(path) {
-        Ok(bytes) => Ok(Some(postcard::from_bytes(&bytes).map_err(|e| format!("{}: {e}", path.display()))?)),
-        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
-        Err(error) => Err(format!("{} cannot be read: {error}", path.display()).into()),
-    }
+fn read_kept(kept: &KeptFile) -> Result<Option<Contents>, Failure> {
+    let path = kept.path();
+    let bytes = kept.load().map_err(|e| format!("{} cannot be read: {e}", path.display()))?;
+    let parsed = bytes.map(|bytes| postcard::from_bytes(&bytes)).transpose();
+    Ok(parsed.map_err(|e| format!("{}: {e}", path.display()))?)
 }
 
-fn keep(path: &Path, contents: &Contents) -> Result<(), Failure> {
+fn keep(kept: &KeptFile, contents: &Contents) -> Result<(), Failure> {
+    let path = kept.path();
     if contents.files.is_empty() {
-        return match fs::remove_file(path) {
-            Err(error) if error.kind() != io::ErrorKind::NotFound => {
-                Err(format!("{} cannot be removed: {error}", path.display()).into())
-            }
-            _ => Ok(()),
-        };
+        return kept.remove().map_err(|e| format!("{} cannot be removed: {e}", path.display()).into());
     }
     let bytes = postcard::to_allocvec(contents).map_err(|e| format!("{}: {e}", path.display()))?;
-    write_durably(path, &bytes).map_err(|e| format!("{} cannot be written: {e}", path.display()).into())
+    kept.save(&bytes).map_err(|e| format!("{} cannot be written: {e}", path.display()).into())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::fs;
     use std::time::{Duration, Instant};
 
     const PLAN: &str = "id,name,start,finish\nA1,Walls,2024-03-04,2024-03-08\n";
@@ -273,5 +268,25 @@ mod tests {
         let again = ScheduleFiles::open(&config, &rules).unwrap();
         assert!(again.warning().unwrap().contains("plan.csv") && again.plans().files.len() == 1);
         assert_eq!(again.names().as_deref(), Some("plan.csv"));
+    }
+
+    #[test]
+    fn a_flipped_bit_of_what_is_kept_changes_no_date_and_what_is_removed_is_told() {
+        let home = tempfile::tempdir().unwrap();
+        let (config, rules) = (site(home.path()), Rules::default());
+        let path = home.path().join("plan.csv");
+        fs::write(&path, PLAN).unwrap();
+        let files = ScheduleFiles::open(&config, &rules).unwrap();
+        let as_read = format!("{:?}", files.plans());
+        fs::remove_file(&path).unwrap();
+        let kept = config.state.join(KEPT);
+        let mut bytes = fs::read(&kept).unwrap();
+        let at = bytes.windows(10).position(|text| text == b"2024-03-04").unwrap();
+        bytes[at + 9] ^= 1;
+        fs::write(&kept, bytes).unwrap();
+        let again = ScheduleFiles::open(&config, &rules).unwrap();
+        assert_eq!(format!("{:?}", again.plans()), as_read);
+        assert!(again.warning().unwrap().contains(KEPT), "{:?}", again.warning());
+        assert!(ScheduleFiles::open(&config, &rules).unwrap().warning().is_some_and(|warning| !warning.contains(KEPT)));
     }
 }

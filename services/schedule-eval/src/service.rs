@@ -9,9 +9,9 @@ use bus::{Bus, CheckedSample, topics};
 use daemon::facts::{ProgressRows, ScheduleFacts};
 use daemon::{
     ActualsSource, Asked, Caller, Configured, CurrentActivity, Done, Epochs, Event, Failure, FileText, History,
-    HistoryEvent, HistoryKind, LatchedOutput, OBSERVED_TABLE, Published, ReportedProgress, ScheduleAnswer,
-    ScheduleRequest, Service, Setting, SettingInForce, SettingKey, SettingSource, SiteConfig, Standing, StateFile,
-    checked_rate, progress_in_force, write_durably,
+    HistoryEvent, HistoryKind, LatchedOutput, Published, ReportedProgress, ScheduleAnswer, ScheduleRequest, Service,
+    Setting, SettingInForce, SettingKey, SettingSource, SiteConfig, Standing, StateFile, checked_rate, keep_observed,
+    mend_progress, progress_in_force,
 };
 use frames::PlanTime;
 use jiff::tz::TimeZone;
@@ -89,7 +89,7 @@ impl ScheduleService {
         let plan_time = PlanTimeSetting::open(config, rules.site_zone.as_ref(), MachineTime::now(boot))?;
         check_zone(&rules, plan_time.clock())?;
         let usable_rules_file = StateFile::at(&config.state, "evaluated-rules.json")?;
-        let mended_progress = ReportedProgress::at(&config.state).mend()?;
+        let mended_progress = mend_progress(&config.state)?;
         let [actuals, observed] = progress_in_force(&config.state, parse_actuals)?;
         let files = ScheduleFiles::open(config, &rules)?;
         let service = Self {
@@ -224,8 +224,7 @@ impl ScheduleService {
                     .or_else(|why| tables.take_back().map_err(Into::into).and(Err(why)))
             }
             ActualsSource::Observed => {
-                let table = self.state.join(OBSERVED_TABLE);
-                write_durably(&table, bytes).map_err(|e| format!("{} cannot be written: {e}", table.display()))?;
+                keep_observed(&self.state, bytes).map_err(|e| format!("the table cannot be written: {e}"))?;
                 self.take_progress(overrides, evaluated)
             }
         }

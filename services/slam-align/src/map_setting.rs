@@ -6,6 +6,7 @@ use crate::stored_map::{MapStore, StoredMap};
 use daemon::{AlignConfig, Configured, Failure, KeptSetting, OlderSetting, Setting, SettingInForce, SettingKey, chain};
 use std::fs;
 use std::path::Path;
+use std::sync::OnceLock;
 use std::time::SystemTime;
 use tracing::warn;
 
@@ -15,6 +16,8 @@ pub(crate) struct MapSetting {
     setting: Setting<Option<StoredMap>>,
     store: MapStore,
     unread: Option<UnreadFile>,
+    /// What was damaged or removed of the copy of the map in force.
+    finding: OnceLock<String>,
 }
 
 /// The file that `site.toml` names and that cannot be used.
@@ -34,7 +37,7 @@ impl MapSetting {
         let configured = configured(&store, config.map.as_deref());
         let older = || Ok(taken_over(&store, older));
         let setting = Setting::open_without_edit(state, SettingKey::SlamMap, configured, older)?;
-        let mut map_setting = Self { setting, store, unread: None };
+        let mut map_setting = Self { setting, store, unread: None, finding: OnceLock::new() };
         map_setting.set_unread(config.map.as_deref(), map_setting.setting.warning().map(str::to_owned));
         map_setting.remove_other_copies();
         Ok(map_setting)
@@ -45,7 +48,14 @@ impl MapSetting {
     /// # Errors
     /// Its copy is missing or damaged.
     pub(crate) fn map(&self) -> Result<Option<RobotMap>, Failure> {
-        let read = |stored: &StoredMap| Ok(self.store.read(stored.content_hash)?);
+        let read = |stored: &StoredMap| {
+            let (map, finding) = self.store.read(stored.content_hash)?;
+            if let Some(finding) = finding {
+                // That of the first time stays: what is told does not change while the process runs.
+                let _ = self.finding.set(finding);
+            }
+            Ok(map)
+        };
         self.setting.value().as_ref().map(read).transpose()
     }
 
@@ -91,6 +101,11 @@ impl MapSetting {
     /// What an operator should know.
     pub(crate) fn warning(&self) -> Option<&str> {
         self.unread.as_ref().map(|unread| unread.warning.as_str())
+    }
+
+    /// What was damaged or removed of the copy of the map in force, which is mended.
+    pub(crate) fn finding(&self) -> Option<&str> {
+        self.finding.get().map(String::as_str)
     }
 
     /// The setting for `status`; `None` without a map.
@@ -213,7 +228,7 @@ mod tests {
         assert!(edited.is_some() && edited != of_site && edited == hash(&setting));
         assert_eq!((setting.warning(), setting.in_force().unwrap().source), (None, SettingSource::SiteToml));
         let copies = fs::read_dir(&config.state).unwrap().filter(|e| e.as_ref().unwrap().path().is_file()).count();
-        assert_eq!(copies, 2, "an image and its description");
+        assert_eq!(copies, 4, "an image and its description, each twice");
     }
 
     #[test]

@@ -73,6 +73,8 @@ pub(crate) struct AlignService {
     verdict: Option<(AlignmentVerdict, u64)>,
     /// What looks at the map have said; it survives the daemon.
     evidence: Option<Arc<Evidence>>,
+    /// What an operator should know of that.
+    evidence_finding: Option<String>,
     searches: Searches,
     pending: PendingWork,
     /// Elements of the last comparison, for confirmations.
@@ -104,6 +106,7 @@ impl AlignService {
         let persisted: PersistedState = state.load()?.unwrap_or_default();
         let map_setting = MapSetting::open(&config.state, &config.align, persisted.older_map.clone())?;
         let mut references = None;
+        let (evidence, evidence_finding) = stored_evidence::read(&config.state);
         Ok(Self {
             follower: Follower::new(max_jump(&config.align), persisted.pose()),
             config: config.align.clone(),
@@ -129,7 +132,8 @@ impl AlignService {
             last_search: Alignment::nothing_yet(),
             searched_map_hash: 0,
             verdict: None,
-            evidence: stored_evidence::read(&config.state).map(Arc::new),
+            evidence: evidence.map(Arc::new),
+            evidence_finding,
             searches: Searches::default(),
             pending: PendingWork::default(),
             compared: ComparedElements::default(),
@@ -333,8 +337,9 @@ impl Service for AlignService {
 
     fn standing(&self) -> Standing {
         let error = self.job_errors.iter().next().map(|(kind, why)| format!("{} failed: {why}", kind.name()));
-        let warnings: Vec<String> =
-            self.map_setting.warning().map(str::to_owned).into_iter().chain(self.why_not_effective()).collect();
+        let of_state = [self.state.finding(), self.map_setting.finding(), self.evidence_finding.as_deref()];
+        let of_files = of_state.into_iter().chain([self.map_setting.warning()]).flatten().map(str::to_owned);
+        let warnings: Vec<String> = of_files.chain(self.why_not_effective()).collect();
         Standing { error, warning: (!warnings.is_empty()).then(|| warnings.join("; ")) }
     }
 

@@ -1,28 +1,30 @@
 //! Evidence over looks in the state folder.
 
 use crate::job::Evidence;
-use daemon::{Failure, write_durably};
+use daemon::{Failure, KeptFile};
 use messages::ArchiveBuffer;
-use std::io::ErrorKind;
 use std::path::Path;
 use tracing::warn;
 
 const NAME: &str = "alignment-evidence.gpar";
 
-/// The evidence in a state folder. What cannot be read is told: the next look begins anew, and is worth less.
-pub(crate) fn read(state: &Path) -> Option<Evidence> {
-    let path = state.join(NAME);
-    let lost = |why: &dyn std::fmt::Display| {
-        warn!(service = "slam-align", error = %why, "evidence of earlier looks is lost");
-    };
-    match std::fs::read(&path) {
-        Ok(bytes) => Evidence::new(ArchiveBuffer::copy_of(&bytes)).inspect_err(|why| lost(why)).ok(),
-        Err(why) if why.kind() == ErrorKind::NotFound => None,
+/// The evidence in a state folder, and what an operator should know of it. Where it is lost the next look begins anew, and is worth
+/// less.
+pub(crate) fn read(state: &Path) -> (Option<Evidence>, Option<String>) {
+    let file = KeptFile::at(state, NAME);
+    let told = |error: &str| warn!(service = "slam-align", error, "evidence of earlier looks is lost");
+    let bytes = match file.load() {
+        Ok(Some(bytes)) => bytes,
+        Ok(None) => return (None, file.finding().map(str::to_owned)),
         Err(why) => {
-            lost(&why);
-            None
+            let why = format!("{}: {why}", file.path().display());
+            told(&why);
+            return (None, Some(format!("evidence of earlier looks is lost: {why}")));
         }
-    }
+    };
+    // Whole evidence that is not read is of another version of this program.
+    let evidence = Evidence::new(ArchiveBuffer::copy_of(&bytes)).inspect_err(|why| told(&why.to_string())).ok();
+    (evidence, file.finding().map(str::to_owned))
 }
 
 /// Writes evidence; on disk when this returns.
@@ -30,8 +32,8 @@ pub(crate) fn read(state: &Path) -> Option<Evidence> {
 /// # Errors
 /// The file system refuses.
 pub(crate) fn write(state: &Path, evidence: &Evidence) -> Result<(), Failure> {
-    let path = state.join(NAME);
-    write_durably(&path, evidence.bytes().as_ref()).map_err(|why| format!("{}: {why}", path.display()).into())
+    let file = KeptFile::at(state, NAME);
+    file.save(evidence.bytes().as_ref()).map_err(|why| format!("{}: {why}", file.path().display()).into())
 }
 
 #[cfg(test)]
@@ -41,18 +43,28 @@ mod tests {
     use messages::{AlignmentEvidenceBuilder, AlignmentEvidenceHead, NONE};
 
     #[test]
-    fn evidence_survives_and_what_is_damaged_begins_anew() {
+    fn evidence_survives_the_damage_of_one_file_and_that_of_both_is_told() {
         let state = tempfile::tempdir().unwrap();
-        assert!(read(state.path()).is_none());
+        assert!(matches!(read(state.path()), (None, None)));
         let head = AlignmentEvidenceHead { n_looks: 3, accepted: NONE, ..Zeroable::zeroed() };
         let evidence = Evidence::new(AlignmentEvidenceBuilder::new(head, Vec::new()).finish()).unwrap();
         write(state.path(), &evidence).unwrap();
-        assert_eq!(read(state.path()).unwrap().view().head.n_looks, 3);
-        let path = state.path().join(NAME);
-        let mut bytes = std::fs::read(&path).unwrap();
-        let last = bytes.len() - 1;
-        bytes[last - 64] ^= 1;
-        std::fs::write(&path, bytes).unwrap();
-        assert!(read(state.path()).is_none());
+        let n_looks = || read(state.path()).0.map(|evidence| evidence.view().head.n_looks);
+        assert_eq!(n_looks(), Some(3));
+        let [path, sealed] = [NAME.to_owned(), format!("{NAME}.sealed")].map(|name| state.path().join(name));
+        let damage = |path: &Path| {
+            let mut bytes = std::fs::read(path).unwrap();
+            let last = bytes.len() - 1;
+            bytes[last - 64] ^= 1;
+            std::fs::write(path, bytes).unwrap();
+        };
+        damage(&path);
+        let (read_again, finding) = read(state.path());
+        assert!(read_again.is_some() && finding.unwrap().contains("damaged"));
+        assert_eq!((n_looks(), read(state.path()).1), (Some(3), None), "it is mended");
+        damage(&path);
+        std::fs::write(&sealed, "sha256").unwrap();
+        let (lost, finding) = read(state.path());
+        assert!(lost.is_none() && finding.unwrap().contains("lost"));
     }
 }

@@ -1,9 +1,10 @@
 //! The copy of a map file in the state folder: the file may go, the map stays.
 
 use crate::robot_map::{RobotMap, RobotMapError};
-use daemon::write_durably;
+use daemon::KeptFile;
 use occupancy::{MapFileContent, OccupancyMap};
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeSet;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -50,46 +51,56 @@ impl MapStore {
     /// # Errors
     /// The file system refuses.
     pub(crate) fn write(&self, content_hash: u64, content: &MapFileContent) -> Result<(), MapStoreError> {
-        let [image, description] = self.paths(content_hash);
+        let [image, description] = self.files(content_hash);
         fs::create_dir_all(&self.folder)
             .map_err(|source| MapStoreError::Write { path: self.folder.clone(), source })?;
-        for (path, bytes) in [(image, &content.image[..]), (description, content.description.as_bytes())] {
-            write_durably(&path, bytes).map_err(|source| MapStoreError::Write { path, source })?;
+        for (file, bytes) in [(image, &content.image[..]), (description, content.description.as_bytes())] {
+            file.save(bytes).map_err(|source| MapStoreError::Write { path: file.path(), source })?;
         }
         Ok(())
     }
 
-    /// Reads the copy of the map with this content.
+    /// Reads the copy of the map with this content, with a sentence about what of it was damaged or removed, and is mended.
     ///
     /// # Errors
     /// A copy that is missing or damaged.
-    pub(crate) fn read(&self, content_hash: u64) -> Result<RobotMap, MapStoreError> {
-        let [image, description] = self.paths(content_hash);
-        let bytes = fs::read(&image).map_err(|source| MapStoreError::Read { path: image, source })?;
-        let path = || description.clone();
-        let text = fs::read_to_string(&description).map_err(|source| MapStoreError::Read { path: path(), source })?;
-        let map = OccupancyMap::parse(&text, &bytes).map_err(RobotMapError::from).and_then(RobotMap::of);
-        map.map_err(|source| MapStoreError::Damaged { path: path(), source: Box::new(source) })
+    pub(crate) fn read(&self, content_hash: u64) -> Result<(RobotMap, Option<String>), MapStoreError> {
+        let files = self.files(content_hash);
+        let bytes = |file: &KeptFile| {
+            let failed = |source| MapStoreError::Read { path: file.path(), source };
+            file.load().and_then(|bytes| bytes.ok_or_else(|| io::ErrorKind::NotFound.into())).map_err(failed)
+        };
+        let [image, description] = [bytes(&files[0])?, bytes(&files[1])?];
+        let path = || files[1].path();
+        let failed = |_| MapStoreError::Read { path: path(), source: io::ErrorKind::InvalidData.into() };
+        let text = String::from_utf8(description).map_err(failed)?;
+        let map = OccupancyMap::parse(&text, &image).map_err(RobotMapError::from).and_then(RobotMap::of);
+        let map = map.map_err(|source| MapStoreError::Damaged { path: path(), source: Box::new(source) })?;
+        let findings: Vec<&str> = files.iter().filter_map(KeptFile::finding).collect();
+        Ok((map, (!findings.is_empty()).then(|| findings.join("; "))))
     }
 
     /// Removes all copies but these, and what is left of a failed one.
     pub(crate) fn keep_only(&self, content_hashes: &[u64]) {
-        let copies: Vec<PathBuf> = content_hashes.iter().flat_map(|hash| self.paths(*hash)).collect();
-        let is_needed = |path: &PathBuf| copies.contains(path);
+        let needed: Vec<String> = content_hashes.iter().flat_map(|hash| names(*hash)).collect();
         let entries = fs::read_dir(&self.folder).into_iter().flatten().flatten();
-        let is_copy = |path: &PathBuf| {
-            path.file_name().and_then(|name| name.to_str()).is_some_and(|name| name.starts_with(PREFIX))
-        };
-        for path in entries.map(|entry| entry.path()).filter(|path| is_copy(path) && !is_needed(path)) {
+        let entries = entries.filter_map(|entry| entry.file_name().into_string().ok());
+        let copies = entries.map(|name| name.strip_suffix(".sealed").unwrap_or(&name).to_owned());
+        let copies: BTreeSet<String> = copies.filter(|name| name.starts_with(PREFIX)).collect();
+        for name in copies.into_iter().filter(|name| !needed.contains(name)) {
             // What cannot be removed is named by no state, and does no harm.
-            let _ = fs::remove_file(path);
+            let _ = KeptFile::at(&self.folder, name).remove();
         }
     }
 
     /// Image and description.
-    fn paths(&self, content_hash: u64) -> [PathBuf; 2] {
-        SUFFIXES.map(|suffix| self.folder.join(format!("{PREFIX}{content_hash:016x}.{suffix}")))
+    fn files(&self, content_hash: u64) -> [KeptFile; 2] {
+        names(content_hash).map(|name| KeptFile::at(&self.folder, name))
     }
+}
+
+fn names(content_hash: u64) -> [String; 2] {
+    SUFFIXES.map(|suffix| format!("{PREFIX}{content_hash:016x}.{suffix}"))
 }
 
 #[cfg(test)]
@@ -112,7 +123,16 @@ mod tests {
         fs::remove_file(&yaml).unwrap();
         fs::remove_file(&image).unwrap();
         store.keep_only(&[map.content_hash]);
-        assert_eq!(store.read(map.content_hash).unwrap().map, map.map);
+        let read = || store.read(map.content_hash).unwrap();
+        assert!(read().0.map == map.map && read().1.is_none());
+        // One flipped bit of the image would be another wall.
+        let copy = state.join(&names(map.content_hash)[0]);
+        let mut bytes = fs::read(&copy).unwrap();
+        *bytes.last_mut().unwrap() ^= 0x80;
+        fs::write(&copy, bytes).unwrap();
+        let (mended, finding) = read();
+        assert!(mended.map == map.map && finding.unwrap().contains("damaged"));
+        assert!(read().1.is_none(), "it is mended");
         assert!(matches!(store.read(1), Err(MapStoreError::Read { .. })));
         store.keep_only(&[]);
         assert!(matches!(store.read(map.content_hash), Err(MapStoreError::Read { .. })));
@@ -128,6 +148,7 @@ mod tests {
         assert!(matches!(store.write(7, &content), Err(MapStoreError::Write { .. })));
         fs::remove_dir(home.path().join("slam-map-0000000000000007.yaml")).unwrap();
         store.keep_only(&[]);
-        assert_eq!(fs::read_dir(home.path()).unwrap().count(), 0);
+        let files = fs::read_dir(home.path()).unwrap().filter(|entry| entry.as_ref().unwrap().path().is_file());
+        assert_eq!(files.count(), 0);
     }
 }
