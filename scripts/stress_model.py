@@ -1,12 +1,16 @@
 #!/usr/bin/env python3
-"""Writes a hall with furniture in fine detail, or a wall with an opening in fine detail, in IFC4: models to measure cost on.
+"""Writes a hall with furniture in fine detail, or with walls and floors that are hard to cut, in IFC4: models to measure cost on.
 
-usage: scripts/stress_model.py OUT.ifc [--kind chairs|copies|opening] [--count 300] [--triangles 20000] [--openings 1]
+usage: scripts/stress_model.py OUT.ifc [--kind chairs|copies|plants|opening|windows|grating] [--count 300] [--triangles 20000]
+                               [--openings 1]
 
     chairs    COUNT chairs of TRIANGLES triangles each, as mapped items of one chair, in rows, each turned by another angle
     copies    the same, every chair with a body of its own
     plants    COUNT plants whose leaves are TRIANGLES triangles: sheets that cross each other, every plant with a body of its own
     opening   COUNT walls, each with OPENINGS openings that overlap, faceted BReps of TRIANGLES triangles each
+    windows   COUNT walls, each with OPENINGS plain openings that all overlap, turned in the wall by another angle each
+    grating   COUNT plates with OPENINGS x OPENINGS holes, faceted BReps whose upper and lower faces have the holes as inner bounds,
+              and slabs that are cut by such a BRep
 
 All lengths are metres, the same options give the same bytes, and nothing but Python is needed.
 """
@@ -178,16 +182,80 @@ def openings(count, n_triangles, n_each):
     return building.text()
 
 
+def windows(count, n_each):
+    building = Building("windows")
+    add = building.file.add
+    hall(building, 6.0 * count, 10.0)
+    for k in range(count):
+        solid = building.body([(0.0, 0.0, 5.0, 0.3, 0.0, HEIGHT)])
+        at = placed(building, 6.0 * k + 0.5, 5.0, 0.0)
+        wall = product(building, "IFCWALL", f"Wall {k + 1}", solid, 6.0 * k + 0.5, 5.0, 0.0, "$", "$")
+        for i in range(n_each):
+            turn = math.pi / 2 * (i + 0.37) / n_each
+            lean = 0.05 * math.sin(3 * i)
+            along, across = (math.cos(turn), 0.0, math.sin(turn)), (lean * math.sin(turn), 1.0, -lean * math.cos(turn))
+            middle = add("IFCCARTESIANPOINT", (2.5 + 0.5 * math.cos(7 * turn), -0.5, 1.5 + 0.2 * math.sin(5 * turn)))
+            axes = add("IFCAXIS2PLACEMENT3D", middle, add("IFCDIRECTION", across), add("IFCDIRECTION", along))
+            profile = add("IFCRECTANGLEPROFILEDEF", ".AREA.", "$", "$", 2.2 - 0.003 * i, 0.8 + 0.003 * i)
+            solid = add("IFCEXTRUDEDAREASOLID", profile, axes, add("IFCDIRECTION", (0.0, 0.0, 1.0)), 1.2)
+            opening = building.root("IFCOPENINGELEMENT", f"Opening {k + 1}.{i + 1}", "$", "$", at, shape_of(building, "SweptSolid", solid), "$", "$")
+            building.root("IFCRELVOIDSELEMENT", f"Cut {k + 1}.{i + 1}", "$", wall, opening)
+    return building.text()
+
+
+def grating_brep(building, n, size, low, high):
+    """A plate with n x n square holes, of which each is an inner bound of the upper and of the lower face."""
+    add = building.file.add
+    pitch = size / n
+    rings = [[(0.0, 0.0), (size, 0.0), (size, size), (0.0, size)]]
+    for i in range(n):
+        for k in range(n):
+            x0, y0, x1, y1 = (i + 0.2) * pitch, (k + 0.2) * pitch, (i + 0.8) * pitch, (k + 0.8) * pitch
+            rings.append([(x0, y0), (x0, y1), (x1, y1), (x1, y0)])
+    points = [[[add("IFCCARTESIANPOINT", (x, y, z)) for x, y in ring] for ring in rings] for z in (low, high)]
+    loop = lambda corners: add("IFCPOLYLOOP", corners)
+
+    def face(outlines):
+        bounds = [add("IFCFACEBOUND" if k else "IFCFACEOUTERBOUND", loop(outline), ".T.") for k, outline in enumerate(outlines)]
+        return add("IFCFACE", bounds)
+
+    faces = [face([ring[::-1] for ring in points[0]]), face(points[1])]
+    for below, above in zip(*points):
+        for k, nxt in ((0, 1), (1, 2), (2, 3), (3, 0)):
+            faces.append(face([[below[k], below[nxt], above[nxt], above[k]]]))
+    return add("IFCFACETEDBREP", add("IFCCLOSEDSHELL", faces))
+
+
+def gratings(count, n):
+    building = Building("grating")
+    hall(building, 14.0 * count, 10.0)
+    for k in range(count):
+        cases = [("IFCPLATE", grating_brep(building, n, 5.0, 0.0, 0.04), [(1.03, 1.03, 3.97, 3.97, -0.1, 0.1)]), ("IFCSLAB", None, None)]
+        for i, (entity, brep, hole) in enumerate(cases):
+            x = 14.0 * k + 1.0 + 6.0 * i
+            at = placed(building, x, 2.0, 0.0)
+            shape = shape_of(building, "Brep", brep) if brep else building.body([(0.0, 0.0, 6.0, 6.0, 0.0, 0.1)])
+            element = product(building, entity, f"{entity[3:].title()} {k + 1}", shape, x, 2.0, 0.0, "$", "$")
+            void = building.body(hole) if hole else shape_of(building, "Brep", grating_brep(building, n, 5.0, -0.1, 0.2))
+            opening = building.root("IFCOPENINGELEMENT", f"Opening {k + 1}.{i + 1}", "$", "$", at, void, "$", "$")
+            building.root("IFCRELVOIDSELEMENT", f"Cut {k + 1}.{i + 1}", "$", element, opening)
+    return building.text()
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--kind", choices=["chairs", "copies", "plants", "opening"], default="chairs")
+    parser.add_argument("--kind", choices=["chairs", "copies", "plants", "opening", "windows", "grating"], default="chairs")
     parser.add_argument("--count", type=int)
     parser.add_argument("--triangles", type=int, default=20_000)
-    parser.add_argument("--openings", type=int, default=1)
+    parser.add_argument("--openings", type=int)
     parser.add_argument("out", type=pathlib.Path, metavar="OUT.ifc")
     options = parser.parse_args()
     if options.kind == "opening":
-        text = openings(options.count or 2, options.triangles, options.openings)
+        text = openings(options.count or 2, options.triangles, options.openings or 1)
+    elif options.kind == "windows":
+        text = windows(options.count or 2, options.openings or 60)
+    elif options.kind == "grating":
+        text = gratings(options.count or 1, options.openings or 20)
     else:
         text = furniture(options.count or 300, options.triangles, options.kind)
     options.out.write_text(text)

@@ -1,4 +1,4 @@
-//! Bodies of which nothing bounds what the kernel needs are meshed in a process of their own.
+//! Bodies of which nothing bounds what the kernel needs, and those that are costly to cut, are meshed in a process of their own.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
 mod support;
@@ -15,12 +15,7 @@ const DEADLINE: Duration = Duration::from_secs(240);
 
 /// The demo building with an element whose profile of so many corners is turned about an axis by 6 degrees.
 fn demo_with_a_turned_profile(n_corners: u32) -> String {
-    let text = std::fs::read_to_string(demo_model()).unwrap();
-    let at = text.rfind("ENDSEC;").unwrap();
-    let storey = text.lines().find(|line| line.contains("=IFCBUILDINGSTOREY(")).unwrap();
-    let storey = storey.split('=').next().unwrap();
-    let context = text.lines().find(|line| line.contains("=IFCGEOMETRICREPRESENTATIONCONTEXT(")).unwrap();
-    let context = context.split('=').next().unwrap();
+    let [storey, context] = ids_of_demo();
     let first = 9_000_000;
     let point = |k: u32| first + 100 + k;
     let corners: Vec<String> = (0..=n_corners).map(|k| format!("#{}", point(k % n_corners))).collect();
@@ -48,7 +43,77 @@ fn demo_with_a_turned_profile(n_corners: u32) -> String {
         let [x, y] = [radius_mm * cos, radius_mm * sin];
         writeln!(records, "#{}=IFCCARTESIANPOINT(({x:.6},{y:.6}));", point(k)).unwrap();
     }
+    demo_with(&records)
+}
+
+/// The first storey of the demo building, and its context.
+fn ids_of_demo() -> [String; 2] {
+    let text = std::fs::read_to_string(demo_model()).unwrap();
+    ["=IFCBUILDINGSTOREY(", "=IFCGEOMETRICREPRESENTATIONCONTEXT("].map(|entity| {
+        let record = text.lines().find(|line| line.contains(entity)).unwrap();
+        record.split('=').next().unwrap().to_owned()
+    })
+}
+
+/// The demo building with more records.
+fn demo_with(records: &str) -> String {
+    let text = std::fs::read_to_string(demo_model()).unwrap();
+    let at = text.rfind("ENDSEC;").unwrap();
     format!("{}{records}{}", &text[..at], &text[at..])
+}
+
+/// The demo building with a wall of 4 x 0.3 x 3 m beside it, of which an opening leaves nothing in the middle: a star of so many
+/// corners, which becomes wider from one side to the other.
+fn demo_with_a_star_in_a_wall(n_corners: u32) -> String {
+    let [storey, context] = ids_of_demo();
+    let mut records = format!(
+        "#9000000=IFCWALL('starred000000000000000',$,'Starred',$,$,#9000001,#9000002,$,$);
+#9000001=IFCLOCALPLACEMENT($,#9000003);
+#9000002=IFCPRODUCTDEFINITIONSHAPE($,$,(#9000004));
+#9000003=IFCAXIS2PLACEMENT3D(#9000005,$,$);
+#9000004=IFCSHAPEREPRESENTATION({context},'Body','SweptSolid',(#9000006));
+#9000005=IFCCARTESIANPOINT((-8000.,0.,0.));
+#9000006=IFCEXTRUDEDAREASOLID(#9000007,$,#9000010,3000.);
+#9000007=IFCRECTANGLEPROFILEDEF(.AREA.,$,#9000008,4000.,300.);
+#9000008=IFCAXIS2PLACEMENT2D(#9000009,$);
+#9000009=IFCCARTESIANPOINT((2000.,150.));
+#9000010=IFCDIRECTION((0.,0.,1.));
+#9000011=IFCOPENINGELEMENT('star000000000000000000',$,'Star',$,$,#9000001,#9000012,$,$);
+#9000012=IFCPRODUCTDEFINITIONSHAPE($,$,(#9000013));
+#9000013=IFCSHAPEREPRESENTATION({context},'Body','Brep',(#9000014));
+#9000014=IFCFACETEDBREP(#9000015);
+#9000016=IFCRELVOIDSELEMENT('star000000000000000001',$,$,$,#9000000,#9000011);
+#9000017=IFCRELCONTAINEDINSPATIALSTRUCTURE('starred000000000000001',$,$,$,(#9000000),{storey});
+"
+    );
+    let point = |side: u32, k: u32| 9_100_000 + side * n_corners + k % n_corners;
+    let mut outlines: Vec<Vec<u32>> =
+        vec![(0..n_corners).map(|k| point(0, k)).collect(), (0..n_corners).rev().map(|k| point(1, k)).collect()];
+    for k in 0..n_corners {
+        let angle = std::f64::consts::TAU * f64::from(k) / f64::from(n_corners);
+        let (sin, cos) = libm::sincos(angle);
+        for (side, y, scale) in [(0, -200.0, 1.0), (1, 500.0, 1.1)] {
+            let radius_mm = scale * if k % 2 == 0 { 1300.0 } else { 1600.0 };
+            let [x, z] = [2000.0 + radius_mm * cos, 1000.0 + radius_mm * sin];
+            writeln!(records, "#{}=IFCCARTESIANPOINT(({x:.6},{y:.1},{z:.6}));", point(side, k)).unwrap();
+        }
+        outlines.push(vec![point(0, k + 1), point(0, k), point(1, k), point(1, k + 1)]);
+    }
+    let mut faces = Vec::new();
+    for (face, outline) in (9_200_000..).step_by(3).zip(outlines) {
+        let corners: Vec<String> = outline.iter().map(|corner| format!("#{corner}")).collect();
+        let (outer, outline) = (face + 1, face + 2);
+        writeln!(
+            records,
+            "#{outline}=IFCPOLYLOOP(({}));#{outer}=IFCFACEOUTERBOUND(#{outline},.T.);",
+            corners.join(",")
+        )
+        .unwrap();
+        writeln!(records, "#{face}=IFCFACE((#{outer}));").unwrap();
+        faces.push(format!("#{face}"));
+    }
+    writeln!(records, "#9000015=IFCCLOSEDSHELL(({}));", faces.join(",")).unwrap();
+    demo_with(&records)
 }
 
 /// The process that a conversion has started, as soon as it is there; `None` if the conversion ends without.
@@ -109,4 +174,45 @@ fn a_body_without_bounds_is_meshed_like_any_other() {
     let width_m = turned["aabb_m"]["max"][0].as_f64().unwrap() - turned["aabb_m"]["min"][0].as_f64().unwrap();
     assert!((1.0..1.3).contains(&width_m), "{turned:#}");
     assert!(!maps.json("report.json")["diagnostics"].to_string().contains("turned0000000000000000"));
+}
+
+/// What `report.json` says of openings that are not cut: the GlobalIds of elements, and why.
+fn not_cut(maps: &support::Maps) -> Vec<(String, String)> {
+    let report = maps.json("report.json");
+    let found = report["diagnostics"].as_array().unwrap().iter().filter(|found| found["code"] == "openings_not_cut");
+    let text = |value: &Value| value.as_str().unwrap().to_owned();
+    found.map(|found| (text(&found["global_id"]), text(&found["message"]))).collect()
+}
+
+#[test]
+fn a_cut_that_takes_too_long_ends_and_its_element_is_whole_and_named() {
+    let home = tempfile::tempdir().unwrap();
+    let model = home.path().join("model.ifc");
+    std::fs::write(&model, demo_with_a_star_in_a_wall(1200)).unwrap();
+    let maps = support::convert(&model, &[]);
+    let [(element, why)] = &not_cut(&maps)[..] else { panic!("{:?}", not_cut(&maps)) };
+    assert_eq!(element, "starred000000000000000");
+    assert!(why.contains("more than 10 s of CPU time"), "{why}");
+    // In the middle the opening would leave nothing of the wall.
+    assert_eq!(maps.storey(0).planning(-6.0, 0.15), support::OCCUPIED);
+    // All others are as without it.
+    let elements = |maps: &support::Maps| {
+        let mut elements = maps.json("semantic.json")["elements"].as_object().unwrap().clone();
+        elements.remove("starred000000000000000");
+        elements
+    };
+    let demo = support::convert(&demo_model(), &[]);
+    assert_eq!(elements(&maps), elements(&demo));
+}
+
+#[test]
+fn a_costly_cut_that_ends_is_made() {
+    let home = tempfile::tempdir().unwrap();
+    let model = home.path().join("model.ifc");
+    // More than 1,200 triangles are cut apart.
+    std::fs::write(&model, demo_with_a_star_in_a_wall(320)).unwrap();
+    let maps = support::convert(&model, &[]);
+    assert_eq!(not_cut(&maps), []);
+    assert_ne!(maps.storey(0).planning(-6.0, 0.15), support::OCCUPIED);
+    assert_eq!(maps.storey(0).planning(-7.9, 0.15), support::OCCUPIED);
 }

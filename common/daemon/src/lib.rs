@@ -37,6 +37,7 @@ mod client;
 mod config;
 mod config_file;
 mod config_key;
+mod cpu_ticks;
 pub mod facts;
 mod failure;
 mod file_text;

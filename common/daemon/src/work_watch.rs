@@ -5,6 +5,7 @@
 //! run for [`MAX_STILL`] looks, the service hangs, and the daemon is silent from then on: readers take it for missing, and the
 //! watchdog starts it again.
 
+use crate::cpu_ticks::cpu_ticks;
 use crate::mesh_process::mesh_processes;
 use crate::progress::Reporter;
 use bus::Stamp;
@@ -46,12 +47,6 @@ fn counts(thread_name: &str) -> Vec<String> {
     // Kernels that do not count the one count the other.
     let both = |task: PathBuf| [read(task.join("schedstat")), cpu_ticks(&read(task.join("stat")))];
     threads.chain(meshing).flat_map(both).collect()
-}
-
-/// The CPU times in a line of `/proc/PID/stat`, as it has them; the name in it may hold anything up to the last parenthesis.
-fn cpu_ticks(stat: &str) -> String {
-    let fields = stat.rsplit_once(')').map_or("", |(_, fields)| fields);
-    fields.split_ascii_whitespace().skip(11).take(2).collect::<Vec<_>>().join(" ")
 }
 
 /// Watches the service from the loop.
@@ -166,12 +161,5 @@ mod tests {
         assert!(!watch.hangs());
         drop(go);
         thread.join().unwrap();
-    }
-
-    #[test]
-    fn cpu_times_are_found_behind_any_name() {
-        let stat = "7 (a) b 1) S 1 2 3 4 5 6 7 8 9 10 14 15 16 17 20";
-        assert_eq!(cpu_ticks(stat), "14 15");
-        assert_eq!(cpu_ticks(""), "");
     }
 }

@@ -8,10 +8,19 @@ use rustc_hash::FxHashMap;
 
 use crate::boolean_chain::{BooleanChain, has_operator};
 use crate::bounding_boxes::{Extent, mapped_items};
+use crate::crossing_cutters::{CrossingCutters, Cutter, FaceCount, most_work};
+use crate::face_counts::FaceCounts;
 use crate::kernel::{File, Patch, Record};
+use crate::prism_axes::axis_of;
+use nalgebra::Vector3;
 
 /// Limit of an element's work, in pairs of faces.
 const WORK_MAX: u64 = 4_000_000;
+
+/// Work, in pairs of faces, and triangles of a body and what cuts it, above which the element is meshed apart: it may take
+/// longer than it is estimated, up to all pairs of triangles.
+const WORK_APART: u64 = 2_000_000;
+const TRIANGLES_APART: u64 = 1_200;
 
 /// Work for a face of an operand that meets a body of few faces.
 const WORK_PER_FACE: u64 = 150;
@@ -38,6 +47,47 @@ pub(crate) struct CutBudget<'f, 'a> {
     file: &'f File<'a>,
     /// Faces, and the work of the booleans inside, of items that were counted.
     known: FxHashMap<u32, ItemWork>,
+    face_counts: FaceCounts<'f, 'a>,
+    /// Triangles and inner bounds of items that were counted.
+    known_counts: FxHashMap<u32, FaceCount>,
+}
+
+/// Openings that are too much work, and what is left.
+pub(crate) struct Excess {
+    /// Openings that are not to be cut.
+    pub(crate) openings: Vec<u32>,
+    /// The others may be far more work than they are estimated.
+    pub(crate) is_costly: bool,
+}
+
+/// What is done with the booleans of an item.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum ItemCuts {
+    /// They are evaluated, or it has none.
+    Plain,
+    /// They are evaluated, and may be far more work than they are estimated.
+    Costly,
+    /// They are not evaluated.
+    LeftOut,
+}
+
+/// Where an opening is in the world: its box, and its axis if it is a prism.
+pub(crate) type CutPlace = (Option<Extent>, Option<Vector3<f64>>);
+
+/// Replaces the differences of an item by what they cut. True if it has any.
+pub(crate) fn replace_by_base(file: &File<'_>, item: u32, patch: &mut Patch) -> bool {
+    let base = base_of(file, item);
+    let has_differences = base.is_some();
+    base.into_iter().for_each(|(_, written)| patch.replace(item, written));
+    has_differences
+}
+
+/// What the differences of an item cut, and that as the file writes it; `None` of an item that is no difference.
+fn base_of(file: &File<'_>, item: u32) -> Option<(u32, String)> {
+    let base = BooleanChain::of(file, item, |boolean| has_operator(boolean, "DIFFERENCE")).base;
+    let base = base.filter(|base| *base != item)?;
+    let keyword = file.record(base)?.keyword;
+    Some((base, format!("{keyword}{}", file.arguments_as_written(base)?)))
 }
 
 /// What an item costs.
@@ -50,60 +100,137 @@ struct ItemWork {
 
 impl<'f, 'a> CutBudget<'f, 'a> {
     pub(crate) fn new(file: &'f File<'a>) -> Self {
-        Self { file, known: FxHashMap::default() }
+        Self {
+            file,
+            known: FxHashMap::default(),
+            face_counts: FaceCounts::new(file),
+            known_counts: FxHashMap::default(),
+        }
     }
 
-    /// The openings of an element that are too much work, the most detailed ones. `extent_of` gives the box of an opening in the
-    /// world, if it is known: openings that lie apart do not meet.
+    /// The openings of an element that are too much work, the most detailed ones. `place_of` gives where an opening is, if that
+    /// is known: openings that lie apart do not meet.
     pub(crate) fn excess(
         &mut self,
         body: &[u32],
         cuts: &[Cut<'_>],
-        mut extent_of: impl FnMut(&Cut<'_>) -> Option<Extent>,
-    ) -> Vec<u32> {
+        mut place_of: impl FnMut(&Cut<'_>) -> CutPlace,
+    ) -> Excess {
+        if cuts.is_empty() {
+            return Excess { openings: Vec::new(), is_costly: false };
+        }
         let own = self.of_items(body, 0);
-        let mut cuts: Vec<(u64, &Cut<'_>)> = cuts.iter().map(|cut| (self.of_items(cut.1, 0).faces, cut)).collect();
-        cuts.sort_by_key(|(faces, cut)| (*faces, cut.0));
+        let host = self.count_of(body, 0);
+        let mut cuts: Vec<(u64, FaceCount, &Cut<'_>)> =
+            cuts.iter().map(|cut| (self.of_items(cut.1, 0).faces, self.count_of(cut.1, 0), cut)).collect();
+        cuts.sort_by_key(|(faces, _, cut)| (*faces, cut.0));
         let per_face = WORK_PER_FACE.saturating_add(own.faces);
-        let all = cuts.iter().fold(0u64, |sum, (faces, _)| sum.saturating_add(*faces));
-        if own.pairs.saturating_add(all.saturating_mul(per_face.saturating_add(all))) <= WORK_MAX {
-            return Vec::new();
+        let all = cuts.iter().fold(0u64, |sum, (faces, ..)| sum.saturating_add(*faces));
+        let all_counts = cuts.iter().fold(FaceCount::default(), |sum, (_, count, _)| sum.and(*count));
+        let is_costly = |work: u64, triangles: u64| work > WORK_APART || triangles > TRIANGLES_APART;
+        if own.pairs.saturating_add(all.saturating_mul(per_face.saturating_add(all))) <= WORK_MAX
+            && !is_costly(most_work(host, all_counts), host.and(all_counts).triangles)
+        {
+            return Excess { openings: Vec::new(), is_costly: false };
         }
         let mut work = own.pairs;
         let mut admitted: Vec<(u64, Option<Extent>)> = Vec::new();
-        for (k, (faces, cut)) in cuts.iter().enumerate() {
-            let extent = extent_of(cut);
+        let mut cutters = CrossingCutters::of(host);
+        let mut openings = Vec::new();
+        for (k, (faces, count, cut)) in cuts.iter().enumerate() {
+            let (extent, axis) = place_of(cut);
             let meets = |other: Option<Extent>| extent.zip(other).is_none_or(|(a, b)| a.meets(&b));
             let met: u64 = admitted.iter().filter(|(_, other)| meets(*other)).map(|(faces, _)| faces).sum();
             work = work.saturating_add(faces.saturating_mul(per_face.saturating_add(met)));
-            if work > WORK_MAX {
-                return cuts[k..].iter().map(|(_, cut)| cut.0).collect();
+            if work > WORK_MAX || !cutters.admit(Cutter { count: *count, extent, axis }) {
+                openings.extend(cuts[k..].iter().map(|(.., cut)| cut.0));
+                break;
             }
             admitted.push((*faces, extent));
         }
-        Vec::new()
+        Excess { openings, is_costly: is_costly(cutters.work(), cutters.triangles()) }
     }
 
-    /// Replaces the booleans of an item by what they cut, if it is too much work; what has none is left to its box. True if
-    /// it did.
-    pub(crate) fn uncut(&mut self, item: u32, patch: &mut Patch) -> bool {
-        if self.of_item(item, 0).pairs <= WORK_MAX {
-            return false;
+    /// The work of the booleans of an item: `None` if it is too much, else whether it may be far more than it is estimated.
+    /// `extent_of` gives the box of an operand.
+    fn of_booleans(&mut self, item: u32, mut extent_of: impl FnMut(u32) -> Option<Extent>) -> Option<bool> {
+        let BooleanChain { booleans, base } = BooleanChain::of(self.file, item, |_| true);
+        let operands: Vec<u32> = booleans.iter().rev().filter_map(|boolean| boolean.at(2).reference()).collect();
+        if booleans.is_empty() {
+            return Some(false);
         }
-        let operand = BooleanChain::of(self.file, item, |boolean| has_operator(boolean, "DIFFERENCE")).base;
-        let operand = operand.unwrap_or(item);
-        let record = self.file.record(operand).filter(|_| operand != item);
-        let written = record.and_then(|r| Some(format!("{}{}", r.keyword, self.file.arguments_as_written(operand)?)));
+        let host = base.map_or(FaceCount::default(), |base| self.count_of(&[base], 0));
+        let counts: Vec<FaceCount> = operands.iter().map(|operand| self.count_of(&[*operand], 0)).collect();
+        let all = counts.iter().fold(FaceCount::default(), |sum, count| sum.and(*count));
+        let triangles = host.and(all).triangles;
+        if most_work(host, all) <= WORK_APART {
+            return Some(triangles > TRIANGLES_APART);
+        }
+        let mut cutters = CrossingCutters::of(host);
+        for (operand, count) in std::iter::zip(operands, counts) {
+            let axis = axis_of(self.file, &[operand]);
+            if !cutters.admit(Cutter { count, extent: extent_of(operand), axis }) {
+                return None;
+            }
+        }
+        Some(cutters.work() > WORK_APART || triangles > TRIANGLES_APART)
+    }
+
+    /// Replaces the booleans of an item by what they cut, if it is too much work; what has none is left to its box.
+    pub(crate) fn uncut(
+        &mut self,
+        item: u32,
+        patch: &mut Patch,
+        extent_of: impl FnMut(u32) -> Option<Extent>,
+    ) -> ItemCuts {
+        if self.of_item(item, 0).pairs <= WORK_MAX {
+            match self.of_booleans(item, extent_of) {
+                Some(false) => return ItemCuts::Plain,
+                Some(true) => return ItemCuts::Costly,
+                None => {}
+            }
+        }
         // What is no difference, or has too much work inside its first operand, is emptied: its box stands in.
-        let is_cheap = self.of_item(operand, 0).pairs <= WORK_MAX;
-        patch.replace(item, written.filter(|_| is_cheap).unwrap_or_else(|| "IFCBOOLEANRESULT($,$,$)".to_owned()));
-        true
+        let is_cheap = |budget: &mut Self, base: u32| budget.of_item(base, 0).pairs <= WORK_MAX;
+        let base = base_of(self.file, item).filter(|(base, _)| is_cheap(self, *base));
+        patch.replace(item, base.map_or_else(|| "IFCBOOLEANRESULT($,$,$)".to_owned(), |(_, written)| written));
+        ItemCuts::LeftOut
     }
 
     /// How long items take to mesh, in pairs of faces or so.
     pub(crate) fn work(&mut self, items: &[u32]) -> u64 {
         let ItemWork { faces, pairs } = self.of_items(items, 0);
         faces.saturating_add(pairs)
+    }
+
+    /// Triangles and inner bounds of items.
+    fn count_of(&mut self, items: &[u32], depth: usize) -> FaceCount {
+        items.iter().fold(FaceCount::default(), |sum, item| sum.and(self.count_of_item(*item, depth)))
+    }
+
+    fn count_of_item(&mut self, item: u32, depth: usize) -> FaceCount {
+        if let Some(known) = self.known_counts.get(&item) {
+            return *known;
+        }
+        let record = self.file.record(item).filter(|_| depth <= DEPTH_MAX);
+        let count = record.map_or(FaceCount::default(), |record| match record.keyword.to_ascii_uppercase().as_str() {
+            "IFCCSGSOLID" => self.count_of(record.at(0).reference().as_slice(), depth + 1),
+            "IFCMAPPEDITEM" => self.count_of(&mapped_items(self.file, item).collect::<Vec<u32>>(), depth + 1),
+            "IFCBOOLEANRESULT" | "IFCBOOLEANCLIPPINGRESULT" => {
+                let BooleanChain { booleans, base } = BooleanChain::of(self.file, item, |_| true);
+                let operands = booleans.iter().filter_map(|boolean| boolean.at(2).reference()).chain(base);
+                self.count_of(&operands.collect::<Vec<u32>>(), depth + 1)
+            }
+            "IFCFACETEDBREP" | "IFCFACETEDBREPWITHVOIDS" | "IFCFACEBASEDSURFACEMODEL" | "IFCSHELLBASEDSURFACEMODEL" => {
+                let shells = record.at(0);
+                let shells = shells.reference().map_or_else(|| shells.references(), |shell| vec![shell]);
+                shells.into_iter().fold(FaceCount::default(), |sum, shell| sum.and(self.face_counts.of_shell(shell)))
+            }
+            "IFCPOLYGONALFACESET" => self.face_counts.of_shell(item),
+            _ => FaceCount { triangles: self.of_item(item, depth).faces, ring_corners: 0 },
+        });
+        self.known_counts.insert(item, count);
+        count
     }
 
     fn of_items(&mut self, items: &[u32], depth: usize) -> ItemWork {
@@ -215,6 +342,7 @@ mod tests {
     use crate::testing::{BASICS, file, read, with_file};
     use crate::{Element, GeometryStatus};
     use std::fmt::Write as _;
+    use std::sync::atomic::{AtomicU32, Ordering};
 
     /// A closed shell of 2 n triangles around (x, 0, 0) with this id; ids up to `id + 4 n + 2` are used.
     fn ball(id: u32, n: u32, x: f64) -> String {
@@ -345,5 +473,73 @@ mod tests {
         ));
         let (model, _) = read(&text).unwrap();
         assert!(matches!(model.elements[0].geometry.status, GeometryStatus::BoundingBox { .. }));
+    }
+
+    /// A wall with openings that all meet, each a box whose axis leans by so much more than that of the one before.
+    fn wall_with_crossing_openings(n: u32, lean: f64) -> String {
+        let mut text = format!("{BASICS}#1=IFCWALL('wall',$,'W',$,$,#103,#121,$,.STANDARD.);");
+        for k in 0..n {
+            let id = 1_000 + 10 * k;
+            write!(
+                text,
+                "#{id}=IFCOPENINGELEMENT('o{k}',$,$,$,$,#103,#{},$,$);#{}=IFCPRODUCTDEFINITIONSHAPE($,$,(#{}));
+                 #{}=IFCSHAPEREPRESENTATION(#101,'Body','SweptSolid',(#{}));#{}=IFCEXTRUDEDAREASOLID(#90,#{},#112,4.);
+                 #{}=IFCAXIS2PLACEMENT3D(#107,#{},#112);#{}=IFCDIRECTION(({:.3},1.,0.));#{}=IFCRELVOIDSELEMENT('r{k}',$,$,$,#1,#{id});",
+                id + 1, id + 1, id + 2, id + 2, id + 3, id + 3, id + 4, id + 4, id + 5, id + 5,
+                lean * f64::from(k), id + 6
+            )
+            .unwrap();
+        }
+        file(&format!(
+            "{text}#90=IFCRECTANGLEPROFILEDEF(.AREA.,$,#91,1.,0.2);#91=IFCAXIS2PLACEMENT2D(#92,$);
+            #92=IFCCARTESIANPOINT((1.5,0.));"
+        ))
+    }
+
+    #[test]
+    fn openings_that_cross_are_counted_and_parallel_ones_are_cut() {
+        let not_cut = |text: &str| {
+            // What is left is not cut either, which costs no time.
+            let (_, diagnostics, _) = asked_of_process(text);
+            let told = diagnostics.into_iter().find(|d| d.code.name() == "openings_not_cut");
+            told.map(|d| d.message.split(':').next().unwrap_or_default().to_owned())
+        };
+        assert_eq!(not_cut(&wall_with_crossing_openings(40, 0.0)), None);
+        assert_eq!(not_cut(&wall_with_crossing_openings(40, 0.01)).as_deref(), Some("28 of its 40 openings not cut"));
+    }
+
+    /// The number of bodies that the other process is asked for, which makes none that has openings.
+    fn asked_of_process(text: &str) -> (Vec<Element>, Vec<diagnostics::Diagnostic>, u32) {
+        let n_asked = AtomicU32::new(0);
+        let process = |task: &[&[u8]], _: Option<f64>, take: &mut dyn FnMut(&[u8])| {
+            let task = task.concat();
+            n_asked.fetch_add(u32::from(task[0]), Ordering::Relaxed);
+            if memchr::memmem::find(&task, b"IFCRELVOIDSELEMENT").is_some() {
+                return (0.0, Err("it takes too long".to_owned()));
+            }
+            let mut answer = Vec::new();
+            let end = crate::mesh_task(&task, &mut |bytes| answer.extend_from_slice(bytes));
+            take(&answer);
+            (0.0, end.map_err(|error| error.to_string()))
+        };
+        let options = crate::ReadOptions { isolation: Some(&process), ..crate::ReadOptions::default() };
+        let (model, diagnostics) = crate::read(text.as_bytes(), &options).unwrap();
+        (model.elements, diagnostics, n_asked.into_inner())
+    }
+
+    #[test]
+    fn costly_cuts_are_made_apart_and_a_body_whose_cuts_are_given_up_is_whole() {
+        assert_eq!(asked_of_process(&wall_with_crossing_openings(3, 0.1)).2, 0);
+        let (elements, diagnostics, n_asked) = asked_of_process(&wall_with_crossing_openings(9, 0.1));
+        assert_eq!(n_asked, 2, "once with its cuts and once without");
+        let Element { geometry, .. } = &elements[0];
+        assert_eq!(geometry.status, GeometryStatus::Meshed);
+        assert_eq!(geometry.parts[0].positions_m.len(), 8, "a box");
+        let [told] = &diagnostics[..] else { panic!("{diagnostics:?}") };
+        assert_eq!(
+            (told.code.name(), told.entity.as_ref().map(|id| &*id.global_id)),
+            ("openings_not_cut", Some("wall"))
+        );
+        assert_eq!(told.message, "its openings and other cuts are not cut: it takes too long");
     }
 }

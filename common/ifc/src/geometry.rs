@@ -1,14 +1,16 @@
 //! Bodies of products: kernel meshes, bounding boxes where meshing fails, and a diagnostic for every failure.
 
 use rustc_hash::{FxHashMap, FxHashSet};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
+use crate::affine::normalised;
 use crate::boolean_chain::is_boolean;
 use crate::bounded_items::Bounds;
 use crate::bounding_boxes::{self, Extent, Extents};
-use crate::cut_budget::{Cut, CutBudget};
+use crate::cut_budget::{self, Cut, CutBudget, Excess, ItemCuts};
 use crate::door_cuts::door_cuts;
 use crate::kernel::{File, ItemMesh, MeshRequest, Meshed, Patch, Record, mesh as mesh_by_kernel};
+use crate::prism_axes::axis_of;
 use crate::product_body::ProductBody;
 use crate::units::{self, LengthUnit};
 use crate::{Geometry, GeometryStatus, MeshPart, Progress, ReadError, ReadOptions, Stage, substitutes};
@@ -42,7 +44,7 @@ pub(crate) fn mesh(
     let items_of_openings: FxHashMap<u32, &[u32]> =
         products.iter().filter(|p| p.cuts).map(|p| (p.record.id, p.body.items.as_slice())).collect();
     let mut bounds = Bounds::new(file);
-    let (mut wanted, mut unbounded) = (Vec::new(), Vec::new());
+    let (mut wanted, mut unbounded) = (Vec::new(), FxHashSet::default());
     for product in products {
         let has_body = !product.body.items.is_empty();
         if has_body && is_placed(product, frames) {
@@ -57,10 +59,14 @@ pub(crate) fn mesh(
             product.body.correct(&mut patch);
         }
     }
-    let mut detailed =
+    let Cuts { mut detailed, costly } =
         leave_out_costly_cuts(file, products, frames, &items_of_openings, (&mut extents, &mut patch), report);
     let is_wanted: FxHashSet<u32> = wanted.iter().copied().collect();
     detailed.retain(|id| is_wanted.contains(id));
+    let apart = |ids: &FxHashSet<u32>, others: &FxHashSet<u32>| -> Vec<u32> {
+        wanted.iter().copied().filter(|id| ids.contains(id) && !others.contains(id)).collect()
+    };
+    let (unbounded, costly) = (apart(&unbounded, &costly), apart(&costly, &FxHashSet::default()));
     let id_of: FxHashMap<u32, &Named> = products.iter().map(|product| (product.record.id, product.id)).collect();
     let progress = |done: usize, total: usize, detailed_left: Option<u32>| {
         let waits_for = detailed_left.and_then(|id| id_of.get(&id).copied());
@@ -69,6 +75,7 @@ pub(crate) fn mesh(
     let request = MeshRequest {
         products: &wanted,
         unbounded: &unbounded,
+        costly: &costly,
         detailed: &detailed,
         isolation: options.isolation,
         patch: &patch,
@@ -76,7 +83,9 @@ pub(crate) fn mesh(
         progress: &progress,
     };
     let mut meshed = mesh_by_kernel(file, &request)?;
-    cut_by_doors(file, unit.metres, (products, frames), (options, &unbounded), (&mut meshed, &mut patch), report)?;
+    let there = [unbounded.as_slice(), costly.as_slice()];
+    cut_by_doors(file, unit.metres, (products, frames), (options, there), (&mut meshed, &mut patch), report)?;
+    mesh_without_cuts(file, (products, &id_of), (options, &progress), (&mut meshed, &mut patch), report)?;
     share_complaints(&meshed.meshes, &mut meshed.complaints);
     // Openings first: an element may lie wholly inside its own.
     let bodied = products.iter().filter(|product| !product.body.items.is_empty());
@@ -107,7 +116,7 @@ fn cut_by_doors(
     file: &File<'_>,
     unit_m: f64,
     (products, frames): (&[ProductBody<'_, '_>], &FxHashMap<u32, Affine3<f64>>),
-    (options, unbounded): (&ReadOptions<'_>, &[u32]),
+    (options, [unbounded, costly]): (&ReadOptions<'_>, [&[u32]; 2]),
     (meshed, patch): (&mut Meshed, &mut Patch),
     report: &mut Report,
 ) -> Result<(), ReadError> {
@@ -123,10 +132,11 @@ fn cut_by_doors(
     }
     again.sort_unstable();
     again.dedup();
-    let unbounded: Vec<u32> = unbounded.iter().copied().filter(|id| again.contains(id)).collect();
+    let of_again = |list: &[u32]| -> Vec<u32> { list.iter().copied().filter(|id| again.contains(id)).collect() };
     let request = MeshRequest {
         products: &again,
-        unbounded: &unbounded,
+        unbounded: &of_again(unbounded),
+        costly: &of_again(costly),
         detailed: &[],
         isolation: options.isolation,
         patch,
@@ -136,13 +146,46 @@ fn cut_by_doors(
     for id in &again {
         meshed.meshes.remove(id);
         meshed.complaints.remove(id);
+        meshed.given_up.remove(id);
     }
     meshed.append(mesh_by_kernel(file, &request)?);
     Ok(())
 }
 
-/// Corrects the patch so that the kernel does not cut what would take it too long, and reports that. Returns the products
-/// from most to least work.
+/// Meshes what the other process has given up again, without its cuts, and reports that.
+fn mesh_without_cuts(
+    file: &File<'_>,
+    (products, id_of): (&[ProductBody<'_, '_>], &FxHashMap<u32, &Named>),
+    (options, progress): (&ReadOptions<'_>, &(dyn Fn(usize, usize, Option<u32>) + Sync)),
+    (meshed, patch): (&mut Meshed, &mut Patch),
+    report: &mut Report,
+) -> Result<(), ReadError> {
+    let uncut = without_cuts(file, products, &meshed.given_up, patch);
+    let request = MeshRequest {
+        products: &uncut,
+        unbounded: &uncut,
+        costly: &[],
+        detailed: &[],
+        isolation: options.isolation,
+        patch,
+        pool: options.pool,
+        progress,
+    };
+    let again = mesh_by_kernel(file, &request)?;
+    report_uncut(id_of, &uncut, meshed, &again, report);
+    meshed.replace(again);
+    Ok(())
+}
+
+/// What cutting the products is worth.
+struct Cuts {
+    /// The products from most to least work.
+    detailed: Vec<u32>,
+    /// Those whose cuts may be far more work than they are estimated.
+    costly: FxHashSet<u32>,
+}
+
+/// Corrects the patch so that the kernel does not cut what would take it too long, and reports that.
 fn leave_out_costly_cuts(
     file: &File<'_>,
     products: &[ProductBody<'_, '_>],
@@ -150,20 +193,27 @@ fn leave_out_costly_cuts(
     items_of_openings: &FxHashMap<u32, &[u32]>,
     (extents, patch): (&mut Extents<'_, '_>, &mut Patch),
     report: &mut Report,
-) -> Vec<u32> {
+) -> Cuts {
     let mut budget = CutBudget::new(file);
     let work = products.iter().map(|product| (budget.work(&product.body.items), product.record.id));
     let mut detailed: Vec<(u64, u32)> = work.collect();
     detailed.sort_unstable_by_key(|&(work, id)| (std::cmp::Reverse(work), id));
     let detailed: Vec<u32> = detailed.into_iter().map(|(_, id)| id).collect();
-    let mut left_out = FxHashSet::default();
+    let (mut left_out, mut costly) = (FxHashSet::default(), FxHashSet::default());
     let mut told = |product: &ProductBody<'_, '_>, what: String| {
         let message = format!("{what}; there is so much detail that it would take very long");
         report.add(Severity::Warning, DiagnosticCode::OpeningsNotCut, Some(product.id.clone()), message);
     };
     for product in products {
         let items = &product.body.items;
-        let uncut: Vec<u32> = items.iter().copied().filter(|&item| budget.uncut(item, patch)).collect();
+        let mut uncut = Vec::new();
+        for &item in items {
+            match budget.uncut(item, patch, |operand| extents.of_items(&[operand])) {
+                ItemCuts::Plain => {}
+                ItemCuts::Costly => _ = costly.insert(product.record.id),
+                ItemCuts::LeftOut => uncut.push(item),
+            }
+        }
         if let Some(item) = uncut.first() {
             let is_boolean = file.record(*item).is_some_and(|record| is_boolean(&record));
             let what = if is_boolean { "are booleans that are not evaluated" } else { "is not meshed" };
@@ -174,10 +224,12 @@ fn leave_out_costly_cuts(
             .iter()
             .map(|&opening| (opening, items_of_openings.get(&opening).copied().unwrap_or_default()))
             .collect();
-        let mut excess = budget.excess(items, &cuts, |(opening, items)| {
+        let Excess { openings: mut excess, is_costly } = budget.excess(items, &cuts, |(opening, items)| {
             let frame = frames.get(opening).copied().unwrap_or_else(Affine3::identity);
-            Some(extents.of_items(items)?.moved(&frame))
+            let extent = extents.of_items(items).map(|extent| extent.moved(&frame));
+            (extent, axis_of(file, items).and_then(|axis| normalised(frame * axis)))
         });
+        costly.extend(is_costly.then_some(product.record.id));
         if !excess.is_empty() {
             excess.sort_unstable();
             let list: Vec<String> =
@@ -187,14 +239,49 @@ fn leave_out_costly_cuts(
         }
         left_out.extend(excess);
     }
-    let voids = if left_out.is_empty() { Vec::new() } else { file.all("IfcRelVoidsElement") };
+    remove_voids(file, &left_out, patch);
+    Cuts { detailed, costly }
+}
+
+/// Takes the cuts of products that the other process has given up out of the patch: their openings, and the differences of
+/// their bodies. Returns those of them that have any.
+fn without_cuts(
+    file: &File<'_>,
+    products: &[ProductBody<'_, '_>],
+    given_up: &BTreeSet<u32>,
+    patch: &mut Patch,
+) -> Vec<u32> {
+    let (mut uncut, mut openings) = (Vec::new(), FxHashSet::default());
+    for product in products.iter().filter(|product| given_up.contains(&product.record.id)) {
+        let differences = product.body.items.iter().filter(|item| cut_budget::replace_by_base(file, **item, patch));
+        if differences.count() > 0 || !product.openings.is_empty() {
+            uncut.push(product.record.id);
+        }
+        openings.extend(product.openings.iter().copied());
+    }
+    remove_voids(file, &openings, patch);
+    uncut
+}
+
+/// Removes the relations by which openings cut.
+fn remove_voids(file: &File<'_>, openings: &FxHashSet<u32>, patch: &mut Patch) {
+    let voids = if openings.is_empty() { Vec::new() } else { file.all("IfcRelVoidsElement") };
     for (span, _) in voids {
         let opening = file.record(span.id).and_then(|record| record.at(5).reference());
-        if opening.is_some_and(|opening| left_out.contains(&opening)) {
+        if opening.is_some_and(|opening| openings.contains(&opening)) {
             patch.remove(span);
         }
     }
-    detailed
+}
+
+/// Reports the products that are drawn without their cuts.
+fn report_uncut(id_of: &FxHashMap<u32, &Named>, uncut: &[u32], before: &Meshed, again: &Meshed, report: &mut Report) {
+    for product in uncut.iter().filter(|product| !again.given_up.contains(product)) {
+        let why = before.complaints.get(product).map_or("the kernel fails", String::as_str);
+        let message = format!("its openings and other cuts are not cut: {why}");
+        let id = id_of.get(product).map(|id| (*id).clone());
+        report.add(Severity::Warning, DiagnosticCode::OpeningsNotCut, id, message);
+    }
 }
 
 /// Shares complaints among products of equal shape: the kernel meshes equal shapes once and reports the first product, which

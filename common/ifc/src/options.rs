@@ -3,9 +3,10 @@
 use crate::MeshPool;
 use diagnostics::Named;
 
-/// Runs a task for [`mesh_task`](crate::mesh_task) in another process: takes the parts of its bytes, gives the bytes of its
-/// result, or why there are none.
-pub type Isolation<'a> = dyn Fn(&[&[u8]]) -> Result<Vec<u8>, String> + Sync + 'a;
+/// Runs a task for [`mesh_task`](crate::mesh_task) in another process: takes the parts of its bytes and the CPU time in seconds
+/// that it may take in all, and hands on the bytes of its answers as they come, in pieces of any length. Gives the CPU time that
+/// it took, and why there are no more answers where it ended too early. What an answer may take is for the process to limit.
+pub type Isolation<'a> = dyn Fn(&[&[u8]], Option<f64>, &mut dyn FnMut(&[u8])) -> (f64, Result<(), String>) + Sync + 'a;
 
 /// Options of reading. They change the result only where [`ReadOptions::isolation`] has to give up.
 #[derive(Clone, Copy, Default)]
@@ -14,7 +15,8 @@ pub struct ReadOptions<'a> {
     pub pool: Option<&'a MeshPool>,
     /// Called as work advances, from any thread.
     pub progress: Option<&'a (dyn Fn(Progress<'_>) + Sync)>,
-    /// Meshes in another process those bodies of which nothing bounds what the kernel may need; `None`: in this one.
+    /// Meshes in another process those bodies of which nothing bounds what the kernel may need, and those that are costly to cut;
+    /// `None`: in this one.
     pub isolation: Option<&'a Isolation<'a>>,
 }
 
@@ -36,7 +38,8 @@ pub struct Progress<'a> {
     pub done: usize,
     /// Steps of this stage.
     pub total: usize,
-    /// The most detailed product that is not meshed yet: what it waits for, where it waits.
+    /// The product that is meshed in another process now, else the most detailed one that is not meshed yet: what it waits for,
+    /// where it waits.
     pub waits_for: Option<&'a Named>,
 }
 

@@ -129,7 +129,8 @@ pub(crate) fn point(file: &File<'_>, id: u32) -> Option<Point3<f64>> {
     Some(Point3::new(at(0)?, at(1)?, at(2)?))
 }
 
-fn direction(file: &File<'_>, id: u32) -> Option<Vector3<f64>> {
+/// IfcDirection, of any length; a 2D direction has z = 0.
+pub(crate) fn direction(file: &File<'_>, id: u32) -> Option<Vector3<f64>> {
     let record = file.record_of(id, "IFCDIRECTION")?;
     let ratios = record.at(0).list();
     let at = |i: usize| ratios.get(i).map_or(Some(0.0), |c| c.number());

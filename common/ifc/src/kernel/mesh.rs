@@ -1,6 +1,6 @@
 //! Meshes of products.
 
-use std::collections::{BTreeMap, HashSet};
+use std::collections::{BTreeMap, BTreeSet, HashSet};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 
@@ -29,6 +29,8 @@ pub(crate) struct Meshed {
     pub(crate) meshes: BTreeMap<u32, Vec<ItemMesh>>,
     /// Complaints of the kernel about a product.
     pub(crate) complaints: BTreeMap<u32, String>,
+    /// Products of which the other process made nothing, or that it was not given any more.
+    pub(crate) given_up: BTreeSet<u32>,
 }
 
 /// Called with products done, and what there is of them.
@@ -53,11 +55,36 @@ impl Meshed {
     pub(crate) fn append(&mut self, mut other: Self) {
         self.meshes.append(&mut other.meshes);
         self.complaints.append(&mut other.complaints);
+        self.given_up.append(&mut other.given_up);
+    }
+
+    /// Puts what was made of products in a second try in the place of what the first one made. Those that failed again keep the
+    /// complaint of the first.
+    pub(crate) fn replace(&mut self, mut again: Self) {
+        for product in again.meshes.keys() {
+            self.given_up.remove(product);
+            self.complaints.remove(product);
+        }
+        again.complaints.retain(|product, _| !again.given_up.contains(product));
+        self.append(again);
+    }
+
+    pub(super) fn give_up(&mut self, product: u32, why: String) {
+        self.complaints.insert(product, why);
+        self.given_up.insert(product);
+    }
+
+    fn complain(&mut self, products: &[u32], audit: &ProductGeometryAudit) {
+        for &product in products {
+            if let Err(complaint) = audit.require_complete(product) {
+                self.complaints.insert(product, complaint);
+            }
+        }
     }
 }
 
 /// Meshes all at once; where that fails, by halves until the products that fail stand alone.
-pub(super) fn in_halves(products: &[u32], pass: impl Fn(&[u32]) -> Result<Meshed, String>) -> Meshed {
+fn in_halves(products: &[u32], pass: impl Fn(&[u32]) -> Result<Meshed, String>) -> Meshed {
     let mut meshed = Meshed::default();
     let mut waiting = vec![products];
     while let Some(products) = waiting.pop() {
@@ -76,6 +103,47 @@ pub(super) fn in_halves(products: &[u32], pass: impl Fn(&[u32]) -> Result<Meshed
 }
 
 fn pass(bytes: &[u8], products: &[u32], progress: &MeshProgress<'_>) -> Meshed {
+    let mut sink = Sink::new(|sink: &mut Progress| progress(sink.n_jobs, &sink.meshed));
+    process(bytes, &request(products, CHUNK), &mut sink);
+    let Progress { mut meshed, audit, .. } = sink.progress;
+    meshed.complain(products, &audit);
+    meshed
+}
+
+/// Meshes products that are in the order of their records, so many at a time. What is done is given to `take` after each batch,
+/// and nothing once the file is read.
+pub(super) fn mesh_in_batches(
+    bytes: &[u8],
+    products: &[u32],
+    batch: usize,
+    take: &mut (dyn FnMut(&[u32], Meshed) + Send),
+) {
+    let (mut left, mut n_jobs) = (products, 0);
+    let mut sink = Sink::new(|progress: &mut Progress| {
+        let (done, rest) = left.split_at(n_done(left, progress.n_jobs - n_jobs, &progress.audit));
+        (left, n_jobs) = (rest, progress.n_jobs);
+        let mut meshed = std::mem::take(&mut progress.meshed);
+        meshed.complain(done, &progress.audit);
+        take(done, meshed);
+    });
+    process(bytes, &request(products, batch), &mut sink);
+    let Progress { mut meshed, audit, .. } = sink.progress;
+    meshed.complain(left, &audit);
+    take(left, meshed);
+}
+
+/// Products that are done of those that are left, after so many more jobs: all up to the last that has been. The kernel works
+/// in the order of the records, and some products are no job of it.
+fn n_done(left: &[u32], n_more_jobs: usize, audit: &ProductGeometryAudit) -> usize {
+    let has_been = |product: u32| audit.require_complete(product).err().is_none_or(|why| !why.contains(NO_RECEIPT));
+    let jobs = left.iter().enumerate().filter(|(_, product)| has_been(**product));
+    jobs.take(n_more_jobs).last().map_or(0, |(place, _)| place + 1)
+}
+
+/// Complaint of the kernel about a product that it has not tried.
+const NO_RECEIPT: &str = "no completed processing receipt";
+
+fn request(products: &[u32], batch: usize) -> ProcessingRequest {
     let features = Features::default()
         .properties(false)
         .presentation_layers(false)
@@ -83,37 +151,43 @@ fn pass(bytes: &[u8], products: &[u32], progress: &MeshProgress<'_>) -> Meshed {
         .finishes(false);
     let wanted: HashSet<u32> = products.iter().copied().collect();
     let mut request = ProcessingRequest::default()
-        .batching(Batching::new(CHUNK, CHUNK))
+        .batching(Batching::new(batch, batch))
         .retain_meshes(false)
         .features(features)
         .ids(Some(Arc::new(wanted)));
     request.quality = TessellationQuality::Medium;
-    let audit = ProductGeometryAudit::default();
-    let mut sink = Sink { frame: None, meshed: Meshed::default(), audit: audit.clone(), progress };
-    process(bytes, &request, &mut sink);
-    let mut meshed = sink.meshed;
-    for &product in products {
-        if let Err(complaint) = audit.require_complete(product) {
-            meshed.complaints.insert(product, complaint);
-        }
-    }
-    meshed
+    request
 }
 
-struct Sink<'p> {
-    frame: Option<MeshFrame>,
+/// What a pass has done.
+#[derive(Default)]
+struct Progress {
     meshed: Meshed,
+    n_jobs: usize,
     audit: ProductGeometryAudit,
-    progress: &'p MeshProgress<'p>,
 }
 
-impl ProcessingSink for Sink<'_> {
+/// Collects meshes, and calls `step` when the file is read and after each batch.
+struct Sink<F> {
+    frame: Option<MeshFrame>,
+    progress: Progress,
+    step: F,
+}
+
+impl<F: FnMut(&mut Progress)> Sink<F> {
+    fn new(step: F) -> Self {
+        Self { frame: None, progress: Progress::default(), step }
+    }
+}
+
+impl<F: FnMut(&mut Progress)> ProcessingSink for Sink<F> {
     fn product_geometry_audit(&self) -> Option<ProductGeometryAudit> {
-        Some(self.audit.clone())
+        Some(self.progress.audit.clone())
     }
 
     fn on_frame(&mut self, event: &FrameEvent) {
         self.frame = Some(event.frame);
+        (self.step)(&mut self.progress);
     }
 
     fn on_batch(&mut self, meshes: &[MeshData], processed: usize, _: usize) {
@@ -121,9 +195,10 @@ impl ProcessingSink for Sink<'_> {
         // 1 and 2 are shapes of types, which their occurrences draw.
         for mesh in meshes.iter().filter(|m| !matches!(m.geometry_class, 1 | 2)) {
             let item_mesh = ItemMesh { item: mesh.geometry_item_id, part: part(mesh, frame) };
-            self.meshed.meshes.entry(mesh.express_id).or_default().push(item_mesh);
+            self.progress.meshed.meshes.entry(mesh.express_id).or_default().push(item_mesh);
         }
-        (self.progress)(processed, &self.meshed);
+        self.progress.n_jobs = processed;
+        (self.step)(&mut self.progress);
     }
 }
 
@@ -198,7 +273,7 @@ mod tests {
         let pass = |products: &[u32]| {
             let fails = products.contains(&3) || products.contains(&7);
             let meshes = products.iter().map(|&id| (id, Vec::new())).collect();
-            if fails { Err("it fails".to_owned()) } else { Ok(Meshed { meshes, complaints: BTreeMap::new() }) }
+            if fails { Err("it fails".to_owned()) } else { Ok(Meshed { meshes, ..Meshed::default() }) }
         };
         let meshed = in_halves(&[1, 2, 3, 4, 5, 6, 7], pass);
         assert_eq!(meshed.meshes.into_keys().collect::<Vec<u32>>(), [1, 2, 4, 5, 6]);

@@ -13,7 +13,8 @@ pub struct Progress<'a> {
     pub done: usize,
     /// Steps of this stage.
     pub total: usize,
-    /// The most detailed element that is not meshed yet: what the work waits for, where it waits.
+    /// The element that is meshed in another process now, else the most detailed one that is not meshed yet: what the work waits
+    /// for, where it waits.
     pub waits_for: Option<&'a Named>,
     /// Share of the whole work that is done, from 0 to 1. It falls where the kernel begins again after a panic.
     pub share: f64,
@@ -35,7 +36,12 @@ impl Progress<'_> {
     pub fn doing(&self) -> String {
         match self.stage {
             Stage::Reading => format!("reading {}", self.file),
-            Stage::Meshing => format!("meshing {}", self.file),
+            Stage::Meshing => {
+                let Self { file, done, total, .. } = self;
+                let at =
+                    |named: &Named| format!(", at #{} {} {} or another", named.step_id, named.global_id, named.name);
+                format!("meshing {file}, {done} of {total}{}", self.waits_for.map(at).unwrap_or_default())
+            }
             Stage::Joining => "joining the files".to_owned(),
         }
     }
