@@ -32,6 +32,9 @@ pub(crate) struct WrittenAssignment {
     pub(crate) length_s: Option<i64>,
 }
 
+/// Calendar and length of work on a task; `None`: as the task.
+type Work = (Option<usize>, Option<i64>);
+
 /// What a task's own calendar says where its resources have theirs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum OwnCalendar {
@@ -92,7 +95,7 @@ impl WrittenResources {
     }
 
     /// Calendars and lengths of the work on each task that goes by its resources; `None`: as the task.
-    fn by_task(&self, file: &PlanFile) -> BTreeMap<usize, Vec<(Option<usize>, Option<i64>)>> {
+    fn by_task(&self, file: &PlanFile) -> BTreeMap<usize, Vec<Work>> {
         let mut calendars = HashMap::new();
         for (k, calendar) in file.calendars.iter().enumerate() {
             calendars.entry(calendar.uid.as_str()).or_insert(k);
@@ -120,7 +123,7 @@ impl WrittenResources {
 fn parts(
     file: &PlanFile,
     k: usize,
-    work: &[(Option<usize>, Option<i64>)],
+    work: &[Work],
     own_calendar: OwnCalendar,
     shifts: &mut Shifts,
 ) -> Vec<PlanAssignment> {

@@ -19,6 +19,7 @@ pub(crate) struct Network<'t> {
 }
 
 /// A step of the forward pass.
+#[expect(clippy::large_enum_variant, reason = "almost all steps are tasks")]
 enum Step<'t> {
     Task(UncertainTask<'t>),
     /// A task that spans others.
