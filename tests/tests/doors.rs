@@ -261,7 +261,10 @@ fn a_fixed_leaf_is_no_way_on_maps_and_stays_in_worlds() {
         assert!(in_world.is_null() || in_world["width_m"] == 2.0, "the whole door: {in_world}");
         let leaves = in_world["leaves"].as_array().cloned().unwrap_or_default();
         let kinds: Vec<String> = leaves.iter().map(|leaf| leaf["kind"].as_str().unwrap().to_owned()).collect();
-        (passage(&maps, door), clear_width_m(&maps, door), pixels, kinds)
+        let passed = passage(&maps, door);
+        let unreached = maps.json("report.json")["spaces_without_waypoint"].to_string();
+        assert!(passed.1.is_empty() || unreached.contains(&passed.1), "{passed:?} {unreached}");
+        (passed, clear_width_m(&maps, door), pixels, kinds)
     };
     let moving_left = ["revolute".to_owned(), "fixed".to_owned()];
     let (passed, clear_m, pixels, kinds) = with("SWING_FIXED_LEFT", &[]);
@@ -273,9 +276,10 @@ fn a_fixed_leaf_is_no_way_on_maps_and_stays_in_worlds() {
     assert_eq!(kinds, moving_left);
     let (_, _, pixels, kinds) = with("SWING_FIXED_RIGHT", &[]);
     assert_eq!((pixels, kinds), ([OCCUPIED, FREE], moving_left.iter().rev().cloned().collect()));
-    let (passed, _, pixels, kinds) = with("NOTDEFINED", &[("FIXEDPANEL", "LEFT", 0.5), ("FIXEDPANEL", "RIGHT", 0.5)]);
+    let (passed, clear_m, pixels, kinds) =
+        with("NOTDEFINED", &[("FIXEDPANEL", "LEFT", 0.5), ("FIXEDPANEL", "RIGHT", 0.5)]);
     assert_eq!(passed, ("operation".to_owned(), "all its leaves are fixed".to_owned()));
-    assert_eq!((pixels, kinds.len()), ([OCCUPIED; 2], 0));
+    assert_eq!((clear_m, pixels, kinds.len()), (0.0, [OCCUPIED; 2], 0));
 }
 
 #[test]

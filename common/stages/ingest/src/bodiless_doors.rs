@@ -45,7 +45,7 @@ fn hang_leaf(builder: &mut SiteBuilder, element: usize, opening: &OrientedBox, [
     const FACES: [[u32; 4]; 6] = [[0, 1, 2, 3], [4, 7, 6, 5], [0, 4, 5, 1], [1, 5, 6, 2], [2, 6, 7, 3], [3, 7, 4, 0]];
     let leaf = OrientedBox { half: [opening.half[0], opening.half[1].min(HALF_LEAF)], ..*opening };
     let ring = leaf.ring();
-    // From above clockwise seen from below: the first face is the top.
+    // The corners of the top, counterclockwise seen from above, then those of the bottom below them.
     let vertices: Vec<[i32; 3]> = [high, low].iter().flat_map(|&z| ring.iter().map(move |&[x, y]| [x, y, z])).collect();
     let triangles = FACES.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]);
     let part = PartRecord {

@@ -113,7 +113,7 @@ fn add_door(
     let height = door.overall_height_m.filter(|h| *h > 0.0);
     let leaves = moving_leaves(door);
     let operation = leaves.and_then(|_| opens(&door.operation_type, &element.predefined_type));
-    let share = leaves.map_or(1.0, |l| l.share);
+    let share = leaves.map_or(0.0, |l| l.share);
     let (clear_width_m, clear_width_from) = clear_width_m(share * overall_width_m, door, operation);
     let hanging = hanging_of(builder, door, &frame.map_from_world);
     let passage = passage.map(|p| leaves.map_or(p, |l| l.part_of(&p, hanging.along)));

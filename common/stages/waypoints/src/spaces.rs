@@ -105,6 +105,7 @@ fn door_text(site: &Site<'_>, robot: &RobotProfile, closed: &DoorPassageRecord, 
     let needed_m = 2.0 * robot.radius_m + robot.door_margin_m;
     let why = match closed.passage.get() {
         DoorPassage::CannotOpen if site.text(element.predefined_type) == "TRAPDOOR" => "it is a trapdoor".to_owned(),
+        DoorPassage::CannotOpen if site.moving_leaves(door).is_none() => "all its leaves are fixed".to_owned(),
         DoorPassage::CannotOpen => {
             let operation = Some(site.text(door.operation)).filter(|o| !o.is_empty()).unwrap_or("unknown operation");
             format!("this robot does not open it ({operation})")
