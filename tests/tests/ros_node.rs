@@ -61,7 +61,9 @@ fn wrong(last: &BTreeMap<String, Value>) -> Vec<String> {
     }
     for (topic, ends) in graph["endpoints"].as_object().into_iter().flatten() {
         let all = ["publishers", "subscriptions"].into_iter().flat_map(|what| ends[what].as_array()).flatten();
-        wrong.extend(all.filter(|end| end[0].as_str().unwrap().contains("UNKNOWN")).map(|end| format!("{topic}: {end}")));
+        wrong.extend(
+            all.filter(|end| end[0].as_str().unwrap().contains("UNKNOWN")).map(|end| format!("{topic}: {end}")),
+        );
     }
     wrong
 }

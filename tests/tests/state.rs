@@ -130,7 +130,9 @@ fn state_that_is_removed_in_both_forms_is_told_and_epochs_still_rise() {
     for (daemon, file) in &removed[..3] {
         wait_until("it is told", &live, |status| {
             let warning = status["daemons"][daemon]["warning"].as_str();
-            warning.is_some_and(|warning| warning.contains(file) && warning.contains("removed") && warning.contains("lost"))
+            warning.is_some_and(|warning| {
+                warning.contains(file) && warning.contains("removed") && warning.contains("lost")
+            })
         });
     }
     wait_until("the robot is that of the site", &live, |status| status["grids"]["robot"] == "first");

@@ -42,10 +42,7 @@ const ALLOWED: [(&str, &[&str]); 31] = [
     ("rasterize", &["bus", "daemon", "grid", "messages", "raster"]),
     ("waypoint-gen", &["bus", "daemon", "messages", "waypoints"]),
     ("ros-bridge", &["bus", "daemon", "export", "frames", "grid", "messages", "ros", "world"]),
-    (
-        "web",
-        &["bus", "daemon", "export", "frames", "grid", "input-files", "messages", "raster", "schedule", "world"],
-    ),
+    ("web", &["bus", "daemon", "export", "frames", "grid", "input-files", "messages", "raster", "schedule", "world"]),
     ("slam-align", &["alignment", "bus", "daemon", "deviations", "frames", "messages", "occupancy"]),
     ("slam-simulator", &["frames", "grid", "occupancy"]),
     (

@@ -3,6 +3,7 @@
 use crate::alignment_records::*;
 use crate::archive::{Archive, ArchiveBuffer, ArchiveError, ArchiveKind, SectionList, Text};
 use crate::archive_writer::ArchiveWriter;
+use crate::local_poses::{LocalPoseRecord, LocalPoses, LocalPosesHead, OutlineRingRecord};
 use crate::payload;
 use crate::tag::check_tags;
 use crate::text_pool::TextPool;
@@ -15,6 +16,11 @@ pub(crate) mod section {
     pub(crate) const PLACED: u32 = 5;
     pub(crate) const POSE_PAIRS: u32 = 6;
     pub(crate) const HINTS: u32 = 7;
+    pub(crate) const LOCAL_POSES_HEAD: u32 = 8;
+    pub(crate) const LOCAL_POSES: u32 = 9;
+    pub(crate) const BLOCKS: u32 = 10;
+    pub(crate) const OUTLINE_RINGS: u32 = 11;
+    pub(crate) const OUTLINE_CORNERS: u32 = 12;
 }
 
 /// An alignment, read in place.
@@ -32,6 +38,8 @@ pub struct Alignment<'a> {
     pose_pairs: &'a [PosePairRecord],
     /// What each place hint excluded.
     pub hints: &'a [HintRecord],
+    /// The pose from place to place; `None` without a current pose of the newest map.
+    pub local_poses: Option<LocalPoses<'a>>,
 }
 
 impl<'a> Alignment<'a> {
@@ -60,6 +68,9 @@ impl<'a> Alignment<'a> {
             && [&head.pose, &head.waiting].into_iter().chain(alignment.candidates).all(PoseRecord::is_finite);
         if !whole {
             return Err(ArchiveError::Index { what: "a pose" });
+        }
+        if !alignment.local_poses.is_none_or(|local| local.is_whole()) {
+            return Err(ArchiveError::Index { what: "a local pose" });
         }
         if alignment.is_decision_whole() {
             Ok(alignment)
@@ -96,6 +107,16 @@ impl<'a> Alignment<'a> {
 
     /// The sections of an archive, without validation of their records.
     pub(crate) fn of(archive: Archive<'a>) -> Result<Self, ArchiveError> {
+        let heads: &[LocalPosesHead] = archive.optional_section(section::LOCAL_POSES_HEAD)?;
+        let local_poses = heads.first().map(|head| -> Result<LocalPoses<'a>, ArchiveError> {
+            Ok(LocalPoses {
+                head,
+                parts: archive.section(section::LOCAL_POSES)?,
+                blocks: archive.section(section::BLOCKS)?,
+                rings: archive.section(section::OUTLINE_RINGS)?,
+                corners: archive.section(section::OUTLINE_CORNERS)?,
+            })
+        });
         Ok(Self {
             archive,
             strings: archive.strings(section::STRINGS)?,
@@ -105,6 +126,7 @@ impl<'a> Alignment<'a> {
             placed: archive.section(section::PLACED)?,
             pose_pairs: archive.section(section::POSE_PAIRS)?,
             hints: archive.section(section::HINTS)?,
+            local_poses: local_poses.transpose()?,
         })
     }
 
@@ -136,6 +158,22 @@ impl<'a> Alignment<'a> {
     /// The current pose: the only one to be used, and only while [`Alignment::validity`] is effective.
     pub fn pose(&self) -> Option<&'a PoseRecord> {
         (self.state() != PoseState::None).then_some(&self.head.pose)
+    }
+
+    /// The pose of the SLAM map around a place in it, and what that is worth for a robot there: the rule for everybody who knows where
+    /// the robot is. `None` without a current pose.
+    pub fn pose_at(&self, in_slam_m: [f64; 2]) -> Option<(PoseRecord, PoseValidity)> {
+        let (whole, validity) = (self.pose()?, self.validity());
+        let Some(local_poses) = self.local_poses else { return Some((*whole, validity)) };
+        let local = local_poses.at(in_slam_m, whole);
+        let validity = match validity {
+            PoseValidity::Effective | PoseValidity::Uncertain => {
+                let is_known = local.is_some_and(|pose| !local_poses.is_uncertain(&pose));
+                if is_known { PoseValidity::Effective } else { PoseValidity::Uncertain }
+            }
+            other => other,
+        };
+        Some((local.unwrap_or(*whole), validity))
     }
 
     /// The pending pose, which an operator must confirm.
@@ -200,8 +238,25 @@ pub struct AlignmentBuilder<'a> {
     pub pose_pairs: Vec<PosePairRecord>,
     /// What place hints excluded.
     pub hints: Vec<HintRecord>,
+    /// The pose from place to place, if there is a current one of the newest map.
+    pub local_poses: Option<LocalPosesParts>,
     /// All texts.
     pub texts: TextPool,
+}
+
+/// The pose of a SLAM map from place to place, to be written.
+#[derive(Debug, Clone)]
+pub struct LocalPosesParts {
+    /// Of the map as a whole.
+    pub head: LocalPosesHead,
+    /// One for each part.
+    pub parts: Vec<LocalPoseRecord>,
+    /// The part of each block, row-major; [`crate::NONE`] without floor.
+    pub blocks: Vec<u32>,
+    /// Loops of the outline of the part for which the pose holds.
+    pub rings: Vec<OutlineRingRecord>,
+    /// Their corners.
+    pub corners: Vec<[f64; 2]>,
 }
 
 impl<'a> AlignmentBuilder<'a> {
@@ -210,7 +265,7 @@ impl<'a> AlignmentBuilder<'a> {
         let mut texts = TextPool::default();
         let head = AlignmentHead { reason: texts.add(reason), ..head };
         let (deciding_places, placed, pose_pairs, hints) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-        Self { head, candidates, deciding_places, placed, pose_pairs, hints, texts }
+        Self { head, candidates, deciding_places, placed, pose_pairs, hints, local_poses: None, texts }
     }
 
     /// Writes the archive into the heap.
@@ -227,6 +282,13 @@ impl<'a> AlignmentBuilder<'a> {
         list.add(section::POSE_PAIRS, &self.pose_pairs);
         list.add(section::HINTS, &self.hints);
         list.add(section::STRINGS, self.texts.bytes());
+        if let Some(LocalPosesParts { head, parts, blocks, rings, corners }) = &self.local_poses {
+            list.add(section::LOCAL_POSES_HEAD, std::slice::from_ref(head));
+            list.add(section::LOCAL_POSES, parts);
+            list.add(section::BLOCKS, blocks);
+            list.add(section::OUTLINE_RINGS, rings);
+            list.add(section::OUTLINE_CORNERS, corners);
+        }
         list
     }
 }

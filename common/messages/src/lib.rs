@@ -37,6 +37,7 @@ mod deviations;
 mod diagnostic_record;
 mod grid_archive;
 mod grids;
+mod local_poses;
 mod map_grids;
 mod mission_plan;
 mod mission_plan_records;
@@ -66,7 +67,7 @@ mod text_pool;
 mod work_schedule;
 mod work_schedule_records;
 
-pub use alignment::{Alignment, AlignmentBuilder};
+pub use alignment::{Alignment, AlignmentBuilder, LocalPosesParts};
 pub use alignment_evidence::{AlignmentEvidence, AlignmentEvidenceBuilder, AlignmentEvidenceHead, PoseHistoryRecord};
 pub use alignment_records::*;
 pub use archive::{
@@ -80,10 +81,9 @@ pub use deviation_records::*;
 pub use deviations::{Deviations, DeviationsBuilder};
 pub use diagnostic_record::DiagnosticRecord;
 pub use diagnostics::{Diagnostic, DiagnosticCode, Named, Report, Severity};
-pub use grid_archive::{
-    BlockHashes, FLOOR_ASSUMED, FLOOR_BUILT, Grid, GridHead, GridLayers, GridWriter, copy_changed,
-};
+pub use grid_archive::{BlockHashes, FLOOR_ASSUMED, FLOOR_BUILT, Grid, GridHead, GridLayers, GridWriter, copy_changed};
 pub use grids::{DoorPassage, DoorPassageRecord, GridSlotRecord, Grids, GridsBuilder, GridsHead, RegionRecord};
+pub use local_poses::{LocalPoseRecord, LocalPoses, LocalPosesHead, OutlineRingRecord, flat, part_at};
 pub use map_grids::{ChosenGrids, MapGrids};
 pub use mission_plan::{MissionPlan, MissionPlanBuilder};
 pub use mission_plan_records::*;

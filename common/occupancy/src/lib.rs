@@ -8,4 +8,4 @@ mod cell_raster;
 mod map_file;
 
 pub use cell_raster::{CELL_M, Cell, Raster};
-pub use map_file::{MapFault, MapFileContent, MapFileError, OccupancyMap};
+pub use map_file::{MapFault, MapFileContent, MapFileError, OccupancyMap, UndecidedCells};

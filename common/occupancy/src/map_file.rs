@@ -1,7 +1,7 @@
 //! Maps as map servers write them: a YAML text and an image beside it.
 //!
 //! Grey 205 of a trinary map is unknown, independent of the threshold: savers write it for that, and with the common
-//! `free_thresh: 0.25` a map server reads it as free, so that unobserved walls would seem to be seen through.
+//! `free_thresh: 0.25` a map server reads it as free, so that unobserved walls would seem to be seen through. In a negated map it is 50.
 
 use crate::Cell;
 use input_files::read_regular_file;
@@ -28,6 +28,32 @@ pub struct MapFileContent {
     pub description: String,
     /// The bytes of the image.
     pub image: Vec<u8>,
+}
+
+/// Cells that the thresholds of a map leave undecided: neither free nor occupied, and not of the grey that says unknown.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct UndecidedCells {
+    /// Their share of all cells that are not of that grey.
+    pub share: f64,
+    /// The thresholds.
+    pub free_thresh: f64,
+    /// See `free_thresh`.
+    pub occupied_thresh: f64,
+}
+
+impl MapFileContent {
+    /// The cells that the thresholds leave undecided; `None` if no cell tells anything, or if it is no map.
+    pub fn undecided(&self) -> Option<UndecidedCells> {
+        let description = Description::parse(&self.description).ok()?;
+        let image = image::load_from_memory(&self.image).ok()?;
+        let (has_alpha, unknown) = (image.color().has_alpha(), description.unknown_gray());
+        let pixels = image.to_luma_alpha8();
+        let told = || pixels.pixels().filter(|pixel| pixel.0[0] != unknown && !(has_alpha && pixel.0[1] < 255));
+        let n_told = told().count();
+        let n = told().filter(|pixel| description.cell_of(pixel, has_alpha) == Cell::Unknown).count();
+        let Description { free_thresh, occupied_thresh, .. } = description;
+        (n_told > 0).then(|| UndecidedCells { share: n as f64 / n_told as f64, free_thresh, occupied_thresh })
+    }
 }
 
 /// Error of a map file.
@@ -239,9 +265,17 @@ impl Description {
         Ok(map)
     }
 
+    fn is_negated(&self) -> bool {
+        matches!(self.negate, Negate::Word(true) | Negate::Number(1..))
+    }
+
+    /// The grey that savers write for unknown cells.
+    fn unknown_gray(&self) -> u8 {
+        if self.is_negated() { u8::MAX - grid::UNKNOWN } else { grid::UNKNOWN }
+    }
+
     /// The cell of a pixel.
     fn cell_of(&self, &image::LumaA([gray, alpha]): &image::LumaA<u8>, has_alpha: bool) -> Cell {
-        let is_negated = matches!(self.negate, Negate::Word(true) | Negate::Number(1..));
         if self.mode == Mode::Raw {
             return match gray {
                 0..=100 if f64::from(gray) >= self.occupied_thresh * 100.0 => Cell::Occupied,
@@ -249,11 +283,11 @@ impl Description {
                 _ => Cell::Unknown,
             };
         }
-        if self.mode == Mode::Trinary && !is_negated && gray == grid::UNKNOWN {
+        if self.mode == Mode::Trinary && gray == self.unknown_gray() {
             return Cell::Unknown;
         }
         let share = f64::from(gray) / 255.0;
-        let occupied = if is_negated { share } else { 1.0 - share };
+        let occupied = if self.is_negated() { share } else { 1.0 - share };
         if self.mode == Mode::Scale && has_alpha && alpha < 255 {
             Cell::Unknown
         } else if occupied > self.occupied_thresh {

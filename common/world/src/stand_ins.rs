@@ -33,9 +33,8 @@ pub(crate) fn assumed_floors(input: &ExportInput<'_>) -> Vec<StaticElement> {
             _ => convex_partition(&assumed_rooms(input, grid)),
         };
         let link = format!("assumed_floor_{storey}_{}", site.text(record.global_id));
-        (!plans.is_empty()).then(|| {
-            StaticElement::slab(link, Class::Slab, storey, plans, metres(record.floor_z_tenths), FLOOR_M)
-        })
+        (!plans.is_empty())
+            .then(|| StaticElement::slab(link, Class::Slab, storey, plans, metres(record.floor_z_tenths), FLOOR_M))
     };
     input.grids.each(plates).flatten().collect()
 }

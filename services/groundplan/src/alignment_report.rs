@@ -1,18 +1,16 @@
 //! An alignment as JSON and as text, from its archive: the same for files and for the running daemon.
 
 use crate::date_argument::optional_text;
+use alignment::{HOLDS_M, Scale};
 use daemon::facts::Pose;
 use export::rounded;
 use frames::counted;
 use messages::{
-    Alignment, AlignmentVerdict, DecidingPlaceRecord, HintRecord, NONE, PlacedRecord, PoseEvidence, PosePairRecord,
-    PoseRecord, PoseValidity, SampleHeader,
+    Alignment, AlignmentVerdict, DecidingPlaceRecord, HintRecord, LocalPoses, LocalPosesHead, NONE, PlacedRecord,
+    PoseEvidence, PosePairRecord, PoseRecord, PoseValidity, SampleHeader,
 };
 use serde_json::{Value, json};
 use std::fmt::Write;
-
-/// A scale is worth telling if it differs from 1 by more than this, and by more than three standard deviations.
-const MIN_SCALE_DEVIATION: f64 = 0.005;
 
 /// People read the poses that come so near to the best in log odds; programs get all.
 const NEAR_BEST: f64 = 7.0;
@@ -46,6 +44,7 @@ pub(crate) fn document(alignment: &Alignment<'_>, mut inputs: Value) -> Value {
         "slam_from_map": counting.map(inverse),
         "covariance": counting.map(|p| p.covariance),
         "about": counting.map(|p| p.about_m),
+        "holds": alignment.local_poses.map(|local_poses| holds(&local_poses)),
         "score": counting.or(alignment.candidates.first()).map(|p| p.evidence.score),
         "scale": head.scale,
         "scale_deviation": head.scale_deviation,
@@ -55,6 +54,30 @@ pub(crate) fn document(alignment: &Alignment<'_>, mut inputs: Value) -> Value {
         "decide": decision(alignment),
         "hints": alignment.hints.iter().map(hint).collect::<Vec<_>>(),
         "inputs": inputs,
+    })
+}
+
+/// For which part of the SLAM map the pose holds.
+fn holds(local_poses: &LocalPoses<'_>) -> Value {
+    let head = local_poses.head;
+    let ring = |corners: &[[f64; 2]]| -> Vec<[f64; 2]> { corners.iter().map(|corner| corner.map(rounded)).collect() };
+    let mut outline: Vec<Vec<Vec<[f64; 2]>>> = Vec::new();
+    for (is_hole, corners) in local_poses.outline_m() {
+        match outline.last_mut().filter(|_| is_hole) {
+            Some(piece) => piece.push(ring(corners)),
+            None => outline.push(vec![ring(corners)]),
+        }
+    }
+    json!({
+        "within_m": HOLDS_M,
+        "outline_in_slam_m": outline,
+        "share_of_walls": rounded(head.walls_share),
+        "share_of_floor": rounded(head.area_share),
+        "largest_known_off_m": rounded(head.largest_off_m),
+        "unknown_share_of_floor": rounded(head.unknown_share),
+        "anywhere_m": rounded(head.anywhere_m),
+        "anywhere_rad": head.anywhere_rad,
+        "robot": local_poses.robot_m().map(|[x, y]| json!({"x_m": x, "y_m": y})),
     })
 }
 
@@ -108,10 +131,18 @@ pub(crate) fn text(alignment: &Alignment<'_>) -> String {
     }
     if let Some(pose) = alignment.pose() {
         line(&mut out, pose, alignment.state().name());
-        let _ = writeln!(out, "  known to {}", uncertainty(pose));
+        let _ = match alignment.local_poses {
+            Some(local_poses) => writeln!(out, "  {}", known_to(pose, &local_poses)),
+            None => writeln!(out, "  known to {} in the middle of the SLAM map", uncertainty(pose)),
+        };
         let (scale, deviation) = (alignment.head.scale, alignment.head.scale_deviation);
-        if (scale - 1.0).abs() > MIN_SCALE_DEVIATION.max(3.0 * deviation) {
-            let _ = writeln!(out, "  lengths of the SLAM map are {scale:.4} of the model's (+-{deviation:.4})");
+        if (Scale { value: scale, deviation }).is_off() {
+            let per_10_m = 10.0 * (scale - 1.0).abs();
+            let _ = writeln!(
+                out,
+                "  lengths of the SLAM map are {scale:.4} of the model's (+-{deviation:.4}): {per_10_m:.2} m off in 10 m; --free-scale \
+                 corrects them"
+            );
         }
     }
     if let Some(pose) = alignment.waiting() {
@@ -150,11 +181,54 @@ pub(crate) fn why_not_accepted(alignment: &Alignment<'_>) -> String {
 }
 
 fn why_uncertain(alignment: &Alignment<'_>) -> String {
+    if let (Some(pose), Some(local_poses)) = (alignment.pose(), &alignment.local_poses) {
+        return match local_poses.robot_m() {
+            Some([x_m, y_m]) if local_poses.at([x_m, y_m], pose).is_none() => {
+                format!("the SLAM map shows no floor around x {x_m:.2} m, y {y_m:.2} m, where the robot is said to be")
+            }
+            Some(_) => why_uncertain_at(pose),
+            None => format!(
+                "nobody knows where the robot is, and the pose is known to {:.3} m anywhere in the SLAM map, less well than \
+                 max_uncertainty asks for: --robot X Y, or /tf, tells where it is",
+                local_poses.head.anywhere_m
+            ),
+        };
+    }
     let held = alignment.pose().map_or_else(String::new, |pose| format!(" to {} only", uncertainty(pose)));
     format!("the walls that the SLAM map shows hold it{held}, less well than max_uncertainty asks for")
 }
 
-/// Standard deviations of a pose, of the middle of the SLAM map in the direction that is held worst.
+/// Why the pose around the robot must not be used.
+pub(crate) fn why_uncertain_at(pose: &PoseRecord) -> String {
+    format!(
+        "the walls that the SLAM map shows around the robot hold the pose to {} only, less well than max_uncertainty asks for",
+        uncertainty(pose)
+    )
+}
+
+/// How well a pose is known, and for which part of the SLAM map it holds.
+fn known_to(pose: &PoseRecord, local_poses: &LocalPoses<'_>) -> String {
+    let LocalPosesHead { anywhere_m, anywhere_rad, walls_share, area_share, largest_off_m, unknown_share, .. } =
+        local_poses.head;
+    let place = match local_poses.robot_m() {
+        Some([x_m, y_m]) => format!("known to {} around the robot at x {x_m:.2} m, y {y_m:.2} m", uncertainty(pose)),
+        None => {
+            format!("known to {anywhere_m:.3} m and {:.2} degrees anywhere in the SLAM map", anywhere_rad.to_degrees())
+        }
+    };
+    let [walls, area, unknown] = [walls_share, area_share, unknown_share].map(|share| 100.0 * share);
+    let off = if *largest_off_m > HOLDS_M {
+        format!("off by up to {largest_off_m:.2} m")
+    } else {
+        "nowhere known to be off".to_owned()
+    };
+    format!(
+        "{place}\n  holds within {HOLDS_M} m for {walls:.0} % of its walls and {area:.0} % of its floor; beyond that {off}, and not \
+         known for {unknown:.0} % of the floor"
+    )
+}
+
+/// Standard deviations of a pose, of its place in the direction that is held worst.
 fn uncertainty(pose: &PoseRecord) -> String {
     let covariance = pose.pose_covariance();
     let [_, _, yaw_rad] = covariance.deviations();

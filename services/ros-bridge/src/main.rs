@@ -4,6 +4,7 @@ mod board;
 mod calls;
 mod config_check;
 mod control;
+mod followed_transform;
 mod foxglove;
 mod graph;
 mod machine_clock;

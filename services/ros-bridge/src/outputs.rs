@@ -4,7 +4,7 @@ use bus::SiteViews;
 use daemon::{MapState, MapsInUse, Report, RosConfig, SiteProcess, StatusBoard};
 use export::{ExportInput, nav2_route_file};
 use grid::GridSpecError;
-use messages::{Alignment, AlignmentVerdict, Grid, PoseRecord, PoseValidity, ScheduleStateHead, plan_time};
+use messages::{Grid, PoseRecord, ScheduleStateHead, plan_time};
 use ros::Layers;
 use ros::maps::{keepout_info, keepout_mask, localization, planning};
 use ros::markers::{doors, drop_offs, rooms, route, together, waypoints};
@@ -13,7 +13,6 @@ use ros::msg::diagnostic_msgs::{DiagnosticArray, DiagnosticStatus, KeyValue};
 use ros::msg::nav_msgs::OccupancyGrid;
 use ros::msg::nav2_msgs::CostmapFilterInfo;
 use ros::msg::std_msgs::{self, Header};
-use ros::msg::tf2_msgs::TFMessage;
 use ros::msg::visualization_msgs::MarkerArray;
 use serde::de::IgnoredAny;
 use serde_json::json;
@@ -180,14 +179,6 @@ pub(crate) fn heartbeat(
 
 fn time_text(seconds: i64) -> Option<String> {
     plan_time(seconds).map(|time| time.to_string())
-}
-
-/// How the model's map lies in the robot's; `None` unless the pose may be used and the newest search accepted one.
-pub(crate) fn transform_of(alignment: &Alignment<'_>, slam_frame: &str, frame: &str, stamp: Time) -> Option<TFMessage> {
-    let may_be_used =
-        alignment.validity() == PoseValidity::Effective && alignment.verdict() == AlignmentVerdict::Accepted;
-    let pose = alignment.pose().filter(|_| may_be_used)?;
-    Some(TFMessage { transforms: vec![ros::transforms::site_map_from_map(pose, slam_frame, frame, stamp)] })
 }
 
 /// How the processes of a site are.

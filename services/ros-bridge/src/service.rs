@@ -3,12 +3,13 @@
 use crate::board::read_board;
 use crate::calls;
 use crate::config_check::check;
+use crate::followed_transform::FollowedTransform;
 use crate::foxglove::FoxgloveServer;
 use crate::graph::{MapTopics, RosGraph, StateTopics, full_name};
 use crate::machine_clock::{stamp, utc_ms};
 use crate::map_sender::{Job, MapSender};
 use crate::nav2::Nav2;
-use crate::outputs::{Outputs, Target, diagnostics, heartbeat, outputs_of, transform_of};
+use crate::outputs::{Outputs, Target, diagnostics, heartbeat, outputs_of};
 use crate::portals::PortalFollower;
 use crate::rivals::Rivals;
 use crate::robot::Robot;
@@ -22,10 +23,12 @@ use daemon::{
     SiteConfig, Standing, StatusBoard,
 };
 use frames::Point2;
-use messages::{Activity, Alignment, PoseRecord, PoseValidity};
+use messages::{Activity, Alignment, AlignmentVerdict, PoseRecord, PoseValidity};
 use ros::markers::each_room;
-use ros::transforms::{alignment_pose, pose_in_map};
+use ros::msg::tf2_msgs::TFMessage;
+use ros::transforms::{alignment_pose, pose_in_map, site_map_from_map};
 use std::sync::Arc;
+use std::time::Instant;
 use tracing::{error, info};
 
 daemon::inputs! {
@@ -59,8 +62,9 @@ pub(crate) struct BridgeService {
     freshness: Freshness,
     /// True from the moment that maps are stale until maps are published again.
     is_stopped: bool,
-    /// True while `/tf_static` has a transform.
-    has_transform: bool,
+    /// The transform on `/tf_static`.
+    transform: FollowedTransform,
+    transform_updated: Instant,
     /// Why there is nothing to show, and that a person has to change it.
     warning: Option<String>,
     /// The same, and that it comes by itself.
@@ -115,7 +119,8 @@ impl BridgeService {
             published: None,
             freshness: Freshness::default(),
             is_stopped: false,
-            has_transform: false,
+            transform: FollowedTransform::default(),
+            transform_updated: Instant::now(),
             warning: None,
             obstacle: None,
         })
@@ -173,34 +178,48 @@ impl BridgeService {
         Ok(Done::default())
     }
 
-    /// The transform of an effective alignment; what is not effective any more is not repeated, and no other one is made up.
+    /// The pose of the robot's map around the robot with what it is worth there, or of all of it if nobody tells where the robot is.
+    fn pose_around_robot(&self) -> Option<(PoseRecord, PoseValidity)> {
+        let alignment = self.alignment.as_ref().map(CheckedSample::view)?;
+        match self.robot.pose() {
+            Some(robot) => alignment.pose_at([robot.x_m, robot.y_m]),
+            None => Some((*alignment.pose()?, alignment.validity())),
+        }
+    }
+
+    /// Publishes the transform of the alignment around the robot, which follows the robot slowly through a map that bends; what is not
+    /// effective where the robot is is not repeated, and no other one is made up.
     fn show_alignment(&mut self) {
-        let Some(alignment) = &self.alignment else { return };
+        let elapsed = std::mem::replace(&mut self.transform_updated, Instant::now()).elapsed();
         let RosConfig { slam_frame, frame, .. } = &self.config.ros;
-        if frame == slam_frame {
+        let Some(around) = self.pose_around_robot().filter(|_| frame != slam_frame) else { return };
+        let is_accepted = self.alignment.as_ref().is_some_and(|a| a.view().verdict() == AlignmentVerdict::Accepted);
+        let robot = self.robot.pose();
+        let robot_m = robot.as_ref().map(|robot| [robot.x_m, robot.y_m]);
+        if !is_accepted || !self.transform.update(around, robot_m, elapsed) {
             return;
         }
-        let (alignment, now) = (alignment.view(), stamp());
-        let Some(transform) = transform_of(&alignment, slam_frame, frame, now) else { return };
-        if let (Some(foxglove), Some(pose)) = (&self.foxglove, alignment.pose()) {
-            foxglove.show_alignment(&transform, &alignment_pose(pose, frame, now));
+        let (Some(pose), now) = (self.transform.published(), stamp()) else { return };
+        let message = TFMessage { transforms: vec![site_map_from_map(pose, slam_frame, frame, now)] };
+        if let Some(foxglove) = &self.foxglove {
+            foxglove.show_alignment(&message, &alignment_pose(pose, frame, now));
         }
-        self.topics.tf_static.publish(transform);
-        self.has_transform = true;
-        if let (Some(pose), Some(Pose { x_m, y_m, yaw_rad })) = (self.effective_pose(), self.robot.pose()) {
-            self.topics.initial_pose.publish(pose_in_map(&pose, [x_m, y_m, yaw_rad], frame, stamp()));
+        self.topics.tf_static.publish(message);
+        if let Some(Pose { x_m, y_m, yaw_rad }) = robot {
+            self.topics.initial_pose.publish(pose_in_map(pose, [x_m, y_m, yaw_rad], frame, stamp()));
         }
     }
 
     /// The robot in the model's map, by the alignment that is in effect.
     fn robot_in_map(&self) -> Option<Pose> {
-        self.robot.pose_in_map(&self.effective_pose()?)
+        let (pose, _) = self.pose_around_robot().filter(|(_, validity)| *validity == PoseValidity::Effective)?;
+        self.robot.pose_in_map(&pose)
     }
 
     /// Takes the storey at the end of a portal that the robot has gone through.
     fn follow_robot(&mut self) -> Result<(), Failure> {
-        let (true, Some(shown), Some(pose)) = (self.config.ros.follow_portals, self.published, self.effective_pose())
-        else {
+        let around = self.pose_around_robot().filter(|(_, validity)| *validity == PoseValidity::Effective);
+        let (true, Some(shown), Some((pose, _))) = (self.config.ros.follow_portals, self.published, around) else {
             return Ok(());
         };
         let Some(robot) = self.robot.pose_in_map(&pose) else { return Ok(()) };
@@ -290,6 +309,7 @@ impl Service for BridgeService {
                     std::process::exit(1);
                 }
                 self.tick();
+                self.show_alignment();
                 self.follow_robot()?;
             }
             Event::Attached => {}
@@ -332,7 +352,7 @@ impl Service for BridgeService {
             set_storey: self.storey.was_set(),
             known_storey: self.storey.known(self.effective_pose().map(|pose| pose.map_storey)),
             resolution_m: sent.resolution_m,
-            has_transform: self.has_transform,
+            has_transform: self.transform.published().is_some(),
             robot_in_slam_map: self.robot.pose(),
             robot_in_map: self.robot_in_map(),
             robot_seen_ns: self.robot.seen_ago().map(|age| Stamp::now().0.saturating_sub(age.as_nanos() as u64)),

@@ -14,9 +14,9 @@ use crate::persisted_state::PersistedState;
 use crate::robot_map::RobotMap;
 use crate::searches::Searches;
 use crate::stored_evidence;
-use alignment::{Alignment, Follower, Hint, MaxJump, MaxUncertainty, PoseStatus};
+use alignment::{Alignment, Follower, Hint, MaxJump, MaxUncertainty, PoseField, PoseStatus};
 use bus::{Bus, CheckedSample, SiteSample, SiteSamples, topics};
-use daemon::facts::{AlignFacts, AlignmentSummary};
+use daemon::facts::{AlignFacts, AlignmentSummary, PoseHolds};
 use daemon::{
     AlignAnswer, AlignConfig, AlignRequest, Asked, CurrentActivity, Done, Epochs, Event, Failure, History,
     LatchedOutput, PoseHint, Service, SiteConfig, Standing, StateFile,
@@ -66,6 +66,8 @@ pub(crate) struct AlignService {
     references: ReferenceMaps,
     reference_inputs: Option<JobInputs>,
     follower: Follower,
+    /// The pose from place to place in the newest map, from the published pose; `None` while nothing says how the map lies.
+    field: Option<PoseField>,
     /// The result of the last search, and the content hash of the map that it searched.
     last_search: Alignment,
     searched_map_hash: u64,
@@ -109,6 +111,7 @@ impl AlignService {
         let (evidence, evidence_finding) = stored_evidence::read(&config.state);
         Ok(Self {
             follower: Follower::new(max_jump(&config.align), persisted.pose()),
+            field: None,
             config: config.align.clone(),
             table: config.state.join("slam-align-observed.csv"),
             state_folder: config.state.clone(),
@@ -172,6 +175,7 @@ impl AlignService {
     /// Poses, references and searches of another site or frame say nothing: the map is searched again.
     fn forget_pose(&mut self) {
         self.follower.forget();
+        self.field = None;
         self.references.clear();
         self.reference_inputs = None;
         (self.last_search, self.searched_map_hash, self.verdict) = (Alignment::nothing_yet(), 0, None);
@@ -183,7 +187,7 @@ impl AlignService {
         (0..self.references.len() as u32).collect()
     }
 
-    fn pose_status(&self) -> PoseStatus {
+    fn pose_status(&self) -> PoseStatus<'_> {
         let newest = self.map.as_ref().map(|map| map.content_hash);
         PoseStatus {
             max_uncertainty: MaxUncertainty::in_degrees(self.config.max_uncertainty_m, self.config.max_uncertainty_deg),
@@ -191,6 +195,8 @@ impl AlignService {
             pose: self.follower.pose().copied(),
             state: self.follower.state(),
             waiting: self.follower.waiting().copied(),
+            field: self.field.as_ref().filter(|_| self.follower.is_borne_out()),
+            robot_m: None,
         }
     }
 
@@ -214,10 +220,14 @@ impl AlignService {
     fn why_not_effective(&self) -> Option<String> {
         match self.validity()? {
             PoseValidity::Effective => None,
-            PoseValidity::Uncertain => Some(
-                "pose_uncertain: the walls that the SLAM map shows hold the pose less well than max_uncertainty"
-                    .to_owned(),
-            ),
+            PoseValidity::Uncertain => {
+                let holds = self.alignment.last().and_then(|last| PoseHolds::of(last.view().local_poses));
+                let holds = holds.map_or_else(String::new, |holds| format!(": {holds}"));
+                Some(format!(
+                    "pose_uncertain: the pose is known less well than max_uncertainty somewhere in the SLAM map, and may be used only \
+                     where /tf says that the robot is, if it is known there{holds}"
+                ))
+            }
             PoseValidity::WaitsForConfirm => {
                 Some("pose_waits: the pose would change by more than max_jump: groundplan confirm".to_owned())
             }

@@ -10,7 +10,7 @@ mod schedule;
 mod waypoints;
 mod web;
 
-pub use align::{AlignFacts, AlignmentSummary, Pose};
+pub use align::{AlignFacts, AlignmentSummary, Pose, PoseHolds};
 pub use ingest::{IngestFacts, ModelFile};
 pub use rasterize::{RasterizeFacts, RobotSummary};
 pub use ros_bridge::{RosBridgeFacts, RosPeers};

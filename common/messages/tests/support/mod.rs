@@ -173,6 +173,15 @@ pub(crate) fn alignment() -> ArchiveBuffer {
     builder.head.first_undecided = 1;
     builder.deciding_places = vec![DecidingPlaceRecord { n_placed: 2, n_pairs: 1, ..Zeroable::zeroed() }];
     builder.hints = vec![HintRecord { label: room_name, n_excluded: 1, reserved: 0 }];
+    let head =
+        LocalPosesHead { block_m: 0.5, n_columns: 2, has_robot: 1, max_deviation: [0.1, 0.02], ..Zeroable::zeroed() };
+    builder.local_poses = Some(LocalPosesParts {
+        head,
+        parts: vec![LocalPoseRecord { is_borne_out: 1, ..Zeroable::zeroed() }],
+        blocks: vec![0, NONE],
+        rings: vec![OutlineRingRecord { first_corner: 0, n_corners: 4, is_hole: 0, reserved: 0 }],
+        corners: vec![[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]],
+    });
     builder.finish()
 }
 
@@ -286,6 +295,13 @@ pub(crate) fn walk(bytes: &[u8]) -> usize {
             n += alignment.decided(place).len() + placed.map(|p| alignment.text(p.room_name).len()).sum::<usize>();
         }
         n += alignment.hints.iter().map(|hint| alignment.text(hint.label).len()).sum::<usize>();
+        n += alignment
+            .local_poses
+            .iter()
+            .flat_map(|local| local.outline_m())
+            .map(|(_, loop_m)| loop_m.len())
+            .sum::<usize>();
+        n += [[0.2, 0.2], [1e300, -1e300]].into_iter().filter_map(|at| alignment.pose_at(at)).count();
     }
     if let Ok(evidence) = AlignmentEvidence::open(bytes) {
         n += evidence.poses.len() + usize::from(evidence.accepted().is_some());

@@ -8,6 +8,7 @@ use crate::exclusion::Exclusion;
 use crate::held_out::{HeldOut, PoseHistory};
 use crate::looks::{Looks, storey_of};
 use crate::pose::Pose;
+use crate::pose_field::PoseField;
 use crate::prepared_map::{PreparedMap, between_cells};
 use crate::random_generator::RandomGenerator;
 use crate::scale::{Scale, scale};
@@ -78,6 +79,8 @@ pub struct Alignment {
     pub n_rivals: usize,
     /// Poses that were found, best first.
     pub poses: Vec<AlignedPose>,
+    /// The pose from place to place, from the best of them; `None` unless it is accepted.
+    pub field: Option<PoseField>,
     /// Lengths of the SLAM map in the best of them; `None` if too little matches to tell.
     pub scale: Option<Scale>,
     /// What would decide between poses that fit alike; `None` before [`Alignment::decide`], and where that has nothing to do.
@@ -98,6 +101,7 @@ impl Alignment {
             wrong_probability: 1.0,
             n_rivals: 0,
             poses: Vec::new(),
+            field: None,
             scale: None,
             decision: None,
             exclusions: Vec::new(),
@@ -132,7 +136,13 @@ pub fn align_maps(
     slam: &PreparedMap<Slam>,
     hint: Option<&Hint>,
 ) -> Alignment {
-    judged(references, slam, &candidates_of(references, &[], slam, hint, None))
+    let found = judged(references, slam, &candidates_of(references, &[], slam, hint, None));
+    if hint.is_none() { found.with_faults(references, slam) } else { found }
+}
+
+/// The same anywhere, without a word on what is wrong with the map.
+pub(crate) fn judged_anywhere(references: &[impl AsRef<PreparedMap<Map>>], slam: &PreparedMap<Slam>) -> Alignment {
+    judged(references, slam, &candidates_of(references, &[], slam, None, None))
 }
 
 /// The poses that fit any of the references, each with the index of its reference, best first; with what earlier looks say.
@@ -177,10 +187,16 @@ pub(crate) fn judged(
         let corners = r.candidate.placed.corners;
         AlignedPose { contrast: r.contrast, corners, ..AlignedPose::of(at, references[at].as_ref(), slam, r.candidate) }
     };
-    let poses = ranked.iter().map(pose).collect();
+    let mut poses: Vec<AlignedPose> = ranked.iter().map(pose).collect();
+    let accepted = poses.first_mut().filter(|_| verdict == AlignmentVerdict::Accepted);
+    let field = accepted.map(|best| {
+        let field = PoseField::of(references[best.reference].as_ref(), slam, &best.map_from_slam);
+        best.covariance = field.covariance_at(best.about_m, &best.map_from_slam).unwrap_or(best.covariance);
+        field
+    });
     let scale = ranked.first().map(|r| &found[r.index]).and_then(|(at, best)| {
         let sampled_points = sampled_points(&slam.features, &mut RandomGenerator::new(1));
         scale(&references[*at].as_ref().features, &slam.features, &sampled_points, &best.refined.pose)
     });
-    Alignment { verdict, reason, wrong_probability, n_rivals, poses, scale, ..Alignment::nothing_yet() }
+    Alignment { verdict, reason, wrong_probability, n_rivals, poses, field, scale, ..Alignment::nothing_yet() }
 }

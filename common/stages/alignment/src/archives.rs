@@ -3,9 +3,12 @@
 use crate::alignment::{AlignedPose, Alignment};
 use crate::decision::{Decision, NamedPlace};
 use crate::exclusion::Exclusion;
+use crate::pose_field::{BLOCK_M, Blocks, LocalPose, PoseExtent, PoseField};
+use frames::PoseCovariance;
 use messages::{
-    AlignmentBuilder, AlignmentHead, AlignmentVerdict, ArchiveBuffer, DecidingPlaceRecord, HintRecord, NONE,
-    PlacedRecord, PosePairRecord, PoseRecord, PoseState, PoseValidity, Text,
+    AlignmentBuilder, AlignmentHead, AlignmentVerdict, ArchiveBuffer, DecidingPlaceRecord, HintRecord, LocalPoseRecord,
+    LocalPosesHead, LocalPosesParts, NONE, OutlineRingRecord, PlacedRecord, PosePairRecord, PoseRecord, PoseState,
+    PoseValidity, Text, flat,
 };
 
 /// The inputs of an alignment.
@@ -23,7 +26,7 @@ pub struct AlignmentSources {
 
 /// The published pose, its state, and a pending pose.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PoseStatus {
+pub struct PoseStatus<'a> {
     /// The published pose.
     pub pose: Option<PoseRecord>,
     /// State of the published pose.
@@ -34,12 +37,16 @@ pub struct PoseStatus {
     pub verdict: Option<AlignmentVerdict>,
     /// How well the pose must be known to be used.
     pub max_uncertainty: MaxUncertainty,
+    /// The pose from place to place in the newest map; `None` while that is not known.
+    pub field: Option<&'a PoseField>,
+    /// Where the robot is in its map, in metres; `None` if nobody told it: then a pose must be known well anywhere in the map.
+    pub robot_m: Option<[f64; 2]>,
 }
 
 /// Maximum standard deviations of a pose that may be used.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MaxUncertainty {
-    /// Of where the middle of the SLAM map lies, in the direction that is held worst, in metres.
+    /// Of where the robot is, or anywhere in its map, in the direction that is held worst, in metres.
     pub m: f64,
     /// Of yaw.
     pub rad: f64,
@@ -52,20 +59,19 @@ impl MaxUncertainty {
     }
 
     /// True if a pose is known less well.
-    fn is_exceeded_by(&self, pose: &PoseRecord) -> bool {
-        let covariance = pose.pose_covariance();
+    fn is_exceeded_by(&self, covariance: &PoseCovariance) -> bool {
         let [_, _, yaw_rad] = covariance.deviations();
         covariance.worst_m() > self.m || yaw_rad > self.rad
     }
 }
 
-impl PoseStatus {
+impl PoseStatus<'_> {
     /// What the published pose is worth.
     ///
     /// A pose that is tracked stays effective where the search is ambiguous: in a building that repeats itself, a hint told
     /// once which place it is.
     pub fn validity(&self) -> PoseValidity {
-        let is_uncertain = self.pose.is_some_and(|pose| self.max_uncertainty.is_exceeded_by(&pose));
+        let is_uncertain = self.pose.is_some_and(|pose| self.is_uncertain(&pose));
         match (self.verdict, self.state) {
             _ if self.waiting.is_some() => PoseValidity::WaitsForConfirm,
             (Some(AlignmentVerdict::Refused), _) => PoseValidity::Refused,
@@ -75,15 +81,25 @@ impl PoseStatus {
             (Some(_), PoseState::None) => PoseValidity::Refused,
         }
     }
+
+    /// True if the pose is known too little: where the robot is, or anywhere in its map.
+    fn is_uncertain(&self, pose: &PoseRecord) -> bool {
+        let is_exceeded =
+            |covariance: Option<PoseCovariance>| covariance.is_none_or(|c| self.max_uncertainty.is_exceeded_by(&c));
+        match (self.field, self.robot_m) {
+            (None, _) => is_exceeded(Some(pose.pose_covariance())),
+            (Some(field), Some(robot_m)) => is_exceeded(field.at(robot_m).map(|local| local.covariance)),
+            (Some(field), None) => is_exceeded(field.covariance_of(&pose.map_from_slam())),
+        }
+    }
 }
 
 impl AlignedPose {
     /// As a record; `storeys` are those of the references, [`NONE`] for a map without a site.
     pub fn record(&self, storeys: &[u32]) -> PoseRecord {
-        let rows = self.covariance.rows();
         PoseRecord {
             map_from_slam: self.map_from_slam.x_y_yaw(),
-            covariance: std::array::from_fn(|k| rows[k / 3][k % 3]),
+            covariance: flat(&self.covariance),
             about_m: self.about_m,
             evidence: self.evidence,
             map_storey: storeys.get(self.reference).copied().unwrap_or(NONE),
@@ -93,15 +109,29 @@ impl AlignedPose {
 }
 
 impl Alignment {
-    /// The status without tracking: the best pose is published if it is accepted.
-    pub fn pose_status(&self, storeys: &[u32], max_uncertainty: MaxUncertainty) -> PoseStatus {
-        let pose = self.poses.first().filter(|_| self.verdict == AlignmentVerdict::Accepted).map(|p| p.record(storeys));
+    /// The status without tracking: the best pose is published if it is accepted, or the pose of the map around the robot if its place
+    /// is known.
+    pub fn pose_status(
+        &self,
+        storeys: &[u32],
+        max_uncertainty: MaxUncertainty,
+        robot_m: Option<[f64; 2]>,
+    ) -> PoseStatus<'_> {
+        let best = self.poses.first().filter(|_| self.verdict == AlignmentVerdict::Accepted);
+        let local = self.field.as_ref().zip(robot_m).and_then(|(field, robot_m)| field.at(robot_m));
+        let pose = best.map(|best| match local {
+            Some(LocalPose { map_from_slam, covariance, about_m, .. }) => {
+                AlignedPose { map_from_slam, covariance, about_m, ..*best }.record(storeys)
+            }
+            None => best.record(storeys),
+        });
         let state = if pose.is_some() { PoseState::Found } else { PoseState::None };
-        PoseStatus { pose, state, waiting: None, verdict: Some(self.verdict), max_uncertainty }
+        let (waiting, verdict, field) = (None, Some(self.verdict), self.field.as_ref());
+        PoseStatus { pose, state, waiting, verdict, max_uncertainty, field, robot_m }
     }
 
     /// The `alignment` archive.
-    pub fn archive(&self, storeys: &[u32], pose_status: &PoseStatus, sources: AlignmentSources) -> ArchiveBuffer {
+    pub fn archive(&self, storeys: &[u32], pose_status: &PoseStatus<'_>, sources: AlignmentSources) -> ArchiveBuffer {
         let candidates: Vec<PoseRecord> = self.poses.iter().map(|p| p.record(storeys)).collect();
         let head = AlignmentHead {
             site_hash: sources.site_hash,
@@ -129,12 +159,57 @@ impl Alignment {
         if let Some(decision) = &self.decision {
             add_decision(&mut builder, decision);
         }
+        builder.local_poses =
+            pose_status.field.zip(pose_status.pose).map(|(field, pose)| local_poses(field, &pose, pose_status));
         for Exclusion { label, n_poses } in self.exclusions.iter().take(messages::Alignment::MAX_HINTS) {
             let label = builder.texts.add(label);
             builder.hints.push(HintRecord { label, n_excluded: *n_poses as u32, reserved: 0 });
         }
         builder.finish()
     }
+}
+
+/// The pose from place to place, and for which part of the map the published one holds.
+fn local_poses(field: &PoseField, pose: &PoseRecord, pose_status: &PoseStatus<'_>) -> LocalPosesParts {
+    let whole = pose.map_from_slam();
+    let PoseExtent { outline_m, walls_share, area_share, largest_off_m, unknown_share } = field.extent_of(&whole);
+    let anywhere = field.covariance_of(&whole);
+    let MaxUncertainty { m, rad } = pose_status.max_uncertainty;
+    let Blocks { slam_from_blocks, width, of_block } = &field.blocks;
+    let (mut rings, mut corners) = (Vec::new(), Vec::new());
+    for piece in &outline_m {
+        for (k, ring) in piece.iter().enumerate() {
+            let (first_corner, n_corners) = (corners.len() as u32, ring.len() as u32);
+            rings.push(OutlineRingRecord { first_corner, n_corners, is_hole: u32::from(k > 0), reserved: 0 });
+            corners.extend(ring.iter().copied());
+        }
+    }
+    let part = |part: &LocalPose| LocalPoseRecord {
+        map_from_slam: part.map_from_slam.x_y_yaw(),
+        covariance: flat(&part.covariance),
+        about_m: part.about_m,
+        area_m2: part.area_m2,
+        walls_m: part.walls_m,
+        explained_m: part.explained_m,
+        is_borne_out: u32::from(part.is_borne_out),
+        reserved: 0,
+    };
+    let head = LocalPosesHead {
+        slam_from_blocks: *slam_from_blocks,
+        block_m: BLOCK_M,
+        anywhere_m: anywhere.map_or(f64::MAX, |covariance| covariance.worst_m()),
+        anywhere_rad: anywhere.map_or(f64::MAX, |covariance| covariance.deviations()[2]),
+        walls_share,
+        area_share,
+        largest_off_m,
+        unknown_share,
+        // An archive holds numbers that are some.
+        max_deviation: [m.min(f64::MAX), rad.min(f64::MAX)],
+        robot_m: pose_status.robot_m.unwrap_or_default(),
+        has_robot: u32::from(pose_status.robot_m.is_some()),
+        n_columns: *width as u32,
+    };
+    LocalPosesParts { head, parts: field.parts.iter().map(part).collect(), blocks: of_block.clone(), rings, corners }
 }
 
 fn add_decision(builder: &mut AlignmentBuilder<'_>, decision: &Decision) {
@@ -175,7 +250,8 @@ mod tests {
         let validity = |state, is_waiting: bool, verdict| {
             let waiting = is_waiting.then_some(PoseRecord::NONE);
             let max_uncertainty = MaxUncertainty::in_degrees(0.1, 1.0);
-            PoseStatus { pose: Some(PoseRecord::NONE), state, waiting, verdict, max_uncertainty }.validity()
+            let pose = Some(PoseRecord::NONE);
+            PoseStatus { pose, state, waiting, verdict, max_uncertainty, field: None, robot_m: None }.validity()
         };
         for (state, verdict, expected) in [
             (PoseState::Found, Some(Accepted), PoseValidity::Effective),
@@ -207,6 +283,8 @@ mod tests {
                 waiting: None,
                 verdict: Some(AlignmentVerdict::Accepted),
                 max_uncertainty: MaxUncertainty::in_degrees(0.1, 1.0),
+                field: None,
+                robot_m: None,
             }
             .validity()
         };

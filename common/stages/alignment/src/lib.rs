@@ -61,6 +61,12 @@ mod verdict;
 mod candidates;
 mod search;
 
+mod map_parts;
+mod part_fit;
+mod part_poses;
+mod part_tree;
+mod pose_field;
+
 mod track;
 
 mod rooms;
@@ -77,6 +83,7 @@ mod look_result;
 mod ambiguity;
 mod archives;
 mod distinction;
+mod map_fault;
 mod overlay;
 mod place_hints;
 mod reference;
@@ -97,6 +104,7 @@ pub use looks::{Looks, references_hash};
 
 pub use overlay::overlay;
 pub use place_hints::{Area, PlaceHint, align_maps_within};
+pub use pose_field::{HOLDS_M, LocalPose, PoseExtent, PoseField};
 pub use prepared_map::PreparedMap;
 pub use reference::{ReferenceError, References};
 pub use rooms::{Room, UnknownRoom};

@@ -4,7 +4,7 @@ use crate::features::Features;
 use crate::pose::{Cells, Pose};
 use crate::wall_points::Surfaces;
 use frames::{Map, Rigid2, Slam};
-use occupancy::{OccupancyMap, Raster};
+use occupancy::{CELL_M, OccupancyMap, Raster};
 
 /// A map that is ready to be compared; `Frame` is that of the model's map or of the robot's.
 pub struct PreparedMap<Frame> {
@@ -20,6 +20,16 @@ impl PreparedMap<Map> {
 }
 
 impl PreparedMap<Slam> {
+    /// The same map as its image shows it if left and right are exchanged.
+    pub(crate) fn mirrored(&self) -> Self {
+        let raster = &self.features.raster;
+        let rows = raster.cells.chunks_exact(raster.width.max(1));
+        let cells = rows.flat_map(|row| row.iter().rev().copied()).collect();
+        let surfaces = Surfaces { depth_m: raster.coarseness * CELL_M / 2.0, are_whole: false };
+        let features = Features::of(Raster { cells, ..raster.clone() }, surfaces);
+        Self { features, frame_from_cells: self.frame_from_cells }
+    }
+
     /// A map that a robot made: a cell in which a surface was hit is occupied, and it lies anywhere in it.
     pub fn of_slam(map: &OccupancyMap) -> Self {
         Self::of(map, Surfaces { depth_m: map.resolution_m / 2.0, are_whole: false })

@@ -1,6 +1,6 @@
 //! Alignment of a SLAM map of unknown scale.
 
-use crate::alignment::{Alignment, Hint, align_maps};
+use crate::alignment::{Alignment, Hint, candidates_of, judged};
 use crate::prepared_map::PreparedMap;
 use crate::scale::Scale;
 use crate::thresholds::{MAX_SCALE, RIVAL_LEAD, SCALE_STEP};
@@ -16,7 +16,10 @@ pub fn align_maps_at_any_scale(
     hint: Option<&Hint>,
 ) -> Alignment {
     let steps = libm::ceil(libm::log(MAX_SCALE) / libm::log(SCALE_STEP)) as i32;
-    let at = |scale: f64| align_maps(references, &PreparedMap::of_slam(&map.divided_by(scale)), hint);
+    let at = |scale: f64| {
+        let slam = PreparedMap::of_slam(&map.divided_by(scale));
+        judged(references, &slam, &candidates_of(references, &[], &slam, hint, None))
+    };
     let tried: Vec<(f64, Alignment)> =
         (-steps..=steps).map(|k| libm::pow(SCALE_STEP, f64::from(k))).map(|scale| (scale, at(scale))).collect();
     let log_odds = |found: &Alignment| found.poses.first().map_or(f64::NEG_INFINITY, |p| p.evidence.log_odds);

@@ -209,6 +209,7 @@ mod tests {
                 storey: Some(1),
                 map_from_slam: Some(Pose::of([1.5, -20.25, 0.5])),
                 is_waiting: false,
+                holds: None,
             }),
             storeys: vec![storey(0, "Ground floor", Some(1234)), storey(1, "Upper floor", None)],
             errors: vec!["rasterize: no room".to_owned()],

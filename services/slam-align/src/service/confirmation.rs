@@ -19,9 +19,10 @@ impl AlignService {
         let frame_epoch = self.frame_epoch();
         self.persist(|persisted| persisted.confirm_pose(&waiting, &before, frame_epoch, confirmed))?;
         let map_hash = self.map.as_ref().map_or(0, |map| map.content_hash);
-        if !self.follower.confirm(map_hash) {
+        match (self.follower.confirm(map_hash), self.map.clone()) {
+            (true, Some(map)) => self.find_field(&map),
             // It is of an earlier map: the newest says what it is worth.
-            self.follow();
+            _ => self.follow(),
         }
         info!(service = "slam-align", map_storey = waiting.map_storey, "pose confirmed");
         self.record_pose(Some(by), "confirmed", &waiting);

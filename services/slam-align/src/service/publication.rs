@@ -37,8 +37,7 @@ impl AlignService {
             searched_map_hash: self.searched_map_hash,
             plan_time_s: inputs.plan_time_s,
         };
-        let pose_status = self.pose_status();
-        let alignment = self.last_search.archive(&self.storeys(), &pose_status, sources);
+        let alignment = self.last_search.archive(&self.storeys(), &self.pose_status(), sources);
         if !self.alignment.is_last(&alignment) {
             self.pending.wanted_comparison += 1;
             let hashes = InputHashes { slam_map, ..inputs.hashes };
@@ -46,7 +45,7 @@ impl AlignService {
             self.activity.set(Activity::Published);
         }
         // The pose must survive this daemon; moves below the threshold are not written.
-        if let Some(pose) = pose_status.pose.filter(|pose| self.persisted.is_worth_saving(pose)) {
+        if let Some(pose) = self.follower.pose().copied().filter(|pose| self.persisted.is_worth_saving(pose)) {
             let frame_epoch = self.frame_epoch();
             self.persist(|persisted| persisted.set_pose(&pose, frame_epoch))?;
         }

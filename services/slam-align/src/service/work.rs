@@ -5,7 +5,7 @@ use crate::background_worker::Outcome;
 use crate::job::{Found, Job, JobResult, SearchArea, Task, TaskKind};
 use crate::newest_inputs::JobInputs;
 use crate::robot_map::RobotMap;
-use alignment::{Alignment, UnknownPlace, track_map};
+use alignment::{Alignment, PoseField, UnknownPlace, track_map};
 use daemon::{ComparisonState, Failure, SearchState, chain};
 use messages::{Activity, AlignmentVerdict, PoseValidity};
 use std::sync::Arc;
@@ -128,8 +128,9 @@ impl AlignService {
         let had_pose = self.follower.pose().is_some();
         self.follower.searched(best, map.content_hash, asked.is_some());
         let is_of_newest_map = self.map.as_ref().is_some_and(|newest| newest.content_hash == map.content_hash);
-        if !is_of_newest_map {
-            self.follow();
+        match is_of_newest_map {
+            true => self.find_field(map),
+            false => self.follow(),
         }
         let (verdict, poses) = (alignment.verdict.name(), alignment.poses.len());
         info!(service = "slam-align", verdict, poses, reason = alignment.reason, "all poses searched");
@@ -168,6 +169,19 @@ impl AlignService {
             track_map(&self.references, &map.prepared, last)
         });
         self.follower.tracked(found.map(|pose| pose.record(&self.storeys())), map.content_hash);
+        self.find_field(&map);
+    }
+
+    /// Finds how the newest map bends around the pose that is published, unless nothing bears that out.
+    pub(super) fn find_field(&mut self, map: &RobotMap) {
+        let pose = self.follower.pose().copied().filter(|_| self.follower.is_borne_out());
+        self.field = pose.and_then(|pose| {
+            let reference = self.references.get(pose.map_storey as usize)?;
+            let field = PoseField::of(reference, &map.prepared, &pose.map_from_slam());
+            let covariance = field.covariance_at(pose.about_m, &pose.map_from_slam());
+            self.follower.know_to(covariance.unwrap_or(pose.pose_covariance()));
+            Some(field)
+        });
     }
 
     /// Asks for a search of all poses; its number.

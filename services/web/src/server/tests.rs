@@ -237,7 +237,9 @@ fn a_certificate_that_is_a_pipe_or_has_no_end_is_refused_at_once_and_named() {
     let mode = rustix::fs::Mode::from_raw_mode(0o600);
     rustix::fs::mknodat(rustix::fs::CWD, &pipe, rustix::fs::FileType::Fifo, mode, 0).unwrap();
     std::fs::write(&pem, "").unwrap();
-    for (tls, named) in [((&pipe, &pem), &pipe), ((&pem, &pipe), &pipe), ((&"/dev/zero".into(), &pem), &"/dev/zero".into())] {
+    for (tls, named) in
+        [((&pipe, &pem), &pipe), ((&pem, &pipe), &pipe), ((&"/dev/zero".into(), &pem), &"/dev/zero".into())]
+    {
         let tls = Some((tls.0.clone(), tls.1.clone()));
         let settings = ServerSettings::of("127.0.0.1:0".parse().unwrap(), tls);
         let why = Server::bind(settings, content(Access::OwnMachine)).err().unwrap();

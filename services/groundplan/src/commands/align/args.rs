@@ -12,7 +12,7 @@ use std::path::PathBuf;
 #[derive(Debug, Clone, clap::Args)]
 #[command(after_help = AFTER_HELP)]
 pub struct Args {
-    /// Output folder of `convert`, or one map of the model: localization.yaml of a storey [default: the running daemon aligns
+    /// Output folder of `convert`, or one map of the model: localization.yaml of a storey, with those beside it [default: the running daemon aligns
     /// the map that it follows with the site as planned]
     #[arg(long, value_name = "OUT", requires = "slam")]
     pub(super) reference: Option<PathBuf>,
@@ -39,8 +39,10 @@ pub struct Args {
     #[arg(long, value_name = "FILE.yaml")]
     initial_pose: Option<PathBuf>,
 
-    /// Pose of the robot in its own map, for --initial-pose: metres, metres, degrees [default: where its map began]
-    #[arg(long, num_args = 3, value_names = ["X", "Y", "YAW"], allow_negative_numbers = true, requires = "initial_pose")]
+    /// Where the robot is in its own map: metres, metres, and degrees for --initial-pose [default: where its map began for
+    /// --initial-pose, else not known]. The pose is that of the map around it, and may be used if it is known well enough there;
+    /// without it, it must be known well enough anywhere in the map
+    #[arg(long, num_args = 2..=3, value_names = ["X", "Y", "YAW"], allow_negative_numbers = true)]
     robot: Vec<f64>,
 
     /// Draw both maps in the best pose: walls of both green, what only the robot saw red, what it saw through orange
@@ -92,7 +94,12 @@ p_map = R(yaw) p_slam + (x, y), with its covariance, or every pose that fits as 
   refused     another building or storey, too little overlap, too little structure
 
 Accepted is a pose that is wrong with a probability below 0.1 % (`wrong_probability`); it may be used if it is also known
-well enough (`usable`): see --max-uncertainty.
+well enough (`usable`): see --max-uncertainty. A SLAM map bends: a pose holds for the part of it where the walls bear it
+out, and the answer has the outline of that part, its share of the walls, how far off the pose is beyond it, and of how
+much that is not known (`holds`). --robot X Y asks for the pose where the robot is.
+
+One map alone tells nothing about the storey (`storey_claim`: not_tested); with the folder of all it is tested, and with
+--storey it is as given, unless another one fits clearly better.
 
 --storey, --start-room, --at, --elevation and --portal exclude poses that contradict them; the answer says how many. Where the
 map fits clearly better in a pose that is excluded, none is accepted: the hint may be wrong.
@@ -107,7 +114,8 @@ Of the running daemon the validity is printed, too: whether the pose may be used
   waits_for_confirm  another pose waits for `groundplan confirm`
   held               the newest map does not bear the pose out, or waits for its search
   refused            the newest map was searched, and no pose is accepted
-  uncertain          the newest map bears the pose out, but holds it less well than max_uncertainty
+  uncertain          the newest map bears the pose out, but holds it less well than max_uncertainty where the robot is,
+                     or anywhere in the map if nobody knows where that is
 
 Exit codes: 0 accepted and effective, 1 failed, and of files ambiguous, refused or uncertain, 2 bad usage; of the running
 daemon 3 waits_for_confirm, 4 held, 5 refused or ambiguous, 6 uncertain.
@@ -124,16 +132,24 @@ impl Args {
         MaxUncertainty::in_degrees(m, deg)
     }
 
+    /// Where the robot is in its own map, if that is known.
+    pub(super) fn robot_m(&self) -> Option<[f64; 2]> {
+        let began = self.initial_pose.as_ref().map(|_| [0.0; 2]);
+        self.robot.first_chunk::<2>().copied().or(began)
+    }
+
     /// Writes static transform and initial pose of an alignment, if they are asked for and the pose is accepted and effective.
     ///
     /// # Errors
     /// A file that cannot be written.
     pub(super) fn write_pose(&self, alignment: &Alignment<'_>) -> Result<(), Failure> {
         if let Some(path) = &self.transform {
-            TRANSFORM.write(path, alignment, transform::text)?;
+            TRANSFORM.write(path, alignment, self.robot_m(), transform::text)?;
         }
         let Some(path) = &self.initial_pose else { return Ok(()) };
-        let [x_m, y_m, yaw_deg] = self.robot.first_chunk::<3>().copied().unwrap_or_default();
-        INITIAL_POSE.write(path, alignment, |pose| initial_pose::text(pose, [x_m, y_m, yaw_deg.to_radians()]))
+        let [x_m, y_m] = self.robot.first_chunk::<2>().copied().unwrap_or_default();
+        let yaw_deg = self.robot.get(2).copied().unwrap_or_default();
+        INITIAL_POSE
+            .write(path, alignment, self.robot_m(), |pose| initial_pose::text(pose, [x_m, y_m, yaw_deg.to_radians()]))
     }
 }

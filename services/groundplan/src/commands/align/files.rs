@@ -3,6 +3,7 @@
 use super::args::Args;
 use super::semantic::site_places;
 use super::slam_frame;
+use super::storey_claim::StoreyClaim;
 use crate::alignment_report;
 use crate::args::report_set_aside;
 use crate::failure::Failure;
@@ -14,8 +15,10 @@ use alignment::{
 };
 use daemon::write_durably;
 use frames::Map;
-use messages::{Alignment, AlignmentEvidence, ArchiveBuffer, ArchiveError, NONE, PoseValidity, ScheduleStateHead};
-use occupancy::OccupancyMap;
+use messages::{
+    Alignment, AlignmentEvidence, AlignmentVerdict, ArchiveBuffer, ArchiveError, NONE, PoseValidity, ScheduleStateHead,
+};
+use occupancy::{MapFileContent, OccupancyMap, UndecidedCells};
 use serde::Deserialize;
 use serde_json::json;
 use sha2::{Digest, Sha256};
@@ -27,12 +30,14 @@ use std::path::{Path, PathBuf};
 /// # Errors
 /// A map that cannot be used, a file that cannot be written.
 pub(super) fn align(arguments: &Args, reference: &Path, slam: &Path) -> Result<Outcome, Failure> {
-    let (storeys, plan_time_s) = storeys(reference, arguments.place.storey, arguments.free_scale)?;
+    let references = ReferenceMaps::of(reference, arguments.place.storey, arguments.free_scale)?;
+    let claim = references.storey_claim();
+    let ReferenceMaps { storeys, plan_time_s, given } = references;
     let maps: Vec<PreparedMap<Map>> = storeys
         .iter()
         .map(|s| OccupancyMap::read(&s.path).map(|map| PreparedMap::of_model(&map)).map_err(Failure::usage))
         .collect::<Result<_, _>>()?;
-    let map = OccupancyMap::read(slam).map_err(Failure::usage)?;
+    let (map, content) = OccupancyMap::read_with_content(slam).map_err(Failure::usage)?;
     let hint = arguments.place.hint();
     let slam_map = PreparedMap::of_slam(&map);
     let content_hash = map.content_hash().map_err(Failure::usage)?;
@@ -41,7 +46,7 @@ pub(super) fn align(arguments: &Args, reference: &Path, slam: &Path) -> Result<O
     let places = site_places(reference, storeys.iter().filter_map(|s| Some((s.index, s.floor_z_m?))))?;
     let hints = places.hints(known.points_in_rooms(), known.elevation_m, known.portal.as_deref());
     let mut hints = hints.map_err(Failure::usage)?;
-    hints.extend(arguments.place.storey.filter(|storey| numbers.contains(storey)).map(PlaceHint::on_storey));
+    hints.extend(given.map(PlaceHint::on_storey));
     let before = arguments.evidence.as_deref().map(evidence_at).transpose()?.flatten();
     let before = before.as_ref().map(|archive| AlignmentEvidence::open(archive.bytes()));
     let before = before.transpose().map_err(|error| unusable_evidence(arguments, &error))?;
@@ -59,12 +64,18 @@ pub(super) fn align(arguments: &Args, reference: &Path, slam: &Path) -> Result<O
         write_durably(path, after.bytes()).map_err(|error| Failure::work(format!("{}: {error}", path.display())))?;
     }
     found.decide(&maps, &slam_map, &numbers, &places.rooms);
+    if found.verdict != AlignmentVerdict::Accepted {
+        found.reason.push_str(&undecided_cells(&content, slam));
+    }
     let sources = AlignmentSources { site_hash: 0, slam_map_hash: 0, searched_map_hash: 0, plan_time_s };
-    let archive = found.archive(&numbers, &found.pose_status(&numbers, arguments.max_uncertainty()), sources);
+    let pose_status = found.pose_status(&numbers, arguments.max_uncertainty(), arguments.robot_m());
+    let archive = found.archive(&numbers, &pose_status, sources);
     let alignment = Alignment::open(archive.bytes()).map_err(Failure::work)?;
     arguments.write_pose(&alignment)?;
     let is_usable = alignment.validity() == PoseValidity::Effective;
-    if let Some(pose) = alignment.pose().filter(|_| is_usable) {
+    // Maps never follow the robot's place: they would jump under it.
+    let whole = found.poses.first().map(|best| best.record(&numbers));
+    if let Some(pose) = whole.as_ref().filter(|_| is_usable) {
         let directory = storeys.iter().find(|s| s.index == pose.map_storey && s.index != NONE).map(|s| &s.path);
         if let (Some(folder), Some(map)) = (&arguments.resample, directory) {
             let files = slam_frame::files(reference, map, pose)?;
@@ -78,12 +89,30 @@ pub(super) fn align(arguments: &Args, reference: &Path, slam: &Path) -> Result<O
     }
     let text = if arguments.json {
         let inputs = json!({"reference_sha256": sha256(reference)?, "slam_sha256": sha256(slam)?});
-        format!("{:#}\n", alignment_report::document(&alignment, inputs))
+        let mut document = alignment_report::document(&alignment, inputs);
+        document["storey_claim"] = claim.name().into();
+        format!("{document:#}\n")
     } else {
-        alignment_report::text(&alignment)
+        alignment_report::text(&alignment) + claim.told(&alignment)
     };
     Ok(Outcome::judged(text, is_usable))
 }
+
+/// What is wrong with the thresholds of a map that leave most of its cells undecided, as the end of a reason; empty if nothing is.
+fn undecided_cells(content: &MapFileContent, slam: &Path) -> String {
+    let undecided = content.undecided().filter(|undecided| undecided.share > MAX_UNDECIDED_SHARE);
+    undecided.map_or_else(String::new, |UndecidedCells { share, free_thresh, occupied_thresh }| {
+        format!(
+            "; {:.0} % of the cells that are not of the unknown grey lie between free_thresh {free_thresh} and occupied_thresh \
+             {occupied_thresh} and tell nothing: if they are probabilities, set occupied_thresh: 0.5 and free_thresh: 0.49 in {}",
+            100.0 * share,
+            slam.display()
+        )
+    })
+}
+
+/// Of more undecided cells the answer says that the thresholds may be wrong.
+const MAX_UNDECIDED_SHARE: f64 = 0.3;
 
 /// Evidence of earlier looks; `None` if there is no file yet.
 fn evidence_at(path: &Path) -> Result<Option<ArchiveBuffer>, Failure> {
@@ -108,41 +137,88 @@ struct StoreyMap {
     floor_z_m: Option<f64>,
 }
 
-/// The map itself, or the localization maps of a folder that `convert` wrote, with their plan time. There must be that of the storey
-/// `wanted`, and at any scale it is the only one: the others are looked at to tell whether they fit better.
-fn storeys(reference: &Path, wanted: Option<u32>, free_scale: bool) -> Result<(Vec<StoreyMap>, i64), Failure> {
-    if !reference.is_dir() {
-        return Ok((
-            vec![StoreyMap { path: reference.to_owned(), index: NONE, floor_z_m: None }],
-            ScheduleStateHead::NO_TIME,
-        ));
+/// Maps of the model that a SLAM map is compared with, and what is known of its storey.
+struct ReferenceMaps {
+    storeys: Vec<StoreyMap>,
+    plan_time_s: i64,
+    /// The storey that the robot is said to be on.
+    given: Option<u32>,
+}
+
+impl ReferenceMaps {
+    /// The localization maps of a folder that `convert` wrote, or one map: the storeys beside it are looked at, too, if it lies in such a
+    /// folder. There must be that of the storey `wanted`, and at any scale it is the only one: the others are looked at to tell whether
+    /// they fit better.
+    fn of(reference: &Path, wanted: Option<u32>, free_scale: bool) -> Result<Self, Failure> {
+        if reference.is_dir() {
+            return Self::of_folder(reference, wanted, free_scale);
+        }
+        if let Some((folder, storey)) =
+            folder_around(reference).filter(|(_, storey)| wanted.is_none_or(|w| w == *storey))
+        {
+            return Self::of_folder(&folder, Some(storey), free_scale);
+        }
+        let storeys = vec![StoreyMap { path: reference.to_owned(), index: NONE, floor_z_m: None }];
+        Ok(Self { storeys, plan_time_s: ScheduleStateHead::NO_TIME, given: None })
     }
-    let path = reference.join("manifest.json");
-    let unusable = |why: String| Failure::usage(format!("{}: {why}", path.display()));
-    let bytes = read_document(&path).map_err(|error| unusable(error.to_string()))?;
-    let manifest: Manifest = serde_json::from_slice(&bytes).map_err(|error| unusable(error.to_string()))?;
-    let storeys: Vec<StoreyMap> = manifest
-        .storeys
-        .iter()
-        .filter(|s| !free_scale || wanted.is_none_or(|wanted| s.index == wanted))
-        .map(|s| StoreyMap {
-            path: reference.join(&s.directory).join("localization.yaml"),
-            index: s.index,
-            floor_z_m: Some(s.floor_z_m),
-        })
-        .collect();
-    if wanted.is_some_and(|wanted| storeys.iter().all(|s| s.index != wanted)) || storeys.is_empty() {
-        return Err(unusable("it has no such storey".to_owned()));
+
+    fn of_folder(folder: &Path, wanted: Option<u32>, free_scale: bool) -> Result<Self, Failure> {
+        let unusable = |why: String| Failure::usage(format!("{}: {why}", folder.join(MANIFEST).display()));
+        let manifest = Manifest::read(folder).map_err(&unusable)?;
+        let storeys: Vec<StoreyMap> = manifest
+            .storeys
+            .iter()
+            .filter(|s| !free_scale || wanted.is_none_or(|wanted| s.index == wanted))
+            .map(|s| StoreyMap {
+                path: folder.join(&s.directory).join(LOCALIZATION),
+                index: s.index,
+                floor_z_m: Some(s.floor_z_m),
+            })
+            .collect();
+        if wanted.is_some_and(|wanted| storeys.iter().all(|s| s.index != wanted)) || storeys.is_empty() {
+            return Err(unusable("it has no such storey".to_owned()));
+        }
+        let plan_time = manifest.plan_time.as_deref().map(str::parse::<frames::PlanTime>).transpose();
+        let plan_time = plan_time.map_err(|error| unusable(error.to_string()))?;
+        let plan_time_s = plan_time.map_or(ScheduleStateHead::NO_TIME, frames::PlanTime::civil_seconds);
+        Ok(Self { storeys, plan_time_s, given: wanted })
     }
-    let plan_time = manifest.plan_time.as_deref().map(str::parse::<frames::PlanTime>).transpose();
-    let plan_time_s = plan_time.map_err(|error| unusable(error.to_string()))?;
-    Ok((storeys, plan_time_s.map_or(ScheduleStateHead::NO_TIME, frames::PlanTime::civil_seconds)))
+
+    /// What the answer says about the storey.
+    fn storey_claim(&self) -> StoreyClaim {
+        match self.given {
+            _ if self.storeys.len() < 2 => StoreyClaim::NotTested,
+            Some(_) => StoreyClaim::Given,
+            None => StoreyClaim::Tested,
+        }
+    }
+}
+
+const MANIFEST: &str = "manifest.json";
+const LOCALIZATION: &str = "localization.yaml";
+
+/// The folder that `convert` wrote around the localization map of a storey, and that storey.
+fn folder_around(map: &Path) -> Option<(PathBuf, u32)> {
+    let map = map.canonicalize().ok()?;
+    let folder = map.ancestors().nth(3)?.to_owned();
+    let manifest = Manifest::read(&folder).ok()?;
+    let own =
+        |s: &&ManifestStorey| folder.join(&s.directory).join(LOCALIZATION).canonicalize().is_ok_and(|path| path == map);
+    let storey = manifest.storeys.iter().find(own)?.index;
+    Some((folder, storey))
 }
 
 #[derive(Deserialize)]
 struct Manifest {
     plan_time: Option<String>,
     storeys: Vec<ManifestStorey>,
+}
+
+impl Manifest {
+    fn read(folder: &Path) -> Result<Self, String> {
+        let bytes = read_document(&folder.join(MANIFEST)).map_err(|error| error.to_string())?;
+        serde_json::from_slice(&bytes).map_err(|error| error.to_string())
+    }
 }
 
 #[derive(Deserialize)]

@@ -7,6 +7,7 @@ mod pairs;
 mod pose_file;
 mod semantic;
 mod slam_frame;
+mod storey_claim;
 mod transform;
 
 use crate::alignment_request::{outcome_of, searched};

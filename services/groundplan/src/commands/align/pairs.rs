@@ -3,7 +3,9 @@
 use crate::alignment_report::evidence;
 use crate::failure::Failure;
 use crate::input_document::MAX_DOCUMENT_BYTES;
-use alignment::{AlignedPose, Alignment, Contrast, Looks, PreparedMap, align_maps_within, references_hash};
+use alignment::{
+    AlignedPose, Alignment, Contrast, LocalPose, Looks, PoseExtent, PreparedMap, align_maps_within, references_hash,
+};
 use input_files::read_regular_text;
 use messages::{AlignmentEvidence, ArchiveBuffer, NONE};
 use occupancy::OccupancyMap;
@@ -22,6 +24,9 @@ struct Pair {
     slam: PathBuf,
     /// The drive of a growing map: its pairs are looks, in their order, and each begins with the evidence of those before.
     drive: Option<String>,
+    /// Places of the robot in its map, in metres: the answer has the pose around each.
+    #[serde(default)]
+    robots: Vec<[f64; 2]>,
 }
 
 /// Aligns all pairs of a folder, a JSON document a line.
@@ -54,9 +59,18 @@ pub(super) fn pairs(folder: &Path) -> Result<String, Failure> {
         }
         let mut answer = answer(&pair.pair, &alignment, cpu_s() - begun_s);
         answer["walls_m"] = slam.walls_m().into();
+        if let (Some(field), false) = (&alignment.field, pair.robots.is_empty()) {
+            answer["at_robots"] = pair.robots.iter().map(|place| field.at(*place).map(around)).collect();
+        }
         let _ = writeln!(out, "{answer}");
     }
     Ok(out)
+}
+
+/// The pose around a place, with its covariance and whether the walls there bear it out.
+fn around(local: LocalPose) -> Value {
+    let [x, y, yaw] = local.map_from_slam.x_y_yaw();
+    json!({"x": x, "y": y, "yaw": yaw, "covariance": local.covariance.rows(), "is_borne_out": local.is_borne_out})
 }
 
 fn answer(pair: &str, alignment: &Alignment, cpu_s: f64) -> Value {
@@ -88,6 +102,14 @@ fn answer(pair: &str, alignment: &Alignment, cpu_s: f64) -> Value {
         answer["new"] =
             json!(best.new.map(|n| json!({"seen_m": n.seen_m, "recalled_m": n.recalled_m, "through_m": n.through_m})));
         answer["covariance"] = json!(best.covariance_of_motion().rows());
+    }
+    if let (Some(field), Some(best)) = (&alignment.field, alignment.poses.first()) {
+        let PoseExtent { walls_share, area_share, largest_off_m, unknown_share, .. } =
+            field.extent_of(&best.map_from_slam);
+        answer["holds"] = json!({
+            "share_of_walls": walls_share, "share_of_floor": area_share, "largest_known_off_m": largest_off_m,
+            "unknown_share_of_floor": unknown_share, "anywhere_m": field.covariance_of(&best.map_from_slam).map(|c| c.worst_m()),
+        });
     }
     answer
 }

@@ -1,10 +1,10 @@
 //! Files for robots that hold a pose, written only while that may be used.
 
-use crate::alignment_report::{why_not_accepted, why_not_effective};
+use crate::alignment_report::{why_not_accepted, why_not_effective, why_uncertain_at};
 use crate::failure::Failure;
 use crate::input_document::read_document;
 use daemon::write_durably;
-use messages::{Alignment, AlignmentVerdict, PoseRecord};
+use messages::{Alignment, AlignmentVerdict, PoseRecord, PoseValidity};
 use std::path::{Path, PathBuf};
 
 /// A kind of file.
@@ -16,8 +16,8 @@ pub(super) struct PoseFile {
 }
 
 impl PoseFile {
-    /// Writes the text of a pose that is accepted and effective; of no other. A robot must not start with an earlier pose
-    /// instead: a file of one that is at the path is renamed, and standard error tells.
+    /// Writes the text of a pose that is accepted and effective, around the robot if its place in its map is known; of no other. A
+    /// robot must not start with an earlier pose instead: a file of one that is at the path is renamed, and standard error tells.
     ///
     /// # Errors
     /// A file that cannot be written or renamed; what was there stays.
@@ -25,13 +25,19 @@ impl PoseFile {
         &self,
         path: &Path,
         alignment: &Alignment<'_>,
+        robot_m: Option<[f64; 2]>,
         text: impl FnOnce(&PoseRecord) -> String,
     ) -> Result<(), Failure> {
         let failed = |error| Failure::work(format!("{}: {error}", path.display()));
         let is_accepted = alignment.verdict() == AlignmentVerdict::Accepted;
-        let why = why_not_effective(alignment).or_else(|| (!is_accepted).then(|| why_not_accepted(alignment)));
-        match (why, alignment.pose()) {
-            (None, Some(pose)) => write_durably(path, text(pose).as_bytes()).map_err(failed),
+        let (pose, why) = match robot_m.and_then(|robot_m| alignment.pose_at(robot_m)) {
+            Some((pose, PoseValidity::Effective)) => (Some(pose), None),
+            Some((pose, PoseValidity::Uncertain)) => (Some(pose), Some(why_uncertain_at(&pose))),
+            _ => (alignment.pose().copied(), why_not_effective(alignment)),
+        };
+        let why = why.or_else(|| (!is_accepted).then(|| why_not_accepted(alignment)));
+        match (why, pose) {
+            (None, Some(pose)) => write_durably(path, text(&pose).as_bytes()).map_err(failed),
             (why, _) => {
                 let why = why.unwrap_or_else(|| "there is no pose".to_owned());
                 let set_aside = self.set_aside(path).map_err(failed)?;
@@ -68,15 +74,14 @@ mod tests {
         let plan_time_s = ScheduleStateHead::NO_TIME;
         let sources = AlignmentSources { site_hash: 1, slam_map_hash: 2, searched_map_hash: 2, plan_time_s };
         let max_uncertainty = MaxUncertainty::in_degrees(0.1, 1.0);
-        let pose_status =
-            PoseStatus { pose: Some(PoseRecord::NONE), state, waiting, verdict: Some(verdict), max_uncertainty };
-
+        let (pose, verdict) = (Some(PoseRecord::NONE), Some(verdict));
+        let pose_status = PoseStatus { pose, state, waiting, verdict, max_uncertainty, field: None, robot_m: None };
         found.archive(&[], &pose_status, sources)
     }
 
     fn write_of(path: &Path, verdict: AlignmentVerdict, state: PoseState, waiting: Option<PoseRecord>) {
         let archive = archive(verdict, state, waiting);
-        FILE.write(path, &Alignment::open(archive.bytes()).unwrap(), |_| "# A pose 1 2".to_owned()).unwrap();
+        FILE.write(path, &Alignment::open(archive.bytes()).unwrap(), None, |_| "# A pose 1 2".to_owned()).unwrap();
     }
 
     #[test]

@@ -115,7 +115,7 @@ fn aligned(
     let sources = AlignmentSources { site_hash: 0, slam_map_hash: 0, searched_map_hash: 0, plan_time_s };
     let archive = found.archive(
         &storeys,
-        &found.pose_status(&storeys, MaxUncertainty::in_degrees(f64::INFINITY, f64::INFINITY)),
+        &found.pose_status(&storeys, MaxUncertainty::in_degrees(f64::INFINITY, f64::INFINITY), None),
         sources,
     );
     let Some(pose) = found.poses.first().filter(|_| found.verdict == AlignmentVerdict::Accepted) else {

@@ -1,0 +1,160 @@
+//! `groundplan align` on maps that are bent, mirrored, grey or negated, and what it says about the storey.
+#![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
+
+mod support;
+
+use serde_json::Value;
+use std::ffi::OsStr;
+use std::path::Path;
+use support::{Maps, convert, demo_model, groundplan, turned_map};
+
+fn align(reference: &Path, slam: &Path, more: &[&str]) -> (Option<i32>, Value) {
+    let mut arguments: Vec<&dyn AsRef<OsStr>> = vec![&"align", &"--reference", &reference, &"--slam", &slam, &"--json"];
+    arguments.extend(more.iter().map(|a| a as &dyn AsRef<OsStr>));
+    let output = groundplan(&arguments);
+    (output.status.code(), serde_json::from_slice(&output.stdout).unwrap_or_default())
+}
+
+fn text(reference: &Path, slam: &Path) -> String {
+    let output = groundplan(&[&"align", &"--reference", &reference, &"--slam", &slam]);
+    String::from_utf8_lossy(&output.stdout).into_owned()
+}
+
+/// Rewrites the image of a map: `moved` says from which column and row a pixel comes.
+fn redraw(slam: &Path, moved: impl Fn(usize, usize) -> [i64; 2], changed: impl Fn(u8) -> u8) -> usize {
+    let pgm = slam.with_extension("pgm");
+    let (width, height, pixels) = grid::decode_pgm(&std::fs::read(&pgm).unwrap()).unwrap();
+    let pixel = |at: usize| {
+        let [column, row] = moved(at % width, at / width);
+        let inside = (0..width as i64).contains(&column) && (0..height as i64).contains(&row);
+        changed(if inside { pixels[row as usize * width + column as usize] } else { grid::UNKNOWN })
+    };
+    let redrawn: Vec<u8> = (0..pixels.len()).map(pixel).collect();
+    std::fs::write(&pgm, grid::encode_pgm(width, &redrawn)).unwrap();
+    height
+}
+
+fn same(column: usize, row: usize) -> [i64; 2] {
+    [column as i64, row as i64]
+}
+
+fn replace(slam: &Path, from: &str, to: &str) {
+    let text = std::fs::read_to_string(slam).unwrap();
+    assert!(text.contains(from), "{text}");
+    std::fs::write(slam, text.replace(from, to)).unwrap();
+}
+
+fn robots_map(home: &Path) -> (Maps, std::path::PathBuf) {
+    let maps = convert(&demo_model(), &[]);
+    let slam = turned_map(&maps, 0, home);
+    (maps, slam)
+}
+
+#[test]
+fn a_bent_map_may_be_used_where_the_robot_is_known_to_be_and_nowhere_else() {
+    let home = tempfile::tempdir().unwrap();
+    let (maps, slam) = robots_map(home.path());
+    let (_, straight) = align(&maps.path(), &slam, &[]);
+    assert!(straight["holds"]["share_of_walls"].as_f64().unwrap() > 0.9, "{}", straight["holds"]);
+    // The upper half of the image bends to the right, by 1 m at its end.
+    let bend_px = |row: usize, height: usize| {
+        let beyond = (height as f64 / 2.0 - row as f64).max(0.0) / (height as f64 / 2.0);
+        (20.0 * beyond * beyond).round() as i64
+    };
+    let height = redraw(&slam, same, |pixel| pixel);
+    redraw(&slam, |column, row| [column as i64 - bend_px(row, height), row as i64], |pixel| pixel);
+    let transform = home.path().join("site_map.yaml");
+    let (code, found) = align(&maps.path(), &slam, &["--transform", transform.to_str().unwrap()]);
+    assert_eq!(
+        (found["verdict"].as_str(), found["validity"].as_str()),
+        (Some("accepted"), Some("uncertain")),
+        "{found}"
+    );
+    assert!(code == Some(1) && !transform.exists());
+    let holds = &found["holds"];
+    assert!(holds["share_of_walls"].as_f64().unwrap() < 0.9 && holds["anywhere_m"].as_f64().unwrap() > 0.1, "{holds}");
+    assert!(!holds["outline_in_slam_m"].as_array().unwrap().is_empty());
+    assert!(text(&maps.path(), &slam).contains("nobody knows where the robot is"));
+    // Free cells of the map at its straight end and in the bend: where they lie by the straight map is the truth.
+    let pose = |of: &Value| ["x_m", "y_m", "yaw_rad"].map(|key| of[key].as_f64().unwrap());
+    let truth: frames::Rigid2<frames::Map, frames::Slam> = frames::Rigid2::of_x_y_yaw(pose(&straight["map_from_slam"]));
+    let (width, _, pixels) = grid::decode_pgm(&std::fs::read(slam.with_extension("pgm")).unwrap()).unwrap();
+    let mut n_used = 0;
+    for row in (height / 8..height).step_by(height / 6) {
+        let free: Vec<usize> = (0..width).filter(|column| pixels[row * width + column] == grid::FREE).collect();
+        let Some(&column) = free.get(free.len() / 2) else { continue };
+        let at = |column: i64| [7.5 + (column as f64 + 0.5) * 0.05, -3.0 + ((height - 1 - row) as f64 + 0.5) * 0.05];
+        let (robot, expected) = (at(column as i64), truth.apply(at(column as i64 - bend_px(row, height))));
+        let [x, y] = robot.map(|c| c.to_string());
+        let (code, there) = align(&maps.path(), &slam, &["--robot", &x, &y]);
+        let Some(map_from_slam) = there.get("map_from_slam").filter(|_| code == Some(0)) else { continue };
+        let local: frames::Rigid2<frames::Map, frames::Slam> = frames::Rigid2::of_x_y_yaw(pose(map_from_slam));
+        let [x_m, y_m] = local.apply(robot);
+        let off_m = (x_m - expected[0]).hypot(y_m - expected[1]);
+        assert!(off_m < 0.2, "{off_m} m off at {robot:?}: {there}");
+        n_used += 1;
+    }
+    assert!(n_used >= 2, "{n_used} places may be used");
+}
+
+#[test]
+fn a_mirrored_map_is_told() {
+    let home = tempfile::tempdir().unwrap();
+    let (maps, slam) = robots_map(home.path());
+    let (width, _, _) = grid::decode_pgm(&std::fs::read(slam.with_extension("pgm")).unwrap()).unwrap();
+    redraw(&slam, |column, row| [(width - 1 - column) as i64, row as i64], |pixel| pixel);
+    let (code, found) = align(&maps.path(), &slam, &[]);
+    assert_eq!((code, found["verdict"].as_str()), (Some(1), Some("refused")), "{found}");
+    assert!(found["reason"].as_str().unwrap().contains("left and right exchanged"), "{found}");
+}
+
+#[test]
+fn a_grey_map_is_told_what_thresholds_it_needs_and_has_its_pose_with_them() {
+    let home = tempfile::tempdir().unwrap();
+    let (maps, slam) = robots_map(home.path());
+    let (_, sharp) = align(&maps.path(), &slam, &[]);
+    let grey = |pixel: u8| match pixel {
+        grid::OCCUPIED => 100,
+        grid::FREE => 190,
+        other => other,
+    };
+    redraw(&slam, same, grey);
+    replace(&slam, "negate: 0", "negate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196");
+    let (code, found) = align(&maps.path(), &slam, &[]);
+    assert_eq!(code, Some(1));
+    assert!(found["reason"].as_str().unwrap().contains("set occupied_thresh: 0.5 and free_thresh: 0.49"), "{found}");
+    replace(&slam, "occupied_thresh: 0.65\nfree_thresh: 0.196", "occupied_thresh: 0.5\nfree_thresh: 0.49");
+    assert_eq!(align(&maps.path(), &slam, &[]).1["map_from_slam"], sharp["map_from_slam"]);
+}
+
+#[test]
+fn a_negated_map_is_the_same_map() {
+    let home = tempfile::tempdir().unwrap();
+    let (maps, slam) = robots_map(home.path());
+    let (code, found) = align(&maps.path(), &slam, &[]);
+    redraw(&slam, same, |pixel| 255 - pixel);
+    replace(&slam, "negate: 0", "negate: 1");
+    let (negated_code, negated) = align(&maps.path(), &slam, &[]);
+    assert_eq!((negated_code, &negated["map_from_slam"]), (code, &found["map_from_slam"]));
+    assert_eq!(negated["holds"], found["holds"]);
+}
+
+#[test]
+fn the_storey_is_tested_given_or_not_tested_and_the_answer_says_which() {
+    let home = tempfile::tempdir().unwrap();
+    let (maps, slam) = robots_map(home.path());
+    let folder = maps.path().join(maps.manifest["storeys"][0]["directory"].as_str().unwrap());
+    let claim = |reference: &Path, more: &[&str]| {
+        let (code, found) = align(reference, &slam, more);
+        (code, found["storey"].clone(), found["storey_claim"].as_str().unwrap().to_owned())
+    };
+    assert_eq!(claim(&maps.path(), &[]), (Some(0), 0.into(), "tested".to_owned()));
+    assert_eq!(claim(&maps.path(), &["--storey", "0"]), (Some(0), 0.into(), "given".to_owned()));
+    assert_eq!(claim(&folder.join("localization.yaml"), &[]), (Some(0), 0.into(), "given".to_owned()));
+    for name in ["localization.yaml", "localization.pgm"] {
+        std::fs::copy(folder.join(name), home.path().join(name)).unwrap();
+    }
+    let alone = home.path().join("localization.yaml");
+    assert_eq!(claim(&alone, &[]), (Some(0), Value::Null, "not_tested".to_owned()));
+    assert!(text(&alone, &slam).contains("storey not tested"));
+}
