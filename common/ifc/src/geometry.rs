@@ -99,7 +99,10 @@ pub(crate) fn mesh(
         };
         let geometry = if !is_placed(product, frames) {
             unplaced(product, report)
-        } else if outcome.meshes.is_empty() && is_swallowed(product, &outcome.frame, &geometries, &mut extents) {
+        } else if outcome.meshes.is_empty()
+            && !meshed.given_up.contains(&id)
+            && is_swallowed(product, &outcome.frame, &geometries, &mut extents)
+        {
             let message = "its openings leave nothing of it".to_owned();
             report.add(Severity::Info, DiagnosticCode::SwallowedByOpenings, Some(product.id.clone()), message);
             Geometry::default()

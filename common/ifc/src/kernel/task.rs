@@ -129,6 +129,23 @@ mod tests {
         }
     }
 
+    #[test]
+    fn a_body_that_is_given_up_is_its_box_although_its_openings_would_leave_nothing_of_it() {
+        let opening = "#20=IFCOPENINGELEMENT('opening',$,$,$,$,#103,#21,$,$);#21=IFCPRODUCTDEFINITIONSHAPE($,$,(#22));
+            #22=IFCSHAPEREPRESENTATION(#101,'Body','SweptSolid',(#23));#23=IFCEXTRUDEDAREASOLID(#111,#24,#112,9.);
+            #24=IFCAXIS2PLACEMENT3D(#25,$,$);#25=IFCCARTESIANPOINT((0.,0.,-2.));#26=IFCRELVOIDSELEMENT('r',$,$,$,#1,#20);";
+        let text = walls().replace("#7=IFCWALL(", &format!("{opening}#7=IFCWALL("));
+        let status_of_first = |isolation: &Isolation<'_>| {
+            let options = ReadOptions { isolation: Some(isolation), ..ReadOptions::default() };
+            let (model, _) = read(text.as_bytes(), &options).unwrap();
+            model.elements.into_iter().find(|element| &*element.id.global_id == "wall").unwrap().geometry.status
+        };
+        assert_eq!(status_of_first(&there), GeometryStatus::None);
+        let ended = |_: &[&[u8]], _: Option<f64>, _: &mut dyn FnMut(&[u8])| (0.0, Err("it takes too long".to_owned()));
+        let GeometryStatus::BoundingBox { why } = status_of_first(&ended) else { panic!() };
+        assert!(why.contains("it takes too long"), "{why}");
+    }
+
     /// Products without bounds, and the number of processes that they took. Each that is done takes a second, and those of `slow`
     /// end the process.
     fn pipes(n: u32, slow: &[u32]) -> (Vec<Geometry>, usize) {
