@@ -165,7 +165,7 @@ fn maps_are_moved_into_the_frame_of_slam_and_the_robot_is_placed() {
     let mut early = join(domain, &[]);
     early.wait_until("a heartbeat", |last| last.contains_key("/groundplan/heartbeat"));
     assert!(!early.last.contains_key("/groundplan/map"), "without a pose there is no map in the robot's frame");
-    let mut peer = join(domain, &[&"--publish-slam-map", &robot, &"--robot-at", &"1.0,2.0,0.5"]);
+    let mut peer = join(domain, &[&"--publish-slam-map", &robot, &"--robot-at", &"17.7,9.0,0.5"]);
     peer.wait_until("a map", |last| last.contains_key("/groundplan/map"));
     let map = peer.last["/groundplan/map"].clone();
     assert_eq!((&map["frame"], &map["resolution_m"]), (&"map".into(), &0.05.into()), "{map}");
@@ -183,8 +183,8 @@ fn maps_are_moved_into_the_frame_of_slam_and_the_robot_is_placed() {
     let number = |value: &Value, key: &str| value[key].as_f64().unwrap();
     let pose = &asked["map_from_slam"];
     let (sin, cos) = libm::sincos(number(pose, "yaw_rad"));
-    let x_m = number(pose, "x_m") + cos - 2.0 * sin;
-    let y_m = number(pose, "y_m") + sin + 2.0 * cos;
+    let x_m = number(pose, "x_m") + 17.7 * cos - 9.0 * sin;
+    let y_m = number(pose, "y_m") + 17.7 * sin + 9.0 * cos;
     let placed = &facts["robot_in_map"];
     assert!(
         (number(placed, "x_m") - x_m).abs() < 0.05 && (number(placed, "y_m") - y_m).abs() < 0.05,

@@ -35,7 +35,7 @@ const ALLOWED: [(&str, &[&str]); 31] = [
     ("schedule", &["frames", "messages", "schedule-files", "tasks"]),
     ("raster", &["frames", "geometry", "grid", "messages"]),
     ("waypoints", &["frames", "geometry", "grid", "messages"]),
-    ("alignment", &["frames", "grid", "messages", "occupancy", "raster"]),
+    ("alignment", &["frames", "geometry", "grid", "messages", "occupancy", "raster"]),
     ("deviations", &["frames", "geometry", "grid", "messages", "occupancy"]),
     ("ifc-ingest", &["bus", "daemon", "export", "ingest", "input-files", "messages", "schedule"]),
     ("schedule-eval", &["bus", "daemon", "frames", "input-files", "messages", "schedule", "tasks"]),

@@ -198,6 +198,26 @@ fn why_uncertain(alignment: &Alignment<'_>) -> String {
     format!("the walls that the SLAM map shows hold it{held}, less well than max_uncertainty asks for")
 }
 
+/// The pose of the SLAM map around the robot, and what it is worth there; null where nobody asked for it.
+pub(crate) fn around_robot(around: Option<&(PoseRecord, PoseValidity)>) -> Value {
+    around.map_or(Value::Null, |(pose, validity)| {
+        let [x_m, y_m] = pose.about_m;
+        json!({
+            "robot": {"x_m": x_m, "y_m": y_m}, "validity": validity.name(), "map_from_slam": motion(pose),
+            "covariance": pose.covariance,
+        })
+    })
+}
+
+/// The same for people.
+pub(crate) fn around_robot_text(around: Option<&(PoseRecord, PoseValidity)>) -> String {
+    let Some((pose, validity)) = around else { return String::new() };
+    let mut out = String::new();
+    line(&mut out, pose, &format!("around the robot, {}", validity.name().replace('_', " ")));
+    let _ = writeln!(out, "  known to {} there", uncertainty(pose));
+    out
+}
+
 /// Why the pose around the robot must not be used.
 pub(crate) fn why_uncertain_at(pose: &PoseRecord) -> String {
     format!(

@@ -7,7 +7,7 @@ use crate::run::Outcome;
 use crate::wait::{ask, join};
 use bus::{Bus, CheckedSample, Waiter, topics};
 use daemon::{AlignAnswer, AlignRequest, Published, SearchState};
-use messages::{Alignment, AlignmentVerdict, PoseValidity};
+use messages::{AlignmentVerdict, PoseValidity};
 use std::time::{Duration, Instant};
 
 /// Timeout of a sample after its daemon said that it is published.
@@ -81,23 +81,27 @@ const HELD: u8 = 4;
 const NOT_ACCEPTED: u8 = 5;
 const UNCERTAIN: u8 = 6;
 
-/// The alignment as it is printed; the exit code is 0 only if its pose may be used.
-pub(crate) fn outcome_of(sample: &CheckedSample<topics::Alignment>, json: bool) -> Outcome {
+/// The alignment as it is printed, with its pose around the robot if its place in its map is given; the exit code is 0 only if the pose may
+/// be used there.
+pub(crate) fn outcome_of(sample: &CheckedSample<topics::Alignment>, robot_m: Option<[f64; 2]>, json: bool) -> Outcome {
     let alignment = sample.view();
+    let around = robot_m.and_then(|robot_m| alignment.pose_at(robot_m));
     let text = match json {
         true => {
             let header = sample.bytes().header();
             let mut document = alignment_report::document(&alignment, alignment_report::inputs_of(header));
             document["epoch"] = header.epoch.into();
+            document["around_robot"] = alignment_report::around_robot(around.as_ref());
             format!("{document:#}\n")
         }
-        false => alignment_report::text(&alignment),
+        false => alignment_report::text(&alignment) + &alignment_report::around_robot_text(around.as_ref()),
     };
-    Outcome { text, exit_code: exit_code(&alignment) }
+    let validity = around.map_or(alignment.validity(), |(_, validity)| validity);
+    Outcome { text, exit_code: exit_code(validity, alignment.verdict()) }
 }
 
-fn exit_code(alignment: &Alignment<'_>) -> u8 {
-    match (alignment.validity(), alignment.verdict()) {
+fn exit_code(validity: PoseValidity, verdict: AlignmentVerdict) -> u8 {
+    match (validity, verdict) {
         (PoseValidity::Effective, AlignmentVerdict::Accepted) => 0,
         (PoseValidity::WaitsForConfirm, _) => WAITS_FOR_CONFIRM,
         (PoseValidity::Held, _) => HELD,

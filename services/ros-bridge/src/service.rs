@@ -188,8 +188,9 @@ impl BridgeService {
     }
 
     /// Publishes the transform of the alignment around the robot, which follows the robot slowly through a map that bends; what is not
-    /// effective where the robot is is not repeated, and no other one is made up.
-    fn show_alignment(&mut self) {
+    /// effective where the robot is is not repeated, and no other one is made up. A localiser begins anew at each initial pose: it is
+    /// told with a new alignment only.
+    fn show_alignment(&mut self, is_new: bool) {
         let elapsed = std::mem::replace(&mut self.transform_updated, Instant::now()).elapsed();
         let RosConfig { slam_frame, frame, .. } = &self.config.ros;
         let Some(around) = self.pose_around_robot().filter(|_| frame != slam_frame) else { return };
@@ -205,7 +206,7 @@ impl BridgeService {
             foxglove.show_alignment(&message, &alignment_pose(pose, frame, now));
         }
         self.topics.tf_static.publish(message);
-        if let Some(Pose { x_m, y_m, yaw_rad }) = robot {
+        if let Some(Pose { x_m, y_m, yaw_rad }) = robot.filter(|_| is_new) {
             self.topics.initial_pose.publish(pose_in_map(pose, [x_m, y_m, yaw_rad], frame, stamp()));
         }
     }
@@ -296,7 +297,7 @@ impl Service for BridgeService {
             Event::Input(BridgeInput::MissionPlan(plan)) => self.samples.insert(SiteSample::MissionPlan(plan)),
             Event::Input(BridgeInput::Alignment(alignment)) => {
                 self.alignment = Some(alignment);
-                self.show_alignment();
+                self.show_alignment(true);
             }
             Event::Configuration(config) => {
                 if config.ros != self.config.ros {
@@ -309,7 +310,7 @@ impl Service for BridgeService {
                     std::process::exit(1);
                 }
                 self.tick();
-                self.show_alignment();
+                self.show_alignment(false);
                 self.follow_robot()?;
             }
             Event::Attached => {}

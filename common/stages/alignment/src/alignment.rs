@@ -187,13 +187,9 @@ pub(crate) fn judged(
         let corners = r.candidate.placed.corners;
         AlignedPose { contrast: r.contrast, corners, ..AlignedPose::of(at, references[at].as_ref(), slam, r.candidate) }
     };
-    let mut poses: Vec<AlignedPose> = ranked.iter().map(pose).collect();
-    let accepted = poses.first_mut().filter(|_| verdict == AlignmentVerdict::Accepted);
-    let field = accepted.map(|best| {
-        let field = PoseField::of(references[best.reference].as_ref(), slam, &best.map_from_slam);
-        best.covariance = field.covariance_at(best.about_m, &best.map_from_slam).unwrap_or(best.covariance);
-        field
-    });
+    let poses: Vec<AlignedPose> = ranked.iter().map(pose).collect();
+    let accepted = poses.first().filter(|_| verdict == AlignmentVerdict::Accepted);
+    let field = accepted.map(|best| PoseField::of(references[best.reference].as_ref(), slam, &best.map_from_slam));
     let scale = ranked.first().map(|r| &found[r.index]).and_then(|(at, best)| {
         let sampled_points = sampled_points(&slam.features, &mut RandomGenerator::new(1));
         scale(&references[*at].as_ref().features, &slam.features, &sampled_points, &best.refined.pose)

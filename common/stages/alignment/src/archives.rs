@@ -82,6 +82,13 @@ impl PoseStatus<'_> {
         }
     }
 
+    /// The pose with the covariance of its place by all of the map: how well that is known, and how far off the pose is there.
+    fn published_pose(&self) -> Option<PoseRecord> {
+        let pose = self.pose?;
+        let covariance = self.field.and_then(|field| field.covariance_at(pose.about_m, &pose.map_from_slam()));
+        Some(covariance.map_or(pose, |covariance| PoseRecord { covariance: flat(&covariance), ..pose }))
+    }
+
     /// True if the pose is known too little: where the robot is, or anywhere in its map.
     fn is_uncertain(&self, pose: &PoseRecord) -> bool {
         let is_exceeded =
@@ -138,7 +145,7 @@ impl Alignment {
             slam_map_hash: sources.slam_map_hash,
             searched_map_hash: sources.searched_map_hash,
             plan_time_s: sources.plan_time_s,
-            pose: pose_status.pose.unwrap_or(PoseRecord::NONE),
+            pose: pose_status.published_pose().unwrap_or(PoseRecord::NONE),
             waiting: pose_status.waiting.unwrap_or(PoseRecord::NONE),
             wrong_probability: self.wrong_probability,
             scale: self.scale.map_or(1.0, |s| s.value),

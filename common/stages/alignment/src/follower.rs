@@ -1,8 +1,8 @@
 //! Pose tracking: decides which pose is published while maps arrive; it never jumps without an operator.
 
 use crate::thresholds::{N_WINS, SAME_M, SAME_RAD};
-use frames::{PoseCovariance, wrapped};
-use messages::{PoseRecord, PoseState, flat};
+use frames::wrapped;
+use messages::{PoseRecord, PoseState};
 
 /// Maximum change of the published pose without confirmation by an operator.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -67,13 +67,6 @@ impl Follower {
         match found {
             Some(found) => self.place(found, map_hash, PoseState::Tracked),
             None => self.hold(),
-        }
-    }
-
-    /// Says how well the published pose is known, by what is found out about the map that bears it out.
-    pub fn know_to(&mut self, covariance: PoseCovariance) {
-        if let Some(pose) = &mut self.pose {
-            pose.covariance = flat(&covariance);
         }
     }
 

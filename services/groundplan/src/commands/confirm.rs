@@ -96,7 +96,7 @@ impl Run for Args {
         match ask(&bus, &mut waiter, &request)? {
             AlignAnswer::Pose(alignment) => {
                 let sample = published(&bus, &mut waiter, alignment)?;
-                Ok(Outcome { exit_code: 0, ..outcome_of(&sample, self.json) })
+                Ok(Outcome { exit_code: 0, ..outcome_of(&sample, None, self.json) })
             }
             AlignAnswer::Elements(elements) => Ok(self.elements(&elements).into()),
             _ => Err(other_answer()),

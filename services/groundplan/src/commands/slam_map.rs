@@ -17,6 +17,10 @@ pub struct Args {
     #[arg(value_name = "MAP.yaml")]
     map: PathBuf,
 
+    /// Where the robot is in that map, in metres [default: not known, so that the pose must be known well enough anywhere in it]
+    #[arg(long, num_args = 2, value_names = ["X", "Y"], allow_negative_numbers = true)]
+    robot: Vec<f64>,
+
     /// Print one JSON document on standard output and nothing else there
     #[arg(long)]
     json: bool,
@@ -34,6 +38,6 @@ impl Run for Args {
     fn run(&self) -> Result<Outcome, Failure> {
         let file = std::path::absolute(&self.map).map_err(Failure::usage)?;
         let sample = searched(&self.site, &AlignRequest::ReadSlamMap { file })?;
-        Ok(outcome_of(&sample, self.json))
+        Ok(outcome_of(&sample, self.robot.first_chunk::<2>().copied(), self.json))
     }
 }

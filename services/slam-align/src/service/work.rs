@@ -177,10 +177,7 @@ impl AlignService {
         let pose = self.follower.pose().copied().filter(|_| self.follower.is_borne_out());
         self.field = pose.and_then(|pose| {
             let reference = self.references.get(pose.map_storey as usize)?;
-            let field = PoseField::of(reference, &map.prepared, &pose.map_from_slam());
-            let covariance = field.covariance_at(pose.about_m, &pose.map_from_slam());
-            self.follower.know_to(covariance.unwrap_or(pose.pose_covariance()));
-            Some(field)
+            Some(PoseField::of(reference, &map.prepared, &pose.map_from_slam()))
         });
     }
 

@@ -41,6 +41,6 @@ impl Args {
         let (hint, storey, places) = (place.pose_hint(), place.storey, place.known_places()?);
         let sample = searched(&self.site, &AlignRequest::Align { hint, storey, places })?;
         self.write_pose(&sample.view())?;
-        Ok(outcome_of(&sample, self.json))
+        Ok(outcome_of(&sample, self.robot_m(), self.json))
     }
 }
