@@ -147,7 +147,7 @@ impl<'a> LocalPoses<'a> {
             && block_m.is_finite()
             && *block_m > 0.0
             && self.head.has_robot <= 1
-            && (self.blocks.is_empty() || (n_columns > 0 && self.blocks.len() % n_columns == 0))
+            && (self.blocks.is_empty() || (n_columns > 0 && self.blocks.len().is_multiple_of(n_columns)))
             && self.blocks.iter().all(|part| *part == NONE || (*part as usize) < self.parts.len())
             && self.parts.iter().all(is_part)
             && self.rings.iter().all(is_ring)

@@ -93,7 +93,7 @@ pub(crate) enum Found {
     /// The reference maps are all.
     Drawn,
     /// Storeys are indices of the references; with the evidence after this look, if it says more than that before.
-    Poses(Alignment, Option<Evidence>),
+    Poses(Box<Alignment>, Option<Evidence>),
     /// Nothing was searched: a hint names what the site does not have.
     UnknownPlace(UnknownPlace),
     Deviations(ArchiveBuffer),
@@ -148,7 +148,7 @@ fn align(
         .flatten();
     let after = after.map(Evidence::new).transpose()?;
     alignment.decide(references, &map.prepared, &storeys, &places.rooms);
-    Ok(Found::Poses(alignment, after))
+    Ok(Found::Poses(Box::new(alignment), after))
 }
 
 fn compare(

@@ -1,4 +1,5 @@
 //! Maps that bend, or that show more than the model has: for which part of them a pose holds.
+#![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
 #[path = "../../../occupancy/tests/support/mod.rs"]
 mod support;

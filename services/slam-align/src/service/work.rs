@@ -72,7 +72,7 @@ impl AlignService {
         match (found, task) {
             (Found::Poses(alignment, evidence), Task::Search { map, asked, search_area, .. }) => {
                 self.take_evidence(evidence)?;
-                self.take_search(alignment, &map, asked, search_area.is_narrowed)
+                self.take_search(*alignment, &map, asked, search_area.is_narrowed)
             }
             (Found::UnknownPlace(why), Task::Search { asked, .. }) => {
                 self.follow();
