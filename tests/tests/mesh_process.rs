@@ -93,8 +93,8 @@ fn demo_with_a_star_in_a_wall(n_corners: u32) -> String {
         let angle = std::f64::consts::TAU * f64::from(k) / f64::from(n_corners);
         let (sin, cos) = libm::sincos(angle);
         for (side, y, scale) in [(0, -200.0, 1.0), (1, 500.0, 1.1)] {
-            let radius_mm = scale * if k % 2 == 0 { 1300.0 } else { 1600.0 };
-            let [x, z] = [2000.0 + radius_mm * cos, 1000.0 + radius_mm * sin];
+            let radius_mm = scale * if k % 2 == 0 { 600.0 } else { 1600.0 };
+            let [x, z] = [2000.0 + radius_mm * cos, 900.0 + 1.8 * radius_mm * sin];
             writeln!(records, "#{}=IFCCARTESIANPOINT(({x:.6},{y:.1},{z:.6}));", point(side, k)).unwrap();
         }
         outlines.push(vec![point(0, k + 1), point(0, k), point(1, k), point(1, k + 1)]);
@@ -188,7 +188,8 @@ fn not_cut(maps: &support::Maps) -> Vec<(String, String)> {
 fn a_cut_that_takes_too_long_ends_and_its_element_is_whole_and_named() {
     let home = tempfile::tempdir().unwrap();
     let model = home.path().join("model.ifc");
-    std::fs::write(&model, demo_with_a_star_in_a_wall(1200)).unwrap();
+    // More than twice the time that it may take.
+    std::fs::write(&model, demo_with_a_star_in_a_wall(1400)).unwrap();
     let maps = support::convert(&model, &[]);
     let [(element, why)] = &not_cut(&maps)[..] else { panic!("{:?}", not_cut(&maps)) };
     assert_eq!(element, "starred000000000000000");
