@@ -16,9 +16,11 @@ use std::fmt::Write;
 const NEAR_BEST: f64 = 7.0;
 
 /// What `--json` prints; `inputs` says what the maps were.
-pub(crate) fn document(alignment: &Alignment<'_>, mut inputs: Value) -> Value {
+pub(crate) fn document(alignment: &Alignment<'_>, robot_m: Option<[f64; 2]>, mut inputs: Value) -> Value {
     inputs["plan_time"] = json!(optional_text(alignment.head.plan_time_s));
-    let (counting, head) = (alignment.pose(), alignment.head);
+    let head = alignment.head;
+    let (counting, validity) = pose_for(alignment, robot_m);
+    let counting = counting.as_ref();
     let hint = |hint: &HintRecord| json!({"hint": alignment.text(hint.label), "excluded": hint.n_excluded});
     let candidates: Vec<Value> = alignment
         .candidates
@@ -32,8 +34,8 @@ pub(crate) fn document(alignment: &Alignment<'_>, mut inputs: Value) -> Value {
         .collect();
     let waiting = alignment.waiting().map(|w| json!({"storey": storey(w), "map_from_slam": motion(w)}));
     json!({
-        "validity": alignment.validity().name(),
-        "usable": alignment.validity() == PoseValidity::Effective && alignment.verdict() == AlignmentVerdict::Accepted,
+        "validity": validity.name(),
+        "usable": validity == PoseValidity::Effective && alignment.verdict() == AlignmentVerdict::Accepted,
         "verdict": alignment.verdict().name(),
         "wrong_probability": head.wrong_probability,
         "of_newest_map": alignment.is_searched(),
@@ -44,7 +46,7 @@ pub(crate) fn document(alignment: &Alignment<'_>, mut inputs: Value) -> Value {
         "slam_from_map": counting.map(inverse),
         "covariance": counting.map(|p| p.covariance),
         "about": counting.map(|p| p.about_m),
-        "holds": alignment.local_poses.map(|local_poses| holds(&local_poses)),
+        "holds": alignment.local_poses.map(|local_poses| holds(&local_poses, robot_m.or(local_poses.robot_m()))),
         "score": counting.or(alignment.candidates.first()).map(|p| p.evidence.score),
         "scale": head.scale,
         "scale_deviation": head.scale_deviation,
@@ -58,7 +60,7 @@ pub(crate) fn document(alignment: &Alignment<'_>, mut inputs: Value) -> Value {
 }
 
 /// For which part of the SLAM map the pose holds.
-fn holds(local_poses: &LocalPoses<'_>) -> Value {
+fn holds(local_poses: &LocalPoses<'_>, robot_m: Option<[f64; 2]>) -> Value {
     let head = local_poses.head;
     let ring = |corners: &[[f64; 2]]| -> Vec<[f64; 2]> { corners.iter().map(|corner| corner.map(rounded)).collect() };
     let mut outline: Vec<Vec<Vec<[f64; 2]>>> = Vec::new();
@@ -77,7 +79,7 @@ fn holds(local_poses: &LocalPoses<'_>) -> Value {
         "unknown_share_of_floor": rounded(head.unknown_share),
         "anywhere_m": rounded(head.anywhere_m),
         "anywhere_rad": head.anywhere_rad,
-        "robot": local_poses.robot_m().map(|[x, y]| json!({"x_m": x, "y_m": y})),
+        "robot": robot_m.map(|[x, y]| json!({"x_m": x, "y_m": y})),
     })
 }
 
@@ -117,8 +119,17 @@ pub(crate) fn inputs_of(header: &SampleHeader) -> Value {
     json!({"site_hash": hash(inputs.site), "phase_hash": hash(inputs.schedule_state), "slam_map_hash": hash(inputs.slam_map)})
 }
 
+/// The current pose and what it is worth: around the robot, if its place in its map is told.
+pub(crate) fn pose_for(alignment: &Alignment<'_>, robot_m: Option<[f64; 2]>) -> (Option<PoseRecord>, PoseValidity) {
+    match robot_m.and_then(|robot_m| alignment.pose_at(robot_m)) {
+        Some((pose, validity)) => (Some(pose), validity),
+        None => (alignment.pose().copied(), alignment.validity()),
+    }
+}
+
 /// What people read.
-pub(crate) fn text(alignment: &Alignment<'_>) -> String {
+pub(crate) fn text(alignment: &Alignment<'_>, robot_m: Option<[f64; 2]>) -> String {
+    let (pose, validity) = pose_for(alignment, robot_m);
     let mut out = alignment.verdict().name().to_owned();
     if !alignment.reason().is_empty() {
         let _ = write!(out, ": {}", alignment.reason());
@@ -129,10 +140,10 @@ pub(crate) fn text(alignment: &Alignment<'_>) -> String {
         let near = alignment.candidates.iter().filter(|pose| pose.evidence.log_odds > best - NEAR_BEST);
         near.for_each(|pose| line(&mut out, pose, ""));
     }
-    if let Some(pose) = alignment.pose() {
+    if let Some(pose) = &pose {
         line(&mut out, pose, alignment.state().name());
         let _ = match alignment.local_poses {
-            Some(local_poses) => writeln!(out, "  {}", known_to(pose, &local_poses)),
+            Some(local_poses) => writeln!(out, "  {}", known_to(pose, &local_poses, robot_m)),
             None => writeln!(out, "  known to {} in the middle of the SLAM map", uncertainty(pose)),
         };
         let (scale, deviation) = (alignment.head.scale, alignment.head.scale_deviation);
@@ -148,11 +159,11 @@ pub(crate) fn text(alignment: &Alignment<'_>) -> String {
     if let Some(pose) = alignment.waiting() {
         line(&mut out, pose, "waits for groundplan confirm");
     }
-    if alignment.validity() == PoseValidity::Held {
+    if validity == PoseValidity::Held {
         let _ = writeln!(out, "held: {}", why_held(alignment));
     }
-    if alignment.validity() == PoseValidity::Uncertain {
-        let _ = writeln!(out, "uncertain: {}", why_uncertain(alignment));
+    if validity == PoseValidity::Uncertain {
+        let _ = writeln!(out, "uncertain: {}", why_uncertain(alignment, robot_m));
     }
     if let Some(change) = alignment.change() {
         let _ = writeln!(out, "changed: {change}");
@@ -164,12 +175,12 @@ pub(crate) fn text(alignment: &Alignment<'_>) -> String {
     out
 }
 
-/// Why the pose must not be used; `None` if it is effective.
-pub(crate) fn why_not_effective(alignment: &Alignment<'_>) -> Option<String> {
-    match alignment.validity() {
+/// Why the pose must not be used, around the robot if its place is told; `None` if it is effective.
+pub(crate) fn why_not_effective(alignment: &Alignment<'_>, robot_m: Option<[f64; 2]>) -> Option<String> {
+    match pose_for(alignment, robot_m).1 {
         PoseValidity::Effective => None,
         PoseValidity::WaitsForConfirm => Some("another pose waits for `groundplan confirm`".to_owned()),
-        PoseValidity::Uncertain => Some(format!("the pose is uncertain: {}", why_uncertain(alignment))),
+        PoseValidity::Uncertain => Some(format!("the pose is uncertain: {}", why_uncertain(alignment, robot_m))),
         PoseValidity::Held => Some(format!("the pose is held: {}", why_held(alignment))),
         PoseValidity::Refused => Some(why_not_accepted(alignment)),
     }
@@ -180,13 +191,17 @@ pub(crate) fn why_not_accepted(alignment: &Alignment<'_>) -> String {
     format!("the SLAM map is {}: {}", alignment.verdict().name(), alignment.reason())
 }
 
-fn why_uncertain(alignment: &Alignment<'_>) -> String {
-    if let (Some(pose), Some(local_poses)) = (alignment.pose(), &alignment.local_poses) {
-        return match local_poses.robot_m() {
+fn why_uncertain(alignment: &Alignment<'_>, robot_m: Option<[f64; 2]>) -> String {
+    let (pose, _) = pose_for(alignment, robot_m);
+    if let (Some(pose), Some(local_poses)) = (&pose, &alignment.local_poses) {
+        return match robot_m.or(local_poses.robot_m()) {
             Some([x_m, y_m]) if local_poses.at([x_m, y_m], pose).is_none() => {
                 format!("the SLAM map shows no floor around x {x_m:.2} m, y {y_m:.2} m, where the robot is said to be")
             }
-            Some(_) => why_uncertain_at(pose),
+            Some(_) => format!(
+                "the walls that the SLAM map shows around the robot hold the pose to {} only, less well than max_uncertainty asks for",
+                uncertainty(pose)
+            ),
             None => format!(
                 "nobody knows where the robot is, and the pose is known to {:.3} m anywhere in the SLAM map, less well than \
                  max_uncertainty asks for: --robot X Y, or /tf, tells where it is",
@@ -194,43 +209,15 @@ fn why_uncertain(alignment: &Alignment<'_>) -> String {
             ),
         };
     }
-    let held = alignment.pose().map_or_else(String::new, |pose| format!(" to {} only", uncertainty(pose)));
+    let held = pose.map_or_else(String::new, |pose| format!(" to {} only", uncertainty(&pose)));
     format!("the walls that the SLAM map shows hold it{held}, less well than max_uncertainty asks for")
 }
 
-/// The pose of the SLAM map around the robot, and what it is worth there; null where nobody asked for it.
-pub(crate) fn around_robot(around: Option<&(PoseRecord, PoseValidity)>) -> Value {
-    around.map_or(Value::Null, |(pose, validity)| {
-        let [x_m, y_m] = pose.about_m;
-        json!({
-            "robot": {"x_m": x_m, "y_m": y_m}, "validity": validity.name(), "map_from_slam": motion(pose),
-            "covariance": pose.covariance,
-        })
-    })
-}
-
-/// The same for people.
-pub(crate) fn around_robot_text(around: Option<&(PoseRecord, PoseValidity)>) -> String {
-    let Some((pose, validity)) = around else { return String::new() };
-    let mut out = String::new();
-    line(&mut out, pose, &format!("around the robot, {}", validity.name().replace('_', " ")));
-    let _ = writeln!(out, "  known to {} there", uncertainty(pose));
-    out
-}
-
-/// Why the pose around the robot must not be used.
-pub(crate) fn why_uncertain_at(pose: &PoseRecord) -> String {
-    format!(
-        "the walls that the SLAM map shows around the robot hold the pose to {} only, less well than max_uncertainty asks for",
-        uncertainty(pose)
-    )
-}
-
 /// How well a pose is known, and for which part of the SLAM map it holds.
-fn known_to(pose: &PoseRecord, local_poses: &LocalPoses<'_>) -> String {
+fn known_to(pose: &PoseRecord, local_poses: &LocalPoses<'_>, robot_m: Option<[f64; 2]>) -> String {
     let LocalPosesHead { anywhere_m, anywhere_rad, walls_share, area_share, largest_off_m, unknown_share, .. } =
         local_poses.head;
-    let place = match local_poses.robot_m() {
+    let place = match robot_m.or(local_poses.robot_m()) {
         Some([x_m, y_m]) => format!("known to {} around the robot at x {x_m:.2} m, y {y_m:.2} m", uncertainty(pose)),
         None => {
             format!("known to {anywhere_m:.3} m and {:.2} degrees anywhere in the SLAM map", anywhere_rad.to_degrees())

@@ -85,18 +85,16 @@ const UNCERTAIN: u8 = 6;
 /// be used there.
 pub(crate) fn outcome_of(sample: &CheckedSample<topics::Alignment>, robot_m: Option<[f64; 2]>, json: bool) -> Outcome {
     let alignment = sample.view();
-    let around = robot_m.and_then(|robot_m| alignment.pose_at(robot_m));
     let text = match json {
         true => {
             let header = sample.bytes().header();
-            let mut document = alignment_report::document(&alignment, alignment_report::inputs_of(header));
+            let mut document = alignment_report::document(&alignment, robot_m, alignment_report::inputs_of(header));
             document["epoch"] = header.epoch.into();
-            document["around_robot"] = alignment_report::around_robot(around.as_ref());
             format!("{document:#}\n")
         }
-        false => alignment_report::text(&alignment) + &alignment_report::around_robot_text(around.as_ref()),
+        false => alignment_report::text(&alignment, robot_m),
     };
-    let validity = around.map_or(alignment.validity(), |(_, validity)| validity);
+    let (_, validity) = alignment_report::pose_for(&alignment, robot_m);
     Outcome { text, exit_code: exit_code(validity, alignment.verdict()) }
 }
 

@@ -89,11 +89,11 @@ pub(super) fn align(arguments: &Args, reference: &Path, slam: &Path) -> Result<O
     }
     let text = if arguments.json {
         let inputs = json!({"reference_sha256": sha256(reference)?, "slam_sha256": sha256(slam)?});
-        let mut document = alignment_report::document(&alignment, inputs);
+        let mut document = alignment_report::document(&alignment, arguments.robot_m(), inputs);
         document["storey_claim"] = claim.name().into();
         format!("{document:#}\n")
     } else {
-        alignment_report::text(&alignment) + claim.told(&alignment)
+        alignment_report::text(&alignment, arguments.robot_m()) + claim.told(&alignment)
     };
     Ok(Outcome::judged(text, is_usable))
 }

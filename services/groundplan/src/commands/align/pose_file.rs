@@ -1,10 +1,10 @@
 //! Files for robots that hold a pose, written only while that may be used.
 
-use crate::alignment_report::{why_not_accepted, why_not_effective, why_uncertain_at};
+use crate::alignment_report::{pose_for, why_not_accepted, why_not_effective};
 use crate::failure::Failure;
 use crate::input_document::read_document;
 use daemon::write_durably;
-use messages::{Alignment, AlignmentVerdict, PoseRecord, PoseValidity};
+use messages::{Alignment, AlignmentVerdict, PoseRecord};
 use std::path::{Path, PathBuf};
 
 /// A kind of file.
@@ -30,12 +30,8 @@ impl PoseFile {
     ) -> Result<(), Failure> {
         let failed = |error| Failure::work(format!("{}: {error}", path.display()));
         let is_accepted = alignment.verdict() == AlignmentVerdict::Accepted;
-        let (pose, why) = match robot_m.and_then(|robot_m| alignment.pose_at(robot_m)) {
-            Some((pose, PoseValidity::Effective)) => (Some(pose), None),
-            Some((pose, PoseValidity::Uncertain)) => (Some(pose), Some(why_uncertain_at(&pose))),
-            _ => (alignment.pose().copied(), why_not_effective(alignment)),
-        };
-        let why = why.or_else(|| (!is_accepted).then(|| why_not_accepted(alignment)));
+        let (pose, _) = pose_for(alignment, robot_m);
+        let why = why_not_effective(alignment, robot_m).or_else(|| (!is_accepted).then(|| why_not_accepted(alignment)));
         match (why, pose) {
             (None, Some(pose)) => write_durably(path, text(&pose).as_bytes()).map_err(failed),
             (why, _) => {

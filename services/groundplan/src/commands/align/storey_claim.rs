@@ -1,4 +1,4 @@
-//! What an alignment says about the storey that a robot is on.
+//! The claim of an alignment on the storey: tested against all others, given by a person, or not tested.
 
 use messages::{Alignment, PoseValidity};
 

@@ -120,7 +120,7 @@ fn aligned(
     );
     let Some(pose) = found.poses.first().filter(|_| found.verdict == AlignmentVerdict::Accepted) else {
         let alignment = Alignment::open(archive.bytes()).map_err(Failure::work)?;
-        let text = alignment_report::text(&alignment);
+        let text = alignment_report::text(&alignment, None);
         return Err(Failure::work(format!("where the map lies is {}", text.trim_end())));
     };
     Ok(MapPose {

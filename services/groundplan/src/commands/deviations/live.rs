@@ -77,7 +77,7 @@ fn compared(bus: &Bus, waiter: &mut Waiter) -> Result<Published, Failure> {
 /// Users who may not ask daemons take any deviations of an effective pose.
 fn published_to_viewers(bus: &Bus, waiter: &mut Waiter) -> Result<Published, Failure> {
     let alignment = published(bus, waiter, Published::default())?;
-    match why_not_effective(&alignment.view()) {
+    match why_not_effective(&alignment.view(), None) {
         Some(why) => Err(Failure::work(why)),
         None => Ok(Published::default()),
     }

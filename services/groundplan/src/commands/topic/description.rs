@@ -78,9 +78,11 @@ pub(super) fn describe(sample: &RawSample) -> Result<Value, ArchiveError> {
             let size = [head.width, head.height];
             json!({"size_cells": size, "resolution_m": head.resolution_m, "origin": Pose::of(head.origin)})
         }
-        TopicName::Alignment => {
-            alignment_report::document(&Alignment::open(sample.bytes())?, alignment_report::inputs_of(sample.header()))
-        }
+        TopicName::Alignment => alignment_report::document(
+            &Alignment::open(sample.bytes())?,
+            None,
+            alignment_report::inputs_of(sample.header()),
+        ),
         TopicName::Deviations => Value::Null,
     };
     Ok(json!({
