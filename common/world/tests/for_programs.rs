@@ -63,7 +63,7 @@ fn nodes_of_the_site_graph_have_the_names_and_ids_of_rooms() {
 const UNITS: [&str; 8] = ["_m", "_m2", "_rad", "_s", "_ms", "_h", "_hz", "_cells"];
 
 /// Numbers without one: shares, ratios and probabilities, directions, coordinates of contracts that others fixed (GeoJSON, meshes, IFC).
-const WITHOUT: [&str; 18] = [
+const WITHOUT: [&str; 21] = [
     "coverage",
     "coverage_goal",
     "overlap",
@@ -71,6 +71,9 @@ const WITHOUT: [&str; 18] = [
     "registration_overlap",
     "joins_overlap_without",
     "completion",
+    "share_of_walls",
+    "share_of_floor",
+    "unknown_share_of_floor",
     // Probabilities.
     "obstacle_above",
     "floor_above",
