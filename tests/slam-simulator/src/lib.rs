@@ -15,6 +15,7 @@ mod plane;
 mod random_generator;
 mod reference;
 mod robot;
+mod scanned_drive;
 mod simulation;
 mod strengths;
 mod uniqueness;

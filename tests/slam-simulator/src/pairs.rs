@@ -3,7 +3,7 @@
 use crate::map_files::write_map;
 use crate::plane::Vector;
 use crate::random_generator::RandomGenerator;
-use crate::reference::Reference;
+use crate::reference::{Reference, repeated_name};
 use crate::simulation::{Growth, Measures, Simulation, simulated_growth};
 use crate::strengths::{Clutter, Strengths};
 use crate::uniqueness::{fits, is_unique, overlap};
@@ -127,10 +127,8 @@ impl Job<'_> {
 /// # Errors
 /// No references that fit the options, files that cannot be written.
 pub fn write_pairs(out: &Path, references: &[Reference], options: &PairOptions) -> Result<Vec<String>, PairError> {
-    let mut names: Vec<&str> = references.iter().map(|r| r.name.as_str()).collect();
-    names.sort_unstable();
-    if let Some(same) = names.windows(2).find(|n| n[0] == n[1]) {
-        return Err(PairError::SameName { name: same[0].to_owned() });
+    if let Some(name) = repeated_name(references) {
+        return Err(PairError::SameName { name: name.to_owned() });
     }
     let jobs = jobs(references, options)?;
     let fault = |path: PathBuf| move |source| PairError::Write { path, source };

@@ -143,6 +143,13 @@ impl Reference {
     }
 }
 
+/// A name that two model maps have.
+pub(crate) fn repeated_name(references: &[Reference]) -> Option<&str> {
+    let mut names: Vec<&str> = references.iter().map(|r| r.name.as_str()).collect();
+    names.sort_unstable();
+    names.windows(2).find(|n| n[0] == n[1]).map(|n| n[0])
+}
+
 fn name_of(path: &Path) -> String {
     path.canonicalize()
         .unwrap_or_else(|_| path.to_owned())

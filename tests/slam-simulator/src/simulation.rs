@@ -1,25 +1,21 @@
 //! One drive of a robot through one building, with the true pose of the map that it makes.
 
-use crate::building::{Contents, fill};
+use crate::building::Contents;
 use crate::plane::Vector;
 use crate::random_generator::RandomGenerator;
 use crate::reference::Reference;
 use crate::robot::drift::{BelievedDrive, Residual, believed};
-use crate::robot::drive::drive;
-use crate::robot::lidar::{Beam, LidarScene, beam_directions};
-use crate::robot::people::People;
+use crate::robot::lidar::Beam;
 use crate::robot::slam_map::slam_map;
+use crate::scanned_drive::{Pace, scanned_drive};
 use crate::strengths::Strengths;
-use crate::world::{Material, World};
+use crate::world::World;
 use frames::{Map, Rigid2, Slam};
 use occupancy::{Cell, OccupancyMap};
 use serde::Serialize;
 
 /// An occupied cell farther than this from all walls of the model is clutter.
 const CLUTTER_M: f64 = 0.25;
-/// Fewer scans are no drive, and less of the model's walls no map of the building.
-const MIN_SCANS: usize = 8;
-const MIN_VISIBLE_M: f64 = 4.0;
 
 /// A simulated map with the truth about it.
 #[derive(Debug, Clone)]
@@ -101,45 +97,21 @@ pub fn simulated_growth(
 }
 
 fn drive_in(
-    mut world: World,
+    world: World,
     reference: &Reference,
     strengths: &Strengths,
     random: &RandomGenerator,
     growth: Growth,
-    mut saw: impl FnMut(&Beam),
+    saw: impl FnMut(&Beam),
 ) -> Option<Vec<Option<Simulation>>> {
-    let contents = fill(&mut world, reference, strengths, &random.part("building"));
-    let clearance = world.clearance();
-    let drive = drive(&world, &clearance, strengths, &mut random.part("drive"))?;
-    let scene = LidarScene { world: &world, clearance: &clearance, strengths };
-    let beams = beam_directions(&strengths.lidar);
-    let mut people = People::new(strengths.people_per_scan);
-    let (mut walkers, mut lidar) = (random.part("people"), random.part("lidar"));
-    // The first scan that met each wall cell of the model.
-    let mut seen_first = vec![usize::MAX; reference.grid.walls.len()];
-    let mut scans = Vec::with_capacity(drive.places.len());
-    for (number, (&place, &heading)) in drive.places.iter().zip(&drive.headings).enumerate() {
-        let discs = people.step(&world, place, &mut walkers);
-        let ranges = scene.scan(place, heading, &beams, &discs, &mut lidar, |beam| {
-            saw(beam);
-            let ended_at =
-                beam.ended_at.filter(|p| world.index_at(*p).is_some_and(|k| world.cells[k] == Material::Wall));
-            if let Some(k) = ended_at.and_then(|p| reference.grid.index_at(p)).filter(|&k| reference.grid.walls[k]) {
-                seen_first[k] = seen_first[k].min(number);
-            }
-        });
-        scans.push(ranges);
-    }
+    let scanned = scanned_drive(world, reference, strengths, Pace::OF_MAPS, random, saw)?;
+    let drive = &scanned.drive;
     let ends = drive.parts(growth.n_looks);
-    let believed = believed(&drive, &ends, growth.bends_back, strengths, &mut random.part("drift"));
+    let believed = believed(drive, &ends, growth.bends_back, strengths, &mut random.part("drift"));
     let look = |believed: &BelievedDrive| {
         let n_scans = believed.places.len();
-        let slam = slam_map(&scans[..n_scans], believed, &beams, strengths, &mut random.part("slam"));
-        let visible_walls: Vec<Vector> =
-            (0..seen_first.len()).filter(|&k| seen_first[k] < n_scans).map(|k| reference.grid.middle(k)).collect();
-        if n_scans < MIN_SCANS || (visible_walls.len() as f64) * reference.grid.resolution_m < MIN_VISIBLE_M {
-            return None;
-        }
+        let slam = slam_map(&scanned.scans[..n_scans], believed, &scanned.beams, strengths, &mut random.part("slam"));
+        let visible_walls = scanned.visible_walls(reference, n_scans)?;
         let measures = Measures {
             clutter_share: clutter_share(reference, &slam, &believed.map_from_slam),
             visible_wall_cells: visible_walls.len(),
@@ -149,7 +121,7 @@ fn drive_in(
             way_m: drive.way_m[n_scans - 1],
             scans: n_scans,
             residual: believed.residual.clone(),
-            contents: contents.clone(),
+            contents: scanned.contents.clone(),
         };
         let centre = mean_of(&slam, Cell::Free)?;
         Some(Simulation { centre, map_from_slam: believed.map_from_slam, slam, visible_walls, measures })

@@ -1,6 +1,6 @@
 //! The way of the robot over the reachable floor, to the nearest place that it has not visited.
 
-use crate::plane::{Vector, difference, distance, scaled, sum};
+use crate::plane::{Vector, difference, direction_of, distance, scaled, sum, turned};
 use crate::random_generator::RandomGenerator;
 use crate::strengths::Strengths;
 use crate::world::{CELL_M, World};
@@ -43,6 +43,27 @@ impl Drive {
             whole_way_m: self.whole_way_m,
             reachable_m2: self.reachable_m2,
         }
+    }
+
+    /// The same with more scans where the robot turns, on the spot: by at most this angle from scan to scan.
+    #[must_use]
+    pub(crate) fn turning(self, max_turn_rad: f64) -> Self {
+        let mut turning = self.begin(0);
+        for k in 0..self.places.len() {
+            let before = self.headings[k.saturating_sub(1)];
+            // A robot arrives in the direction in which it left, and turns there.
+            let by = turned(self.headings[k], [before[0], -before[1]]);
+            let turn_rad = libm::atan2(by[1], by[0]);
+            let n = ((turn_rad.abs() / max_turn_rad).ceil() as usize).max(1);
+            for part in 1..=n {
+                let back_rad = turn_rad * (part as f64 / n as f64 - 1.0);
+                turning.places.push(self.places[k]);
+                turning.headings.push(turned(self.headings[k], direction_of(back_rad)));
+                turning.covered.push(self.covered[k]);
+                turning.way_m.push(self.way_m[k]);
+            }
+        }
+        turning
     }
 
     /// Numbers of scans after equal parts of the way.
@@ -249,7 +270,7 @@ fn spaced(line: &[Vector], spacing_m: f64, random: &mut RandomGenerator) -> Vec<
 /// Directions of travel; the robot turns on the spot for its first scan.
 fn headings(places: &[Vector], random: &mut RandomGenerator) -> Vec<Vector> {
     let mut headings = Vec::with_capacity(places.len());
-    let mut last = crate::plane::direction_of(random.between(0.0, std::f64::consts::TAU));
+    let mut last = direction_of(random.between(0.0, std::f64::consts::TAU));
     for k in 0..places.len() {
         if let Some(next) = places.get(k + 1) {
             let length = distance(*next, places[k]);
@@ -257,8 +278,8 @@ fn headings(places: &[Vector], random: &mut RandomGenerator) -> Vec<Vector> {
                 last = scaled(difference(*next, places[k]), 1.0 / length);
             }
         }
-        let sway = crate::plane::direction_of(0.06 * random.normal());
-        headings.push(crate::plane::turned(last, sway));
+        let sway = direction_of(0.06 * random.normal());
+        headings.push(turned(last, sway));
     }
     headings
 }
