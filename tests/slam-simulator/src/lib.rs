@@ -2,12 +2,14 @@
 //!
 //! A model map becomes a building in use ([`simulated`]): walls are missing or elsewhere, furniture hides them, doors are open or
 //! closed, people walk, glass lets beams through. A robot drives through it and maps what its lidar sees, with drift. The
-//! same seed gives the same bytes. Lengths are metres, angles radians, frames those of the maps.
+//! same seed gives the same bytes. [`write_logs`] leaves the map to a program for SLAM, which reads the scans with the odometry. Lengths are metres, angles radians, frames those of the maps.
 //!
 //! Only for tests and calibration: no product depends on it, and it knows no alignment, which is judged by its maps.
 
 mod as_built;
 mod building;
+mod carmen_log;
+mod logs;
 mod map_files;
 mod openings;
 mod pairs;
@@ -27,6 +29,7 @@ pub mod floor_plans;
 
 pub use as_built::{ModelError, RunError, RunOptions, write_runs};
 pub use building::Contents;
+pub use logs::{LogError, LogOptions, write_logs};
 pub use map_files::write_map;
 pub use openings::Opening;
 pub use pairs::{PairError, PairOptions, Wrong, write_pairs};

@@ -1,7 +1,9 @@
-//! `slam-pairs`: simulated SLAM maps with true poses, and floor plans to simulate them in.
+//! `slam-pairs`: simulated SLAM maps with true poses, logs of scans to make such maps of, and floor plans to simulate them in.
 
 use clap::{Args, Parser, Subcommand};
-use slam_simulator::{Clutter, PairOptions, Reference, RunOptions, floor_plans, write_pairs, write_runs};
+use slam_simulator::{
+    Clutter, LogOptions, PairOptions, Reference, RunOptions, floor_plans, write_logs, write_pairs, write_runs,
+};
 use std::error::Error;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -34,6 +36,29 @@ enum Command {
     },
     /// Writes SLAM maps of buildings in which elements are removed, displaced or cut through.
     Changed(ChangedArguments),
+    /// Writes scans and drifting odometry as logs that programs for SLAM read, with the true poses.
+    Logs(LogArguments),
+}
+
+#[derive(Args)]
+struct LogArguments {
+    /// Folder of drives.jsonl, and for each drive of NAME.log, NAME-true.csv and NAME-reference.yaml.
+    out: PathBuf,
+    /// Folders that `groundplan convert` or `slam-pairs plans` wrote, or descriptions (YAML) of model maps.
+    #[arg(required = true)]
+    references: Vec<PathBuf>,
+    /// Drives, spread evenly over the references.
+    #[arg(long, default_value_t = 20)]
+    count: usize,
+    /// The same seed gives the same files.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// How full of furniture the buildings are.
+    #[arg(long, value_enum, default_value_t = Clutter::All)]
+    clutter: Clutter,
+    /// Length of the longest way, in metres; the robot comes to less of a larger building.
+    #[arg(long, default_value_t = 150.0)]
+    max_way: f64,
 }
 
 #[derive(Args)]
@@ -92,6 +117,7 @@ fn main() -> ExitCode {
     let done = match (cli.command, cli.pairs) {
         (Some(Command::Plans { out, count, seed, storeys }), _) => plans(&out, count, seed, storeys),
         (Some(Command::Changed(arguments)), _) => changed(&arguments),
+        (Some(Command::Logs(arguments)), _) => logs(&arguments),
         (None, Some(arguments)) => pairs(&arguments),
         (None, None) => return ExitCode::from(2),
     };
@@ -129,8 +155,29 @@ fn changed(arguments: &ChangedArguments) -> Result<(), Box<dyn Error>> {
 
 fn pairs(arguments: &PairArguments) -> Result<(), Box<dyn Error>> {
     rayon::ThreadPoolBuilder::new().num_threads(arguments.threads).build_global()?;
+    let references = references(&arguments.references)?;
+    let PairArguments { count, wrong, seed, clutter, storey_overlap, looks, .. } = *arguments;
+    let options = PairOptions { count, wrong, seed, clutter, max_storey_overlap: storey_overlap, looks };
+    for name in write_pairs(&arguments.out, &references, &options)? {
+        eprintln!("left out: {name}: no floor to drive on, or no walls in sight");
+    }
+    Ok(())
+}
+
+fn logs(arguments: &LogArguments) -> Result<(), Box<dyn Error>> {
+    let references = references(&arguments.references)?;
+    let LogArguments { count, seed, clutter, max_way, .. } = *arguments;
+    let options = LogOptions { count, seed, clutter, max_way_m: max_way };
+    for name in write_logs(&arguments.out, &references, &options)? {
+        eprintln!("left out: {name}: no floor to drive on, or no walls in sight");
+    }
+    Ok(())
+}
+
+/// All model maps of these paths that can be simulated; the others are told.
+fn references(paths: &[PathBuf]) -> Result<Vec<Reference>, Box<dyn Error>> {
     let mut references = Vec::new();
-    for path in &arguments.references {
+    for path in paths {
         for reference in Reference::read_all(path)? {
             match reference {
                 Ok(reference) => references.push(reference),
@@ -138,12 +185,7 @@ fn pairs(arguments: &PairArguments) -> Result<(), Box<dyn Error>> {
             }
         }
     }
-    let PairArguments { count, wrong, seed, clutter, storey_overlap, looks, .. } = *arguments;
-    let options = PairOptions { count, wrong, seed, clutter, max_storey_overlap: storey_overlap, looks };
-    for name in write_pairs(&arguments.out, &references, &options)? {
-        eprintln!("left out: {name}: no floor to drive on, or no walls in sight");
-    }
-    Ok(())
+    Ok(references)
 }
 
 /// An error with its causes.
