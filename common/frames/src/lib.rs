@@ -4,6 +4,7 @@
 //! nalgebra; their trigonometry comes from libm, so that results are the same on every machine.
 
 mod angle;
+mod bent_motion;
 mod counted;
 mod earth;
 mod plan_time;
@@ -14,6 +15,7 @@ mod tenth_mm;
 pub mod written_date;
 
 pub use angle::wrapped;
+pub use bent_motion::BentMotion;
 pub use counted::counted;
 pub use earth::{Earth, EarthFromWorld};
 pub use plan_time::{PlanTime, PlanTimeError, WrittenPlanTime};

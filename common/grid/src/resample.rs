@@ -1,37 +1,91 @@
-//! Resampling of a map into a rotated frame.
+//! Maps of a model in the frame of a robot, whose own map bends.
 
+use crate::place_lattice::PlaceLattice;
 use crate::spec::{GridSpec, GridSpecError};
-use frames::TENTHS_PER_M;
+use frames::{BentMotion, Map, Slam, TENTHS_PER_M};
 use geometry::Bounds;
 
 /// Samples per cell in both directions: enough to find the corners of rotated cells.
 const SAMPLES_PER_SIDE: usize = 3;
+/// Side of the squares within which a motion is taken for straight, in metres: bends reach over several.
+const SQUARE_M: f64 = 0.5;
+/// Distance of the places on the border of a map that its bounds are found by, in metres.
+const BORDER_M: f64 = 1.0;
 
-/// The grid around a map that was moved: `origin_m` and `size_m` are those of the map in its own frame, `moved` brings a point
-/// from there into the new frame. Metres.
-///
-/// # Errors
-/// A resolution that is none, or too many cells.
-pub fn spec_around_moved(
-    origin_m: [f64; 2],
-    size_m: [f64; 2],
-    resolution_m: f64,
-    moved: impl Fn([f64; 2]) -> [f64; 2],
-) -> Result<GridSpec, GridSpecError> {
-    let [x, y] = origin_m;
-    let corners = [[0.0, 0.0], [size_m[0], 0.0], [0.0, size_m[1]], size_m].map(|[dx, dy]| moved([x + dx, y + dy]));
-    let bound = |k: usize, pick: fn(f64, f64) -> f64| corners.iter().map(|c| c[k]).reduce(pick).unwrap_or(0.0);
-    let tenths = |metres: f64| (metres * f64::from(TENTHS_PER_M)) as i32;
-    let min = [0, 1].map(|k| tenths(bound(k, f64::min)));
-    let max = [0, 1].map(|k| tenths(bound(k, f64::max)));
-    GridSpec::around(Bounds { min, max }, 0, resolution_m)
+/// The grid of a map in the robot's frame, with the place of each of its cells in the model.
+#[derive(Debug)]
+pub struct MovedGrid {
+    /// Where its cells lie, in the robot's frame.
+    pub spec: GridSpec,
+    in_model: PlaceLattice,
+    /// By square of the lattice: true if its place is known.
+    is_known: Vec<bool>,
 }
 
-/// Resamples a map: each cell gets the strongest of several samples, so that no obstacle is lost.
+impl MovedGrid {
+    /// The grid around a map whose lower left corner and size are given in the model's frame, in metres. `is_known` tells of a place in the
+    /// robot's map whether its place in the model is known.
+    ///
+    /// # Errors
+    /// A resolution that is none, too many cells, a motion that folds the map.
+    pub fn around(
+        origin_m: [f64; 2],
+        size_m: [f64; 2],
+        resolution_m: f64,
+        motion: &BentMotion<Map, Slam>,
+        is_known: impl Fn([f64; 2]) -> bool,
+    ) -> Result<Self, GridSpecError> {
+        let border: Option<Vec<[f64; 2]>> = border(origin_m, size_m).map(|place| motion.apply_inverse(place)).collect();
+        let border = border.ok_or(GridSpecError::Folded)?;
+        let bound = |k: usize, pick: fn(f64, f64) -> f64| border.iter().map(|p| p[k]).reduce(pick).unwrap_or(0.0);
+        let tenths = |metres: f64| (metres * f64::from(TENTHS_PER_M)) as i32;
+        let min = [0, 1].map(|k| tenths(bound(k, f64::min)));
+        let max = [0, 1].map(|k| tenths(bound(k, f64::max)));
+        let spec = GridSpec::around(Bounds { min, max }, 0, resolution_m)?;
+        let size_m = [spec.width, spec.height].map(|n| f64::from(n) * spec.resolution_m());
+        let in_model = PlaceLattice::over(spec.origin_m(), size_m, SQUARE_M, |place| Some(motion.apply(place)));
+        let is_known = in_model.middles_m().map(is_known).collect();
+        Ok(Self { spec, in_model, is_known })
+    }
+
+    /// A layer of the map: each cell gets the strongest of several samples, so that no obstacle is lost. Row-major.
+    ///
+    /// `sample` gives the value at a place in the model, in metres. `strongest_first` are values in order of priority; without any of
+    /// them a cell gets the value at its middle. Where the place is not known, `free` becomes `unknown`: what stands there is drawn
+    /// where it is expected, and nothing is called free.
+    pub fn resampled<T: Copy + PartialEq>(
+        &self,
+        strongest_first: &[T],
+        free: T,
+        unknown: T,
+        sample: impl Fn([f64; 2]) -> T,
+    ) -> Vec<T> {
+        let ([x, y], side_m) = (self.spec.origin_m(), self.spec.resolution_m());
+        let look = |[column, row]: [f64; 2]| {
+            let place = [x + column * side_m, y + row * side_m];
+            let value = self.in_model.at(place).map_or(unknown, &sample);
+            let is_known = self.in_model.square(place).is_some_and(|square| self.is_known[square]);
+            if value == free && !is_known { unknown } else { value }
+        };
+        resampled(self.spec.width as usize, self.spec.height as usize, strongest_first, look)
+    }
+}
+
+/// Places around a rectangle, no farther from each other than [`BORDER_M`].
+fn border([x, y]: [f64; 2], [wide_m, high_m]: [f64; 2]) -> impl Iterator<Item = [f64; 2]> {
+    let steps = |length_m: f64| {
+        let n = (length_m / BORDER_M).ceil().max(1.0) as usize;
+        (0..=n).map(move |k| length_m * k as f64 / n as f64)
+    };
+    let along_x = steps(wide_m).flat_map(move |dx| [[x + dx, y], [x + dx, y + high_m]]);
+    along_x.chain(steps(high_m).flat_map(move |dy| [[x, y + dy], [x + wide_m, y + dy]]))
+}
+
+/// Resamples a map: each cell gets the strongest of several samples.
 ///
 /// `sample` gives the value at a point of the new map, in cells from its lower left corner; the result is row-major.
 /// `strongest_first` are values in order of priority; without any of them a cell gets the value at its middle.
-pub fn resampled<T: Copy + PartialEq>(
+fn resampled<T: Copy + PartialEq>(
     width: usize,
     height: usize,
     strongest_first: &[T],
@@ -53,6 +107,7 @@ pub fn resampled<T: Copy + PartialEq>(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use frames::Rigid2;
     use proptest::prelude::*;
 
     proptest! {
@@ -75,6 +130,43 @@ mod tests {
                 }
             }
         }
+    }
+
+    /// The moved grid of a map of 20 m by 4 m that is bent by up to half a metre, of which the right half is not known.
+    fn bent() -> MovedGrid {
+        let motion = |k: i32| {
+            let x_m = f64::from(k) * 2.0;
+            ([x_m, 2.0], Rigid2::<Map, Slam>::new([0.0, 0.05 * x_m], 0.0), 0.1)
+        };
+        let motion = BentMotion::of((0..=10).map(motion)).unwrap();
+        MovedGrid::around([0.0; 2], [20.0, 4.0], 0.05, &motion, |[x, _]| x < 10.0).unwrap()
+    }
+
+    #[test]
+    fn a_wall_is_drawn_where_the_bend_puts_it_and_free_is_only_what_is_known() {
+        let grid = bent();
+        let cells = grid.resampled(&[100, -1], 0, -1, |[x, y]| match y {
+            _ if !(0.0..20.0).contains(&x) || !(0.0..4.0).contains(&y) => -1,
+            y if (2.0..2.05).contains(&y) => 100,
+            _ => 0_i8,
+        });
+        let [x0, y0] = grid.spec.origin_m();
+        let wide = grid.spec.width as usize;
+        let at = |x: f64, y: f64| cells[((y - y0) / 0.05) as usize * wide + ((x - x0) / 0.05) as usize];
+        for x in [1.03, 5.03, 9.03, 13.03, 19.03] {
+            let wall_m = 2.025 - 0.05 * x;
+            assert!([-0.05, 0.0, 0.05].map(|off| at(x, wall_m + off)).contains(&100), "the wall at {x}");
+            assert_eq!(at(x, wall_m + 0.5), if x < 10.0 { 0 } else { -1 }, "the floor at {x}");
+        }
+    }
+
+    #[test]
+    fn a_motion_that_folds_the_map_is_refused() {
+        // Two halves that lie on each other, turned against each other.
+        let [a, b] = [0.0, 2.0].map(|yaw_rad| Rigid2::<Map, Slam>::new([0.0; 2], yaw_rad));
+        let motion = BentMotion::of([([-3.0, 0.0], a, 0.1), ([3.0, 0.0], b, 0.1)]).unwrap();
+        let found = MovedGrid::around([-4.0, -4.0], [8.0, 8.0], 0.05, &motion, |_| true);
+        assert_eq!(found.err(), Some(GridSpecError::Folded));
     }
 
     #[test]

@@ -37,6 +37,9 @@ pub enum GridSpecError {
         /// Requested resolution.
         resolution_m: f64,
     },
+    /// A motion between frames under which places of a map are none of the other.
+    #[error("the robot's map bends so much that it folds: places of the model's map lie nowhere in it")]
+    Folded,
     /// More than [`MAX_CELLS`].
     #[error("a grid of {width} x {height} cells is larger than 2^28 cells{}", finest_text(*finest_m))]
     TooLarge {

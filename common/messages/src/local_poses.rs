@@ -38,6 +38,20 @@ pub struct LocalPosesHead {
 
 const _: () = assert!(size_of::<LocalPosesHead>() == 120);
 
+impl LocalPosesHead {
+    /// A place in the SLAM map, in metres, in blocks from their lower left corner.
+    pub(crate) fn in_blocks(&self, in_slam_m: [f64; 2]) -> [f64; 2] {
+        let slam_from_blocks = Rigid2::<Slam, ()>::of_x_y_yaw(self.slam_from_blocks);
+        slam_from_blocks.apply_inverse(in_slam_m).map(|c| c / self.block_m)
+    }
+
+    /// True if what is known so well may be used.
+    pub(crate) fn is_enough(&self, covariance: &PoseCovariance) -> bool {
+        let [max_m, max_rad] = self.max_deviation;
+        covariance.worst_m() <= max_m && covariance.deviations()[2] <= max_rad
+    }
+}
+
 /// The pose of a part of a SLAM map.
 #[derive(Debug, Clone, Copy, PartialEq, Zeroable, Pod)]
 #[repr(C)]
@@ -61,6 +75,13 @@ pub struct LocalPoseRecord {
 }
 
 const _: () = assert!(size_of::<LocalPoseRecord>() == 144);
+
+impl LocalPoseRecord {
+    /// The covariance of where [`LocalPoseRecord::about_m`] comes to lie and of yaw.
+    pub fn pose_covariance(&self) -> PoseCovariance {
+        PoseCovariance::from_rows(std::array::from_fn(|row| std::array::from_fn(|k| self.covariance[3 * row + k])))
+    }
+}
 
 /// A loop of the outline of the part for which the current pose holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Zeroable, Pod)]
@@ -95,8 +116,7 @@ pub struct LocalPoses<'a> {
 impl<'a> LocalPoses<'a> {
     /// The pose of the map around a place in it, as the current pose's record; `None` where the map shows no floor.
     pub fn at(&self, in_slam_m: [f64; 2], whole: &PoseRecord) -> Option<PoseRecord> {
-        let slam_from_blocks = Rigid2::<Slam, ()>::of_x_y_yaw(self.head.slam_from_blocks);
-        let in_blocks = slam_from_blocks.apply_inverse(in_slam_m).map(|c| c / self.head.block_m);
+        let in_blocks = self.head.in_blocks(in_slam_m);
         let part = &self.parts[part_at(self.blocks, self.head.n_columns as usize, in_blocks, self.head.block_m)?];
         let own = PoseRecord { map_from_slam: part.map_from_slam, covariance: part.covariance, ..*whole };
         let (at, about) = (own.map_from_slam().apply(in_slam_m), own.map_from_slam().apply(part.about_m));
@@ -106,9 +126,7 @@ impl<'a> LocalPoses<'a> {
 
     /// True if a pose is known less well than asked for.
     pub fn is_uncertain(&self, pose: &PoseRecord) -> bool {
-        let [max_m, max_rad] = self.head.max_deviation;
-        let covariance = pose.pose_covariance();
-        covariance.worst_m() > max_m || covariance.deviations()[2] > max_rad
+        !self.head.is_enough(&pose.pose_covariance())
     }
 
     /// Where the robot is in its map, if that was told.

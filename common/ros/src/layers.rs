@@ -1,11 +1,11 @@
 //! Layers of a map storey as occupancy: as they are, moved into the robot's frame, small enough for a message.
 
-use frames::{Map, Rigid2, Slam};
-use grid::{GridSpec, GridSpecError, occupancy_of, pixel_of, resampled, spec_around_moved};
-use messages::Grid;
+use grid::{GridSpec, GridSpecError, MovedGrid, occupancy_of, pixel_of};
+use messages::{Grid, SlamFrame};
 
-/// Occupied, and not known: the cells of nav_msgs/OccupancyGrid; free is 0.
+/// Occupied, free, and not known: the cells of nav_msgs/OccupancyGrid.
 pub(crate) const OCCUPIED: i8 = 100;
+const FREE: i8 = 0;
 pub(crate) const UNKNOWN: i8 = -1;
 
 /// What goes before what where several cells become one, by layer: no obstacle is lost. A cell that is not known is no way, and
@@ -39,27 +39,27 @@ impl Layers {
     }
 
     /// The same in the robot's frame, in cells of the same size: a cell is occupied if a cell of the model's map that lies under
-    /// any part of it is. Walls stay whole; a passage may become narrower by a cell. Outside of the model's map nothing is known.
+    /// any part of it is. Walls stay whole; a passage may become narrower by a cell. Outside of the model's map nothing is known, and
+    /// nothing is free where it is not known how the robot's map lies.
     ///
     /// # Errors
-    /// Too many cells.
-    pub fn moved(&self, slam_from_map: &Rigid2<Slam, Map>) -> Result<Self, GridSpecError> {
+    /// Too many cells, or a robot's map that folds.
+    pub fn moved(&self, frame: &SlamFrame) -> Result<Self, GridSpecError> {
         let (from, side_m) = (&self.spec, self.spec.resolution_m());
         let size_m = [from.width, from.height].map(|n| f64::from(n) * side_m);
-        let spec = spec_around_moved(from.origin_m(), size_m, side_m, |point| slam_from_map.apply(point))?;
-        let ([x0, y0], [x1, y1]) = (from.origin_m(), spec.origin_m());
+        let is_known = |place| frame.is_known_at(place);
+        let grid = MovedGrid::around(from.origin_m(), size_m, side_m, &frame.motion, is_known)?;
+        let [x0, y0] = from.origin_m();
         let cells = |layer: &[i8], first: &[i8]| {
-            let look = |[column, row]: [f64; 2]| {
-                let [x, y] = slam_from_map.apply_inverse([x1 + column * side_m, y1 + row * side_m]);
+            grid.resampled(first, FREE, UNKNOWN, |[x, y]| {
                 let [column, row] = [(x - x0) / side_m, (y - y0) / side_m];
                 let is_inside =
                     column >= 0.0 && row >= 0.0 && column < f64::from(from.width) && row < f64::from(from.height);
                 if is_inside { layer[row as usize * from.width as usize + column as usize] } else { UNKNOWN }
-            };
-            resampled(spec.width as usize, spec.height as usize, first, look)
+            })
         };
         Ok(Self {
-            spec,
+            spec: grid.spec,
             planning: cells(&self.planning, PLANNING_FIRST),
             localization: cells(&self.localization, OTHERS_FIRST),
             keepout: cells(&self.keepout, OTHERS_FIRST),
@@ -140,6 +140,8 @@ impl Layers {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use frames::{Map, Rigid2, Slam};
+    use messages::PoseRecord;
     use proptest::prelude::*;
 
     fn layers(width: u32, first_cell: [i32; 2], planning: Vec<i8>) -> Layers {
@@ -206,8 +208,9 @@ mod tests {
             for point in occupied(&before) {
                 prop_assert_eq!(at(&coarse, point), Some(OCCUPIED));
             }
-            let slam_from_map = Rigid2::new([x, y], yaw);
-            let moved = before.moved(&slam_from_map).unwrap();
+            let slam_from_map = Rigid2::<Slam, Map>::new([x, y], yaw);
+            let pose = PoseRecord { map_from_slam: slam_from_map.inverse().x_y_yaw(), ..PoseRecord::NONE };
+            let moved = before.moved(&SlamFrame::rigid(&pose)).unwrap();
             for point in occupied(&before) {
                 prop_assert_eq!(at(&moved, slam_from_map.apply(point)), Some(OCCUPIED));
             }

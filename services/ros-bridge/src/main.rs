@@ -7,6 +7,7 @@ mod control;
 mod followed_transform;
 mod foxglove;
 mod graph;
+mod kept_slam_frame;
 mod machine_clock;
 mod map_sender;
 mod nav2;

@@ -4,7 +4,7 @@ use bus::SiteViews;
 use daemon::{MapState, MapsInUse, Report, RosConfig, SiteProcess, StatusBoard};
 use export::{ExportInput, nav2_route_file};
 use grid::GridSpecError;
-use messages::{Grid, PoseRecord, ScheduleStateHead, plan_time};
+use messages::{Grid, ScheduleStateHead, SlamFrame, plan_time};
 use ros::Layers;
 use ros::maps::{keepout_info, keepout_mask, localization, planning};
 use ros::markers::{doors, drop_offs, rooms, route, together, waypoints};
@@ -30,8 +30,8 @@ pub(crate) struct GridsKey {
     /// Index of the map storey.
     pub(crate) storey: u32,
     content_hash: u64,
-    /// `map_from_slam`, if they lie in the robot's frame.
-    moved_by: Option<[f64; 3]>,
+    /// Number of the robot's frame, if they lie in it.
+    slam_frame: Option<u64>,
 }
 
 /// The grids of a storey; all have one frame and one stamp.
@@ -64,8 +64,8 @@ pub(crate) struct Target<'a> {
     pub(crate) config: &'a RosConfig,
     /// Name of the mask's topic.
     pub(crate) mask_topic: &'a str,
-    /// The pose by which grids are moved into the robot's frame; `None` to leave them in the model's.
-    pub(crate) moved_by: Option<&'a PoseRecord>,
+    /// The robot's frame that grids are moved into, with its number; `None` to leave them in the model's.
+    pub(crate) slam_frame: Option<(u64, &'a SlamFrame)>,
     pub(crate) stamp: Time,
 }
 
@@ -94,7 +94,7 @@ pub(crate) fn outputs_of(
     let key = GridsKey {
         storey: map_storey,
         content_hash: index.slots[storey].content_hash,
-        moved_by: target.moved_by.map(|pose| pose.map_from_slam),
+        slam_frame: target.slam_frame.map(|(number, _)| number),
     };
     let messages = grid_messages(grid, target)?;
     let empty = || together([]);
@@ -120,11 +120,11 @@ pub(crate) fn outputs_of(
 }
 
 fn grid_messages(grid: &Grid<'_>, target: Target<'_>) -> Result<GridMessages, OutputFault> {
-    let Target { config, mask_topic, moved_by, stamp } = target;
-    let frame = if moved_by.is_some() { &config.slam_frame } else { &config.frame };
+    let Target { config, mask_topic, slam_frame, stamp } = target;
+    let frame = if slam_frame.is_some() { &config.slam_frame } else { &config.frame };
     let mut layers = Layers::of(grid);
-    if let Some(pose) = moved_by {
-        layers = layers.moved(&pose.map_from_slam().inverse()).map_err(OutputFault::Moved)?;
+    if let Some((_, slam_frame)) = slam_frame {
+        layers = layers.moved(slam_frame).map_err(OutputFault::Moved)?;
     }
     let layers = layers.within(MAX_CELLS).ok_or(OutputFault::TooLarge { storey: grid.head.map_storey })?;
     Ok(GridMessages {

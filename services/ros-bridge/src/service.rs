@@ -6,6 +6,7 @@ use crate::config_check::check;
 use crate::followed_transform::FollowedTransform;
 use crate::foxglove::FoxgloveServer;
 use crate::graph::{MapTopics, RosGraph, StateTopics, full_name};
+use crate::kept_slam_frame::KeptSlamFrame;
 use crate::machine_clock::{stamp, utc_ms};
 use crate::map_sender::{Job, MapSender};
 use crate::nav2::Nav2;
@@ -23,7 +24,7 @@ use daemon::{
     SiteConfig, Standing, StatusBoard,
 };
 use frames::Point2;
-use messages::{Activity, Alignment, AlignmentVerdict, PoseRecord, PoseValidity};
+use messages::{Activity, AlignmentVerdict, PoseRecord, PoseValidity};
 use ros::markers::each_room;
 use ros::msg::tf2_msgs::TFMessage;
 use ros::transforms::{alignment_pose, pose_in_map, site_map_from_map};
@@ -36,8 +37,8 @@ daemon::inputs! {
     pub(crate) enum BridgeInput { Site, ScheduleState, Grids, MissionPlan, Alignment }
 }
 
-/// Content hashes of what was handed to the sender, the storey, and the pose that grids are moved by.
-type Published = (usize, u64, Option<u64>, Option<[f64; 3]>);
+/// Content hashes of what was handed to the sender, the storey, and the number of the robot's frame that grids are moved into.
+type Published = (usize, u64, Option<u64>, Option<u64>);
 
 /// Publishes in ROS 2.
 pub(crate) struct BridgeService {
@@ -56,6 +57,7 @@ pub(crate) struct BridgeService {
     samples: SiteSamples,
     grids: Vec<RawSubscriber>,
     alignment: Option<CheckedSample<topics::Alignment>>,
+    slam_frame: KeptSlamFrame,
     storey: RobotStorey,
     portals: PortalFollower,
     published: Option<Published>,
@@ -114,6 +116,7 @@ impl BridgeService {
             samples: SiteSamples::default(),
             grids: Vec::new(),
             alignment: None,
+            slam_frame: KeptSlamFrame::default(),
             storey: RobotStorey::of(config)?,
             portals: PortalFollower::default(),
             published: None,
@@ -126,16 +129,6 @@ impl BridgeService {
         })
     }
 
-    /// The alignment, if its pose may be used.
-    fn effective(&self) -> Option<Alignment<'_>> {
-        let alignment = self.alignment.as_ref().map(CheckedSample::view);
-        alignment.filter(|alignment| alignment.validity() == PoseValidity::Effective)
-    }
-
-    fn effective_pose(&self) -> Option<PoseRecord> {
-        self.effective()?.pose().copied()
-    }
-
     /// Publishes the newest set, if it belongs together and is not published.
     fn show(&mut self) -> Result<Done, Failure> {
         for subscriber in &self.grids {
@@ -144,28 +137,26 @@ impl BridgeService {
             }
         }
         (self.warning, self.obstacle) = (None, None);
-        let pose = self.effective_pose();
         let Some(set) = self.samples.set() else { return Ok(Done::default()) };
         let views = set.views()?;
-        let aligned_storey = pose.map(|pose| pose.map_storey);
-        let Some(storey) = self.storey.index(aligned_storey, views.grids.len()) else {
+        let Some(storey) = self.storey.index(self.slam_frame.map_storey(), views.grids.len()) else {
             self.warning = Some(format!("the robot's storey: there is no such storey among {}", views.grids.len()));
             return Ok(Done::default());
         };
         // All storeys lie in one frame, also where the robot's map is that of another storey.
-        let moved_by = pose.as_ref().filter(|_| self.config.ros.in_slam_frame);
-        if self.config.ros.in_slam_frame && moved_by.is_none() {
-            self.obstacle = Some("no pose of the robot's map is in effect".to_owned());
+        let slam_frame = self.slam_frame.get().filter(|_| self.config.ros.in_slam_frame);
+        if self.config.ros.in_slam_frame && slam_frame.is_none() {
+            self.obstacle = Some("no pose of the robot's map is in effect for any part of it".to_owned());
             return Ok(Done::default());
         }
         let plan = set.mission_plan.map(CheckedSample::content_hash);
-        let now = (storey, set.index.content_hash(), plan, moved_by.map(|pose| pose.map_from_slam));
+        let now = (storey, set.index.content_hash(), plan, slam_frame.map(|(number, _)| number));
         if self.published == Some(now) {
             return Ok(Done::default());
         }
         self.activity.set(Activity::Writing);
         let epoch = set.index.bytes().header().epoch;
-        let target = Target { config: &self.config.ros, mask_topic: &self.mask_topic, moved_by, stamp: stamp() };
+        let target = Target { config: &self.config.ros, mask_topic: &self.mask_topic, slam_frame, stamp: stamp() };
         let outputs: Outputs = outputs_of(&views, storey, epoch, target)?;
         if let Some(foxglove) = &self.foxglove {
             foxglove.show(&outputs, each_room(&views.site, &views.state, outputs.key.storey));
@@ -296,6 +287,7 @@ impl Service for BridgeService {
             }
             Event::Input(BridgeInput::MissionPlan(plan)) => self.samples.insert(SiteSample::MissionPlan(plan)),
             Event::Input(BridgeInput::Alignment(alignment)) => {
+                self.slam_frame.take(alignment.view().slam_frame());
                 self.alignment = Some(alignment);
                 self.show_alignment(true);
             }
@@ -351,7 +343,7 @@ impl Service for BridgeService {
         RosBridgeFacts {
             storey: sent.storey,
             set_storey: self.storey.was_set(),
-            known_storey: self.storey.known(self.effective_pose().map(|pose| pose.map_storey)),
+            known_storey: self.storey.known(self.slam_frame.map_storey()),
             resolution_m: sent.resolution_m,
             has_transform: self.transform.published().is_some(),
             robot_in_slam_map: self.robot.pose(),

@@ -73,12 +73,11 @@ pub(super) fn align(arguments: &Args, reference: &Path, slam: &Path) -> Result<O
     let alignment = Alignment::open(archive.bytes()).map_err(Failure::work)?;
     arguments.write_pose(&alignment)?;
     let is_usable = alignment.validity() == PoseValidity::Effective;
-    // Maps never follow the robot's place: they would jump under it.
-    let whole = found.poses.first().map(|best| best.record(&numbers));
-    if let Some(pose) = whole.as_ref().filter(|_| is_usable) {
-        let directory = storeys.iter().find(|s| s.index == pose.map_storey && s.index != NONE).map(|s| &s.path);
-        if let (Some(folder), Some(map)) = (&arguments.resample, directory) {
-            let files = slam_frame::files(reference, map, pose)?;
+    // Maps follow the whole of the robot's map and never the robot's place: they would jump under it.
+    if let (Some(folder), Some(frame)) = (&arguments.resample, alignment.slam_frame()) {
+        let of_storey = |s: &&StoreyMap| s.index == frame.map_storey() && s.index != NONE;
+        if let Some(map) = storeys.iter().find(of_storey).map(|s| &s.path) {
+            let files = slam_frame::files(reference, map, &frame)?;
             let folder = arguments.overwrite.folder_at(folder)?;
             report_set_aside(folder.replace(&files).map_err(Failure::work)?);
         }
