@@ -168,7 +168,7 @@ impl Alignment {
         }
         builder.local_poses =
             pose_status.field.zip(pose_status.pose).map(|(field, pose)| local_poses(field, &pose, pose_status));
-        for Exclusion { label, n_poses } in self.exclusions.iter().take(messages::Alignment::MAX_HINTS) {
+        for Exclusion { label, n_poses, .. } in self.exclusions.iter().take(messages::Alignment::MAX_HINTS) {
             let label = builder.texts.add(label);
             builder.hints.push(HintRecord { label, n_excluded: *n_poses as u32, reserved: 0 });
         }

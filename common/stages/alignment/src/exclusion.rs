@@ -7,4 +7,6 @@ pub struct Exclusion {
     pub label: String,
     /// Number of the poses that fit about as well as the best one of all, and contradict the hint.
     pub n_poses: usize,
+    /// Map storeys of these poses, in order.
+    pub storeys: Vec<u32>,
 }

@@ -107,9 +107,13 @@ pub fn align_maps_within(
     }
     let best_of_all = best(&kept).max(best(&excluded));
     let fits_as_well = |found: &&(usize, Candidate)| found.1.evidence.log_odds >= best_of_all - RIVAL_LEAD;
-    let exclusion = |place_hint: &PlaceHint| Exclusion {
-        label: place_hint.label.clone(),
-        n_poses: excluded.iter().filter(fits_as_well).filter(|found| excludes(place_hint, found)).count(),
+    let exclusion = |place_hint: &PlaceHint| {
+        let contradict = excluded.iter().filter(fits_as_well).filter(|found| excludes(place_hint, found));
+        let mut storeys: Vec<u32> = contradict.map(|(at, _)| storey_of(*at)).collect();
+        let n_poses = storeys.len();
+        storeys.sort_unstable();
+        storeys.dedup();
+        Exclusion { label: place_hint.label.clone(), n_poses, storeys }
     };
     alignment.exclusions = place_hints.iter().map(exclusion).collect();
     if let Some(elsewhere) = excluded.first().filter(|_| is_elsewhere(&kept)) {

@@ -49,7 +49,8 @@ pub struct Args {
     #[arg(long, value_name = "FILE.png", requires = "reference")]
     pub(super) overlay: Option<PathBuf>,
 
-    /// Write maps, route graph and waypoints of the storey moved into the robot's frame; only if accepted
+    /// Write maps, route graph and waypoints of the storey moved into the robot's frame, bent as its map is; only if accepted. Where
+    /// is not known to 0.2 m how its map lies nothing is free
     #[arg(long, value_name = "FOLDER", requires = "reference", conflicts_with = "free_scale")]
     pub(super) resample: Option<PathBuf>,
 
@@ -99,7 +100,7 @@ out, and the answer has the outline of that part, its share of the walls, how fa
 much that is not known (`holds`). --robot X Y asks for the pose where the robot is.
 
 One map alone tells nothing about the storey (`storey_claim`: not_tested); with the folder of all it is tested, and with
---storey it is as given, unless another one fits clearly better.
+--storey it is as given, unless another one fits clearly better; those that fit as well are named (`storeys_alike`).
 
 --storey, --start-room, --at, --elevation and --portal exclude poses that contradict them; the answer says how many. Where the
 map fits clearly better in a pose that is excluded, none is accepted: the hint may be wrong.

@@ -22,6 +22,7 @@ use occupancy::{MapFileContent, OccupancyMap, UndecidedCells};
 use serde::Deserialize;
 use serde_json::json;
 use sha2::{Digest, Sha256};
+use std::collections::BTreeSet;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
@@ -86,15 +87,24 @@ pub(super) fn align(arguments: &Args, reference: &Path, slam: &Path) -> Result<O
         let image = overlay(&maps[pose.reference], &slam_map, pose).map_err(Failure::work)?;
         write_durably(path, &image).map_err(|error| Failure::work(format!("{}: {error}", path.display())))?;
     }
+    let alike = storeys_alike(&found, alignment.pose().map(|pose| pose.map_storey));
     let text = if arguments.json {
         let inputs = json!({"reference_sha256": sha256(reference)?, "slam_sha256": sha256(slam)?});
         let mut document = alignment_report::document(&alignment, arguments.robot_m(), inputs);
         document["storey_claim"] = claim.name().into();
+        document["storeys_alike"] = alike.into();
         format!("{document:#}\n")
     } else {
-        alignment_report::text(&alignment, arguments.robot_m()) + claim.told(&alignment)
+        alignment_report::text(&alignment, arguments.robot_m()) + &claim.told(&alignment, &alike)
     };
     Ok(Outcome::judged(text, is_usable))
+}
+
+/// Storeys that hints exclude although the map fits about as well there, in order.
+fn storeys_alike(found: &alignment::Alignment, own: Option<u32>) -> Vec<u32> {
+    let all = found.exclusions.iter().flat_map(|exclusion| &exclusion.storeys).copied();
+    let others: BTreeSet<u32> = all.filter(|storey| Some(*storey) != own).collect();
+    others.into_iter().collect()
 }
 
 /// What is wrong with the thresholds of a map that leave most of its cells undecided, as the end of a reason; empty if nothing is.

@@ -7,7 +7,7 @@ use messages::{Alignment, PoseValidity};
 pub(super) enum StoreyClaim {
     /// There was one map: the robot may as well be on another storey.
     NotTested,
-    /// A person said it; the other storeys were looked at, and none fits clearly better.
+    /// A person said it; the other storeys were looked at, none fits clearly better, and those that fit alike are named.
     Given,
     /// All storeys were compared.
     Tested,
@@ -23,16 +23,26 @@ impl StoreyClaim {
         }
     }
 
-    /// What people read with a pose; empty where all storeys were compared, and without a pose.
-    pub(super) fn told(self, alignment: &Alignment<'_>) -> &'static str {
+    /// What people read with a pose; empty where all storeys were compared, and without a pose. `alike` are other storeys on which the map
+    /// fits about as well.
+    pub(super) fn told(self, alignment: &Alignment<'_>, alike: &[u32]) -> String {
         match self {
-            _ if alignment.pose().is_none() || alignment.validity() == PoseValidity::Refused => "",
+            _ if alignment.pose().is_none() || alignment.validity() == PoseValidity::Refused => String::new(),
             Self::NotTested => {
-                "  storey not tested: there is one map alone, and another storey may fit as well; give the folder that `groundplan \
-                 convert` wrote\n"
+                "  storey not tested: there is one map alone, and another storey may fit as well; give the folder that \
+                                `groundplan convert` wrote\n"
+                    .to_owned()
             }
-            Self::Given => "  storey as given: no other one fits clearly better\n",
-            Self::Tested => "",
+            Self::Given if alike.is_empty() => "  storey as given: no other one fits as well\n".to_owned(),
+            Self::Given => {
+                let alike: Vec<String> = alike.iter().map(u32::to_string).collect();
+                format!(
+                    "  storey as given, and not known from the map: it fits about as well on storey {}; only --storey says that it is not \
+                     there\n",
+                    alike.join(", ")
+                )
+            }
+            Self::Tested => String::new(),
         }
     }
 }
