@@ -3,6 +3,7 @@
 
 mod support;
 
+use occupancy::{Cell, OccupancyMap};
 use serde_json::Value;
 use std::ffi::OsStr;
 use std::path::Path;
@@ -67,15 +68,59 @@ fn unbent([column, row]: [usize; 2], [width, height]: [usize; 2]) -> [i64; 2] {
     from.map(|c| c.floor() as i64)
 }
 
+/// Turns the lower half of a map to one side on a circle of 140 m: 0.6 m off and five degrees at its end. Its size in pixels.
+fn bend(slam: &Path) -> [usize; 2] {
+    let (width, height, _) = grid::decode_pgm(&std::fs::read(slam.with_extension("pgm")).unwrap()).unwrap();
+    redraw(slam, |column, row| unbent([column, row], [width, height]), |pixel| pixel);
+    [width, height]
+}
+
+/// Middles of the occupied cells of a map, in metres.
+fn occupied_m(map: &OccupancyMap) -> Vec<[f64; 2]> {
+    let frame = frames::Rigid2::<frames::Slam, frames::Slam>::of_x_y_yaw(map.origin);
+    let cells = map.cells.iter().enumerate().filter(|(_, cell)| **cell == Cell::Occupied);
+    let place = |k: usize| [k % map.width, k / map.width].map(|n| (n as f64 + 0.5) * map.resolution_m);
+    cells.map(|(k, _)| frame.apply(place(k))).collect()
+}
+
+#[test]
+fn maps_in_the_robots_frame_bend_as_its_map_does() {
+    let home = tempfile::tempdir().unwrap();
+    let (maps, slam) = robots_map(home.path());
+    bend(&slam);
+    let folder = home.path().join("in_slam");
+    align(&maps.path(), &slam, &["--resample", folder.to_str().unwrap()]);
+    let [robots, moved] =
+        [&slam, &folder.join("planning.yaml")].map(|path| occupied_m(&OccupancyMap::read(path).unwrap()));
+    let near = |place: &[f64; 2]| moved.iter().any(|wall| (wall[0] - place[0]).hypot(wall[1] - place[1]) < 0.11);
+    // Every fifth is enough, and one pose for all of them met two thirds.
+    let walls: Vec<&[f64; 2]> = robots.iter().step_by(5).collect();
+    let n_met = walls.iter().filter(|place| near(place)).count();
+    assert!(n_met as f64 > 0.95 * walls.len() as f64, "{n_met} of {} walls are where the robot has them", walls.len());
+    let manifest: Value = serde_json::from_slice(&std::fs::read(folder.join("manifest.json")).unwrap()).unwrap();
+    assert!(manifest["bends_m"].as_f64().unwrap() > 0.2, "{manifest}");
+}
+
+#[test]
+fn a_bend_of_the_map_displaces_no_elements() {
+    let home = tempfile::tempdir().unwrap();
+    let (_, slam) = robots_map(home.path());
+    bend(&slam);
+    let output = groundplan(&[&"deviations", &demo_model(), &"--slam", &slam, &"--json"]);
+    let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let n = |observation: &str| found["observations"][observation].as_u64().unwrap();
+    let residual_m = found["residual_rms_m"].as_f64().unwrap();
+    assert!(residual_m > 0.1, "the bend is told: {residual_m}");
+    assert!(n("observed") > 30 && n("displaced") + n("absent") == 0, "{}", found["observations"]);
+}
+
 #[test]
 fn a_bent_map_may_be_used_where_the_robot_is_known_to_be_and_nowhere_else() {
     let home = tempfile::tempdir().unwrap();
     let (maps, slam) = robots_map(home.path());
     let (_, straight) = align(&maps.path(), &slam, &[]);
     assert!(straight["holds"]["share_of_walls"].as_f64().unwrap() > 0.9, "{}", straight["holds"]);
-    // The lower half of the map turns to one side on a circle of 140 m: 0.6 m off and five degrees at its end.
-    let (width, height, _) = grid::decode_pgm(&std::fs::read(slam.with_extension("pgm")).unwrap()).unwrap();
-    redraw(&slam, |column, row| unbent([column, row], [width, height]), |pixel| pixel);
+    let [width, height] = bend(&slam);
     let transform = home.path().join("site_map.yaml");
     let (code, found) = align(&maps.path(), &slam, &["--transform", transform.to_str().unwrap()]);
     assert_eq!(

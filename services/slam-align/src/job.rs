@@ -10,7 +10,7 @@ use bus::SiteSamples;
 use daemon::{Failure, KnownPlaces};
 use deviations::{DeviationInput, deviations};
 use frames::Map;
-use messages::{ArchiveBuffer, Checked, PoseRecord, RobotProfile, ScheduleState, Site, payload};
+use messages::{ArchiveBuffer, Checked, PoseRecord, RobotProfile, ScheduleState, Site, SlamFrame, payload};
 use std::sync::Arc;
 
 /// Where a pose is searched.
@@ -43,8 +43,8 @@ pub(crate) enum Task {
     /// Search the pose of a map; with the number of the search if a client asked for it.
     /// It begins with what earlier looks at the same map said.
     Search { map: Arc<RobotMap>, search_area: SearchArea, asked: Option<u64>, evidence: Option<Arc<Evidence>> },
-    /// Compare the site with a map in a pose.
-    Compare { map: Arc<RobotMap>, pose: PoseRecord, comparison: u64 },
+    /// Compare the site with a map in a pose, which lies in the model's map as its frame says.
+    Compare { map: Arc<RobotMap>, pose: PoseRecord, slam_frame: Box<SlamFrame>, comparison: u64 },
 }
 
 /// The kind of a task.
@@ -113,7 +113,9 @@ pub(crate) fn work(references: &mut Option<References>, job: &Job) -> Result<Job
     let found = match &job.task {
         Task::Draw => Found::Drawn,
         Task::Search { map, search_area, evidence, .. } => align(&site, &maps, map, search_area, evidence.as_deref())?,
-        Task::Compare { map, pose, .. } => Found::Deviations(compare(&site, &schedule_state, &robot, map, pose)?),
+        Task::Compare { map, pose, slam_frame, .. } => {
+            Found::Deviations(compare(&site, &schedule_state, &robot, map, pose, slam_frame)?)
+        }
     };
     *references = Some(drawn);
     Ok(JobResult { references: maps, found })
@@ -157,6 +159,7 @@ fn compare(
     robot: &RobotProfile,
     map: &RobotMap,
     pose: &PoseRecord,
+    slam_frame: &SlamFrame,
 ) -> Result<ArchiveBuffer, Failure> {
     let map_storey = pose.map_storey as usize;
     if map_storey >= site.map_storeys.len() {
@@ -169,7 +172,7 @@ fn compare(
         map_storey,
         slam: &map.map,
         slam_map_hash: map.content_hash,
-        map_from_slam: pose.map_from_slam(),
+        slam_frame,
         about_m: pose.about_m,
         covariance: pose.pose_covariance(),
     }))

@@ -21,7 +21,7 @@ use daemon::{
     AlignAnswer, AlignConfig, AlignRequest, Asked, CurrentActivity, Done, Epochs, Event, Failure, History,
     LatchedOutput, PoseHint, Service, SiteConfig, Standing, StateFile,
 };
-use messages::{AlignmentVerdict, PoseRecord, PoseValidity};
+use messages::{AlignmentVerdict, PoseRecord, PoseValidity, SlamFrame};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -209,6 +209,13 @@ impl AlignService {
     /// The pose, if it may be used.
     fn effective_pose(&self) -> Option<PoseRecord> {
         self.follower.pose().copied().filter(|_| self.validity() == Some(PoseValidity::Effective))
+    }
+
+    /// Where the newest map lies, by what was published of it; `None` if no part of it is known well enough to be compared.
+    fn slam_frame(&self) -> Option<SlamFrame> {
+        let alignment = self.alignment.last()?.view();
+        let newest = self.map.as_ref().map(|map| map.content_hash);
+        (Some(alignment.head.slam_map_hash) == newest).then(|| alignment.slam_frame())?
     }
 
     /// True if the newest map was searched; false while it waits for that.

@@ -1,7 +1,7 @@
 //! Writes the `deviations` archive.
 
 use crate::deviation_verdict::deviation_verdict;
-use crate::distortion::DistortionField;
+use crate::distortion::{Distortion, DistortionField};
 use crate::evidence::{Evidence, is_observable};
 use crate::input::DeviationInput;
 use crate::obstacles::Obstacle;
@@ -34,12 +34,14 @@ pub(super) struct Findings<'a> {
 
 pub(super) fn archive(
     input: &DeviationInput<'_>,
-    slam: &SlamView,
+    slam: &SlamView<'_>,
     sections: &Sections,
     distortions: &DistortionField,
     found: &Findings<'_>,
 ) -> ArchiveBuffer {
-    let mut builder = DeviationsBuilder::new(head(input, slam, distortions, found.n_outside));
+    let residuals: Vec<ResidualRecord> =
+        distortions.all().into_iter().map(|(at_m, distortion)| residual(slam, at_m, &distortion)).collect();
+    let mut builder = DeviationsBuilder::new(head(input, slam, &residuals, found.n_outside));
     let spec = builder.head.spec();
     for (index, seen) in builder.seen.iter_mut().enumerate() {
         let middle = spec.centre_of(spec.cell_of(index));
@@ -56,17 +58,17 @@ pub(super) fn archive(
         builder.absent_parts.extend(parts.iter().map(|part| absent_part(input, cut.element, part)));
     }
     found.obstacles.iter().for_each(|o| add_obstacle(input, &mut builder, o));
-    builder.residuals.extend(distortions.all().into_iter().map(|(at_m, distortion)| ResidualRecord {
-        at_m,
-        residual_m: distortion.by_m.into(),
-        deviation_m: distortion.worst_m(),
-        n_samples: distortion.n as u32,
-        reserved: 0,
-    }));
+    builder.residuals.extend(residuals);
     builder.finish()
 }
 
-fn head(input: &DeviationInput<'_>, slam: &SlamView, distortions: &DistortionField, n_outside: u32) -> DeviationsHead {
+fn head(
+    input: &DeviationInput<'_>,
+    slam: &SlamView<'_>,
+    residuals: &[ResidualRecord],
+    n_outside: u32,
+) -> DeviationsHead {
+    let squares = residuals.iter().map(|r| r.residual_m[0] * r.residual_m[0] + r.residual_m[1] * r.residual_m[1]);
     let storey = &input.site.map_storeys[input.map_storey];
     let spec = spec_of(storey.bounds_tenths);
     DeviationsHead {
@@ -74,17 +76,28 @@ fn head(input: &DeviationInput<'_>, slam: &SlamView, distortions: &DistortionFie
         schedule_state_hash: input.schedule_state.content_hash(),
         slam_map_hash: input.slam_map_hash,
         plan_time_s: input.schedule_state.head.plan_time_s,
-        map_from_slam: input.map_from_slam.x_y_yaw(),
+        map_from_slam: input.slam_frame.map_from_slam().x_y_yaw(),
         pose_deviation: input.covariance.deviations(),
         lidar_z_m: frames::metres(storey.floor_z_tenths) + input.robot.lidar_height_m,
         slam_cell_m: slam.cell_m,
-        residual_rms_m: distortions.rms_m,
+        residual_rms_m: (squares.sum::<f64>() / residuals.len().max(1) as f64).sqrt(),
         map_storey: input.map_storey as u32,
         n_outside,
         cell_tenths: spec.cell_tenths,
         first_cell: spec.first_cell,
         width: spec.width,
         height: spec.height,
+        reserved: 0,
+    }
+}
+
+/// How far the SLAM map is off from where its pose as a whole puts it.
+fn residual(slam: &SlamView<'_>, at_m: [f64; 2], distortion: &Distortion) -> ResidualRecord {
+    ResidualRecord {
+        at_m,
+        residual_m: slam.off_whole_m(at_m, distortion.by_m.into()),
+        deviation_m: distortion.worst_m(),
+        n_samples: distortion.n as u32,
         reserved: 0,
     }
 }
@@ -116,7 +129,7 @@ fn record(input: &DeviationInput<'_>, element: u32, is_observable: bool, e: &Evi
         offset_m: if is_met { if_known(e.displacement.offset_m) } else { 0.0 },
         displacement_m: if is_met { e.displacement.by_m.map(if_known) } else { [0.0; 2] },
         deviation_m: if_known(e.deviation_m),
-        residual_m: e.distortion_m.map(if_known),
+        residual_m: e.off_whole_m.map(if_known),
         sample_m: SAMPLE_M,
         element,
         observation: e.observation.into(),

@@ -1,4 +1,4 @@
-//! Local distortion of a SLAM map, estimated from surfaces of surrounding elements.
+//! Local distortion of a SLAM map beside its frame, estimated from surfaces of surrounding elements.
 //!
 //! The distortion is a Gaussian process of which each piece of a side shows one component, with noise. Where pieces are
 //! dense it follows them; away from them it returns to the prior: errors of the pose and drift of the map.
@@ -32,8 +32,6 @@ pub(crate) struct Distortion {
 pub(crate) struct DistortionField {
     pieces: BTreeMap<[i32; 2], Vec<SurfacePiece>>,
     prior: DistortionPrior,
-    /// Root mean square over all squares.
-    pub(crate) rms_m: f64,
 }
 
 /// Scales of the robust residual relative to the last, so that displaced elements and furniture have little weight.
@@ -42,14 +40,19 @@ const SCALES: [f64; 4] = [4.0, 2.5, 1.5, 1.0];
 const MIN_WEIGHT: f64 = 1e-4;
 
 impl DistortionField {
-    /// `pose` is the covariance of the pose of the whole map, for the place `about_m` in `map`.
-    pub(crate) fn new(offsets: impl Iterator<Item = SurfaceOffset>, about_m: [f64; 2], pose: &PoseCovariance) -> Self {
+    /// `pose` is the covariance of the pose of the whole map, for the place `about_m` in `map`; places drift by `least_drift_m` or more.
+    pub(crate) fn new(
+        offsets: impl Iterator<Item = SurfaceOffset>,
+        about_m: [f64; 2],
+        pose: &PoseCovariance,
+        least_drift_m: f64,
+    ) -> Self {
         let mut pieces: BTreeMap<[i32; 2], Vec<SurfacePiece>> = BTreeMap::new();
         for piece in surface_pieces(offsets) {
             pieces.entry(square_of(piece.at)).or_default().push(piece);
         }
-        let with = |drift_m: f64| DistortionPrior::new(about_m, pose, drift_m);
-        let mut field = Self { pieces, prior: with(DRIFTS_M[0]), rms_m: 0.0 };
+        let with = |drift_m: f64| DistortionPrior::new(about_m, pose, drift_m.max(least_drift_m));
+        let mut field = Self { pieces, prior: with(DRIFTS_M[0]) };
         let scored = field.scored_pieces();
         let score = |drift_m: &f64| -> f64 {
             let prior = with(*drift_m);
@@ -58,9 +61,6 @@ impl DistortionField {
         let scores: Vec<f64> = DRIFTS_M.par_iter().map(score).collect();
         let best = (0..DRIFTS_M.len()).rev().max_by(|a, b| scores[*a].total_cmp(&scores[*b])).unwrap_or(0);
         field.prior = with(DRIFTS_M[best]);
-        let all: Vec<_> = field.all();
-        let sum: f64 = all.iter().map(|(_, distortion)| distortion.by_m.norm_squared()).sum();
-        field.rms_m = (sum / all.len().max(1) as f64).sqrt();
         field
     }
 

@@ -24,6 +24,8 @@ pub(crate) struct Evidence {
     pub(crate) n_contradicted: u32,
     pub(crate) displacement: Displacement,
     pub(crate) distortion_m: [f64; 2],
+    /// Mean offset of the SLAM map there from where its pose as a whole puts it.
+    pub(crate) off_whole_m: [f64; 2],
     pub(crate) deviation_m: f64,
 }
 
@@ -31,7 +33,7 @@ pub(crate) struct Evidence {
 pub(crate) struct Comparison<'a> {
     pub(crate) sections: &'a Sections,
     pub(crate) bodies: &'a WallBodies,
-    pub(crate) slam: &'a SlamView,
+    pub(crate) slam: &'a SlamView<'a>,
     pub(crate) distortions: &'a DistortionField,
 }
 
@@ -107,12 +109,15 @@ fn evidence_with(
 ) -> Evidence {
     let (Comparison { sections, slam, .. }, Sides { cut, samples, .. }) = (comparison, sides);
     let own = &sections.cuts[*cut as usize];
-    let (mut probed_samples, mut distortion_m, mut worst_m) = (Vec::with_capacity(samples.len()), [0.0; 2], 0.0f64);
+    let mut probed_samples = Vec::with_capacity(samples.len());
+    let (mut distortion_m, mut off_whole_m, mut worst_m) = ([0.0; 2], [0.0; 2], 0.0f64);
+    let add = |sum: [f64; 2], by_m: [f64; 2]| [0, 1].map(|k| sum[k] + by_m[k] / samples.len() as f64);
     for sample in *samples {
         let distortion = distortion_at(sample);
         let tolerance_m = slam.cell_m + SAME_SIDE_M + WITHIN * distortion.deviation_m(sample.normal);
         probed_samples.push(probed_sample(comparison, sides, sample, &distortion, tolerance_m));
-        distortion_m = [0, 1].map(|k| distortion_m[k] + distortion.by_m[k] / samples.len() as f64);
+        distortion_m = add(distortion_m, distortion.by_m.into());
+        off_whole_m = add(off_whole_m, slam.off_whole_m(sample.at, distortion.by_m.into()));
         worst_m = worst_m.max(distortion.deviation_m(sample.normal));
     }
     let displacement = displacement(&probed_samples, MIN_DISPLACED_M.max(UNCERTAIN * libm::hypot(worst_m, BUILT_M)));
@@ -125,6 +130,7 @@ fn evidence_with(
         n_contradicted: 0,
         displacement,
         distortion_m,
+        off_whole_m,
         deviation_m: worst_m,
     };
     let tolerance_m = slam.cell_m + SAME_SIDE_M + WITHIN * worst_m;

@@ -78,7 +78,7 @@ pub fn deviations(input: &DeviationInput<'_>) -> ArchiveBuffer {
 
 /// Standard deviation of the pose at the corner of the storey with the largest.
 fn pose_deviation_m(input: &DeviationInput<'_>) -> f64 {
-    let about = input.map_from_slam.apply(input.about_m);
+    let about = input.motion().apply(input.about_m);
     let bounds = input.site.map_storeys[input.map_storey].bounds_tenths.map(frames::metres);
     let corners = [[0, 1], [0, 3], [2, 1], [2, 3]].map(|[x, y]| [bounds[x] - about[0], bounds[y] - about[1]]);
     corners.map(|d| input.covariance.transported(d).worst_m()).into_iter().fold(0.0, f64::max)

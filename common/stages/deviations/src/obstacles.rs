@@ -30,7 +30,7 @@ pub(crate) struct KnownSurfaces<'a> {
 }
 
 /// Obstacles from large to small, and how many occupied cells lie outside of the storey.
-pub(crate) fn obstacles(site: &Site<'_>, slam: &SlamView, known: &KnownSurfaces<'_>) -> (Vec<Obstacle>, u32) {
+pub(crate) fn obstacles(site: &Site<'_>, slam: &SlamView<'_>, known: &KnownSurfaces<'_>) -> (Vec<Obstacle>, u32) {
     let mut n_outside = 0;
     let mut is_unexplained = vec![false; slam.cells.len()];
     let mut local: BTreeMap<[i32; 2], Distortion> = BTreeMap::new();
@@ -61,7 +61,7 @@ impl KnownSurfaces<'_> {
         (0..2).any(|k| at[k] < min[k] || max[k] < at[k])
     }
 
-    fn is_explained(&self, slam: &SlamView, seen_at: [f64; 2], distortion: &Distortion) -> bool {
+    fn is_explained(&self, slam: &SlamView<'_>, seen_at: [f64; 2], distortion: &Distortion) -> bool {
         let at = [0, 1].map(|k| seen_at[k] - distortion.by_m[k]);
         let tolerance_m =
             slam.cell_m + SAME_SIDE_M + (WITHIN * distortion.worst_m()).min(self.deviation_m + OBSTACLE_DISTORTION_M);
@@ -77,7 +77,7 @@ impl KnownSurfaces<'_> {
 }
 
 /// Connected groups of cells, with gaps of one cell.
-fn groups(slam: &SlamView, is_unexplained: &[bool]) -> Vec<Vec<usize>> {
+fn groups(slam: &SlamView<'_>, is_unexplained: &[bool]) -> Vec<Vec<usize>> {
     let mut is_met = vec![false; is_unexplained.len()];
     let mut groups = Vec::new();
     for start in 0..is_unexplained.len() {
@@ -102,7 +102,7 @@ fn groups(slam: &SlamView, is_unexplained: &[bool]) -> Vec<Vec<usize>> {
 }
 
 /// The obstacle of a group of cells; `None` if it is too small, or the leaf of a door.
-fn obstacle(site: &Site<'_>, slam: &SlamView, is_unexplained: &[bool], cells: &[usize]) -> Option<Obstacle> {
+fn obstacle(site: &Site<'_>, slam: &SlamView<'_>, is_unexplained: &[bool], cells: &[usize]) -> Option<Obstacle> {
     let area = slam.cell_m * slam.cell_m * cells.len() as f64;
     let length_m = longest(slam, cells);
     let is_large = length_m >= MIN_LENGTH_M || area >= MIN_AREA_M2;
@@ -113,7 +113,7 @@ fn obstacle(site: &Site<'_>, slam: &SlamView, is_unexplained: &[bool], cells: &[
 }
 
 /// The longer side of the box around cells, along the axes of the SLAM map.
-fn longest(slam: &SlamView, cells: &[usize]) -> f64 {
+fn longest(slam: &SlamView<'_>, cells: &[usize]) -> f64 {
     let side = |of: &dyn Fn(usize) -> usize| {
         let (lo, hi) = cells.iter().fold((usize::MAX, 0), |(lo, hi), c| (lo.min(of(*c)), hi.max(of(*c))));
         (hi + 1 - lo) as f64 * slam.cell_m
@@ -123,7 +123,7 @@ fn longest(slam: &SlamView, cells: &[usize]) -> f64 {
 }
 
 /// True if it can be the open leaf of a door: within its swing, and not longer than its width.
-fn is_door_leaf(site: &Site<'_>, slam: &SlamView, cells: &[usize], length_m: f64) -> bool {
+fn is_door_leaf(site: &Site<'_>, slam: &SlamView<'_>, cells: &[usize], length_m: f64) -> bool {
     let within = |door: &DoorRecord, at: [f64; 2]| {
         let plan = door.passage.to_box();
         let [along, across] = plan.axis;
@@ -138,7 +138,7 @@ fn is_door_leaf(site: &Site<'_>, slam: &SlamView, cells: &[usize], length_m: f64
 }
 
 /// The region of cells, gaps of a cell closed, in `map`.
-fn outline(slam: &SlamView, is_unexplained: &[bool], cells: &[usize]) -> MultiPolygon {
+fn outline(slam: &SlamView<'_>, is_unexplained: &[bool], cells: &[usize]) -> MultiPolygon {
     let mut grown: Vec<usize> = cells.iter().flat_map(|c| within(slam, *c, 1)).collect();
     grown.sort_unstable();
     grown.dedup();
@@ -148,20 +148,20 @@ fn outline(slam: &SlamView, is_unexplained: &[bool], cells: &[usize]) -> MultiPo
     // Cells are united on whole numbers, and turned into the map afterwards: what is straight stays so.
     let united = geometry::union(&squares, FillRule::NonZero);
     let turned = |ring: &Ring| -> Ring {
-        let place = |p: &[i32; 2]| slam.map_from_cells.apply(p.map(|c| f64::from(c) * slam.cell_m));
+        let place = |p: &[i32; 2]| slam.in_map(p.map(f64::from));
         ring.iter().map(|p| place(p).map(|c| frames::tenths(c).unwrap_or(0))).collect()
     };
     let polygon = |p: &Polygon| Polygon { exterior: turned(&p.exterior), holes: p.holes.iter().map(turned).collect() };
     MultiPolygon(united.0.iter().map(polygon).collect())
 }
 
-fn square(slam: &SlamView, cell: usize) -> Ring {
+fn square(slam: &SlamView<'_>, cell: usize) -> Ring {
     let [x, y] = [(cell % slam.width) as i32, (cell / slam.width) as i32];
     vec![[x, y], [x + 1, y], [x + 1, y + 1], [x, y + 1]]
 }
 
 /// Cells up to `reach` away, itself included, as far as they lie in the map.
-fn within(slam: &SlamView, cell: usize, reach: i64) -> impl Iterator<Item = usize> {
+fn within(slam: &SlamView<'_>, cell: usize, reach: i64) -> impl Iterator<Item = usize> {
     let (width, height) = (slam.width as i64, slam.height() as i64);
     let [column, row] = [(cell % slam.width) as i64, (cell / slam.width) as i64];
     let steps = (-reach..=reach).flat_map(move |dy| (-reach..=reach).map(move |dx| [column + dx, row + dy]));

@@ -6,23 +6,28 @@ use crate::sections::{LidarKind, Sections};
 use crate::side_samples::{Sample, open_samples};
 use crate::slam_view::{Probe, SlamView};
 use crate::surface_pieces::SurfaceOffset;
-use crate::thresholds::SAME_SIDE_M;
+use crate::thresholds::{BENT_DRIFT_M, SAME_SIDE_M};
 use crate::wall_bodies::WallBodies;
 use rayon::prelude::*;
 
+/// Margin around a storey within which the SLAM map is looked at: probes reach less far.
+const AROUND_M: f64 = 3.0;
+
 /// The storey and the SLAM map beside each other.
-pub(crate) struct SampledStorey {
-    pub(crate) slam: SlamView,
+pub(crate) struct SampledStorey<'a> {
+    pub(crate) slam: SlamView<'a>,
     pub(crate) sections: Sections,
     pub(crate) bodies: WallBodies,
     /// By cut.
     pub(crate) samples: Vec<Vec<Sample>>,
 }
 
-impl SampledStorey {
+impl<'a> SampledStorey<'a> {
     /// Samples on all sides, before anything is compared.
-    pub(crate) fn of(input: &DeviationInput<'_>) -> Self {
-        let slam = SlamView::new(input.slam, &input.map_from_slam);
+    pub(crate) fn of(input: &DeviationInput<'a>) -> Self {
+        let [x0, y0, x1, y1] = input.site.map_storeys[input.map_storey].bounds_tenths.map(frames::metres);
+        let bounds_m = [[x0 - AROUND_M, y0 - AROUND_M], [x1 + AROUND_M, y1 + AROUND_M]];
+        let slam = SlamView::of(input, bounds_m);
         let sections = Sections::of(input.site, input.schedule_state, input.robot, input.map_storey);
         let bodies = WallBodies::of(&sections);
         let cuts = 0..sections.cuts.len() as u32;
@@ -32,8 +37,9 @@ impl SampledStorey {
 
     /// The distortion that the surfaces show.
     pub(crate) fn distortion_field(&self, input: &DeviationInput<'_>) -> DistortionField {
-        let about_m = input.map_from_slam.apply(input.about_m);
-        DistortionField::new(self.surface_offsets().into_iter(), about_m, &input.covariance)
+        let about_m = input.motion().apply(input.about_m);
+        let least_drift_m = if input.is_bent() { BENT_DRIFT_M } else { 0.0 };
+        DistortionField::new(self.surface_offsets().into_iter(), about_m, &input.covariance, least_drift_m)
     }
 
     /// Surface offsets at the sides of elements that are planned to stand.

@@ -1,19 +1,31 @@
 //! A SLAM map in `map` coordinates: cell lookup and probing along a line.
 
+use crate::input::DeviationInput;
 use crate::thresholds::{BEYOND_M, DEEP_M, FREE_SHARE, FRONT_M, MIN_CELL_M, REACH_M};
-use frames::{Map, Rigid2, Slam};
-use occupancy::{Cell, OccupancyMap, Raster};
+use frames::{BentMotion, Map, Rigid2, Slam};
+use grid::PlaceLattice;
+use messages::SlamFrame;
+use occupancy::{Cell, Raster};
+use rayon::prelude::*;
+use std::borrow::Cow;
+
+/// Side of the squares within which a SLAM map is taken for straight, in metres: bends reach over several.
+const SQUARE_M: f64 = 0.5;
 
 /// The frame of a SLAM map's cells: metres from its lower left corner, along its rows and columns.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Cells {}
 
-/// A SLAM map with its pose in the model's map.
-pub(crate) struct SlamView {
+/// A SLAM map as it lies in the model's map.
+pub(crate) struct SlamView<'a> {
     pub(crate) cells: Vec<Cell>,
     pub(crate) width: usize,
     pub(crate) cell_m: f64,
-    pub(crate) map_from_cells: Rigid2<Map, Cells>,
+    slam_from_cells: Rigid2<Slam, Cells>,
+    motion: Cow<'a, BentMotion<Map, Slam>>,
+    whole: Rigid2<Map, Slam>,
+    /// Where places in `map` lie in the SLAM map.
+    in_slam: PlaceLattice,
 }
 
 /// A probe along the inward normal of a side.
@@ -37,14 +49,24 @@ pub(crate) struct ProbeResult {
     pub(crate) free_m: Option<f64>,
 }
 
-impl SlamView {
-    pub(crate) fn new(map: &OccupancyMap, map_from_slam: &Rigid2<Map, Slam>) -> Self {
-        let map_from_cells = map_from_slam * &Rigid2::<Slam, Cells>::of_x_y_yaw(map.origin);
-        if map.resolution_m < MIN_CELL_M * 0.99 {
+impl<'a> SlamView<'a> {
+    /// `bounds_m` are the lower left and upper right corner of what is looked at, in `map`.
+    pub(crate) fn of(input: &DeviationInput<'a>, bounds_m: [[f64; 2]; 2]) -> Self {
+        let (map, motion) = (input.slam, input.motion());
+        let slam_from_cells = Rigid2::of_x_y_yaw(map.origin);
+        let (mut cells, width, cell_m) = if map.resolution_m < MIN_CELL_M * 0.99 {
             let raster = Raster::of(&map.cells, map.width, map.resolution_m);
-            return Self { cells: raster.cells, width: raster.width, cell_m: MIN_CELL_M, map_from_cells };
-        }
-        Self { cells: map.cells.clone(), width: map.width, cell_m: map.resolution_m, map_from_cells }
+            (raster.cells, raster.width, MIN_CELL_M)
+        } else {
+            (map.cells.clone(), map.width, map.resolution_m)
+        };
+        forget_unknown_places(&mut cells, width, cell_m, &slam_from_cells, input.slam_frame);
+        let size_m = [width, cells.len().checked_div(width).unwrap_or(0)].map(|n| n as f64 * cell_m);
+        let [low, high] = extent_m(&slam_from_cells, size_m, &motion);
+        let low = [0, 1].map(|k| low[k].max(bounds_m[0][k]));
+        let size_m = [0, 1].map(|k| (high[k].min(bounds_m[1][k]) - low[k]).max(0.0));
+        let in_slam = PlaceLattice::over(low, size_m, SQUARE_M, |place| motion.apply_inverse(place));
+        Self { cells, width, cell_m, slam_from_cells, motion, whole: input.slam_frame.map_from_slam(), in_slam }
     }
 
     pub(crate) fn height(&self) -> usize {
@@ -53,7 +75,8 @@ impl SlamView {
 
     /// The cell at a point in `map`; unknown outside.
     pub(crate) fn at(&self, place: [f64; 2]) -> Cell {
-        let [x, y] = self.map_from_cells.apply_inverse(place).map(|c| (c / self.cell_m).floor());
+        let Some(in_slam) = self.in_slam.at(place) else { return Cell::Unknown };
+        let [x, y] = self.slam_from_cells.apply_inverse(in_slam).map(|c| (c / self.cell_m).floor());
         let inside = x >= 0.0 && y >= 0.0 && x < self.width as f64;
         let cell = if inside { self.cells.get(y as usize * self.width + x as usize) } else { None };
         cell.copied().unwrap_or(Cell::Unknown)
@@ -62,7 +85,20 @@ impl SlamView {
     /// The middle of a cell in `map`.
     pub(crate) fn middle(&self, index: usize) -> [f64; 2] {
         let [column, row] = [index % self.width, index / self.width];
-        self.map_from_cells.apply([column, row].map(|c| (c as f64 + 0.5) * self.cell_m))
+        self.in_map([column, row].map(|c| c as f64 + 0.5))
+    }
+
+    /// Where a place that is given in cells from the lower left corner lies in `map`.
+    pub(crate) fn in_map(&self, in_cells: [f64; 2]) -> [f64; 2] {
+        self.motion.apply(self.slam_from_cells.apply(in_cells.map(|c| c * self.cell_m)))
+    }
+
+    /// How far the SLAM map is off at a place in `map` from where its pose as a whole puts it, if it is off by this much from where its
+    /// frame puts it; as by its frame where the SLAM map does not reach.
+    pub(crate) fn off_whole_m(&self, at: [f64; 2], off_frame_m: [f64; 2]) -> [f64; 2] {
+        let seen_at = [0, 1].map(|k| at[k] + off_frame_m[k]);
+        let by_whole = self.in_slam.at(seen_at).map_or(seen_at, |in_slam| self.whole.apply(in_slam));
+        [0, 1].map(|k| by_whole[k] - at[k])
     }
 
     /// Probes along the normal of a side from outside to behind it, on three lines a cell apart, because sparsely hit walls
@@ -156,4 +192,39 @@ impl SlamView {
         found.retain(|d| d.abs() <= REACH_M);
         found
     }
+}
+
+/// Cells of places of which is not known where they lie are not known.
+fn forget_unknown_places(
+    cells: &mut [Cell],
+    width: usize,
+    cell_m: f64,
+    slam_from_cells: &Rigid2<Slam, Cells>,
+    frame: &SlamFrame,
+) {
+    let side_cells = (SQUARE_M / cell_m).ceil() as usize;
+    let n_columns = width.div_ceil(side_cells);
+    let n_rows = cells.len().checked_div(width).unwrap_or(0).div_ceil(side_cells);
+    let is_known = |square: usize| {
+        let middle = [square % n_columns, square / n_columns].map(|n| (n as f64 + 0.5) * side_cells as f64 * cell_m);
+        frame.is_known_at(slam_from_cells.apply(middle))
+    };
+    let is_known: Vec<bool> = (0..n_columns * n_rows).into_par_iter().map(is_known).collect();
+    for (index, cell) in cells.iter_mut().enumerate() {
+        if !is_known[index / width / side_cells * n_columns + index % width / side_cells] {
+            *cell = Cell::Unknown;
+        }
+    }
+}
+
+/// Lower left and upper right corner of a SLAM map in `map`, in metres; and a metre around it, since it bends.
+fn extent_m(slam_from_cells: &Rigid2<Slam, Cells>, size_m: [f64; 2], motion: &BentMotion<Map, Slam>) -> [[f64; 2]; 2] {
+    let n_steps = size_m.map(|length_m| length_m.ceil() as usize);
+    let along = |axis: usize| (0..=n_steps[axis]).map(move |k| (k as f64).min(size_m[axis]));
+    let border =
+        along(0).flat_map(|x| [[x, 0.0], [x, size_m[1]]]).chain(along(1).flat_map(|y| [[0.0, y], [size_m[0], y]]));
+    let border = border.map(|place| motion.apply(slam_from_cells.apply(place)));
+    border.fold([[f64::MAX; 2], [f64::MIN; 2]], |[low, high], p| {
+        [[0, 1].map(|k| low[k].min(p[k] - 1.0)), [0, 1].map(|k| high[k].max(p[k] + 1.0))]
+    })
 }

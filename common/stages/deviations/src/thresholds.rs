@@ -132,6 +132,10 @@ pub(crate) const MAX_PIECES: usize = 60;
 /// Standard deviations of drift, of which each map gets the one that foretells its own elements best. One for all maps is too
 /// large for rigid ones and too small for bent ones.
 pub(crate) const DRIFTS_M: [f64; 5] = [0.01, 0.02, 0.035, 0.06, 0.1];
+/// A SLAM map that bends by more than this is taken as its frame bends; else in one pose, since drift follows the rest and is calibrated
+/// for that: by Karto's walls the poses of parts are off by some centimetres, which is the least drift beside a frame that bends.
+pub(crate) const BENT_M: f64 = 0.4;
+pub(crate) const BENT_DRIFT_M: f64 = 0.06;
 /// Pieces that decide this at most.
 pub(crate) const MAX_SCORED: usize = 200;
 /// Standard deviation of half a metre of a side from the distorted model: half a cell and what stands or hangs there.

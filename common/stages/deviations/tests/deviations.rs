@@ -41,6 +41,11 @@ fn map_from_slam() -> Rigid2<Map, Slam> {
     Rigid2::new([3.0, -7.0], 0.4)
 }
 
+/// The frame of a map that does not bend.
+fn rigid(map_from_slam: &Rigid2<Map, Slam>) -> SlamFrame {
+    SlamFrame::rigid(&PoseRecord { map_from_slam: map_from_slam.x_y_yaw(), ..PoseRecord::NONE })
+}
+
 fn compared(
     storey: Storey,
     slam: &OccupancyMap,
@@ -60,7 +65,7 @@ fn compared(
         map_storey: 0,
         slam,
         slam_map_hash: 7,
-        map_from_slam,
+        slam_frame: &rigid(&map_from_slam),
         about_m: [0.0; 2],
         covariance: PoseCovariance::from_rows(VARIANCE),
     });

@@ -6,7 +6,7 @@ mod support;
 
 use deviations::{DeviationInput, LocalTransform, SlamPlace};
 use frames::{Map, PoseCovariance, Rigid2, Slam};
-use messages::{RobotProfile, ScheduleState, ScheduleStateBuilder, Site};
+use messages::{PoseRecord, RobotProfile, ScheduleState, ScheduleStateBuilder, Site, SlamFrame};
 use support::{PLACES, Storey, flat, inside, scanned_bent};
 
 const VARIANCE: [[f64; 3]; 3] = [[1e-4, 0.0, 0.0], [0.0, 1e-4, 0.0], [0.0, 0.0, 1e-6]];
@@ -24,18 +24,21 @@ fn carried(believed: &dyn Fn([f64; 2]) -> [f64; 2], places: &[[f64; 2]]) -> Vec<
     let site = Site::open(site.bytes()).unwrap();
     let schedule_state =
         ScheduleStateBuilder::everything_built(site.content_hash(), site.elements.len(), site.spaces.len()).finish();
+    let schedule_state = ScheduleState::open(schedule_state.bytes()).unwrap();
+    let pose = PoseRecord { map_from_slam: map_from_slam().x_y_yaw(), ..PoseRecord::NONE };
+    let slam_frame = SlamFrame::rigid(&pose);
     let transform = LocalTransform::of(&DeviationInput {
         site: &site,
-        schedule_state: &ScheduleState::open(schedule_state.bytes()).unwrap(),
+        schedule_state: &schedule_state,
         robot: &RobotProfile::DEFAULT,
         map_storey: 0,
         slam: &slam,
         slam_map_hash: 7,
-        map_from_slam: map_from_slam(),
+        slam_frame: &slam_frame,
         about_m: map_from_slam().apply_inverse([6.0, 4.5]),
         covariance: PoseCovariance::from_rows(VARIANCE),
     });
-    places.iter().map(|place| transform.slam_place(*place, 0.3)).collect()
+    places.iter().map(|place| transform.slam_place(*place, 0.3).unwrap()).collect()
 }
 
 /// Places in the rooms, a metre apart.

@@ -30,14 +30,15 @@ impl AlignService {
 
     fn next_task(&mut self, map: Arc<RobotMap>) -> Option<Task> {
         let comparison = self.pending.wanted_comparison;
-        let pose = self.effective_pose().filter(|_| self.pending.begun_comparison < comparison);
+        let pose = self.follower.pose().copied().filter(|_| self.pending.begun_comparison < comparison);
+        let comparable = pose.and_then(|pose| Some((pose, self.slam_frame()?)));
         if let Some((number, search_area)) = self.searches.begin() {
             self.pending.search = false;
             let evidence = self.evidence.clone().filter(|_| !search_area.is_narrowed);
             return Some(Task::Search { map, search_area, asked: Some(number), evidence });
         }
         // Maps that come as fast as they are searched must not keep the site from being compared.
-        if self.pending.search && (pose.is_none() || !self.pending.has_searched) {
+        if self.pending.search && (comparable.is_none() || !self.pending.has_searched) {
             self.pending.search = false;
             let (search_area, evidence) = (self.search_area(), self.evidence.clone());
             return Some(Task::Search { map, search_area, asked: None, evidence });
@@ -45,8 +46,9 @@ impl AlignService {
         if self.pending.refresh {
             return Some(Task::Draw);
         }
-        self.pending.begun_comparison = pose.map_or(self.pending.begun_comparison, |_| comparison);
-        pose.map(|pose| Task::Compare { map, pose, comparison })
+        let (pose, slam_frame) = comparable?;
+        self.pending.begun_comparison = comparison;
+        Some(Task::Compare { map, pose, slam_frame: Box::new(slam_frame), comparison })
     }
 
     /// Takes the result of a job, unless its inputs have been replaced meanwhile: then it is done again.
@@ -212,13 +214,13 @@ impl AlignService {
         if let Some(why) = self.newest.why_incomplete() {
             return impossible(why);
         }
-        let effective = self.validity() == Some(PoseValidity::Effective);
+        let is_comparable = self.slam_frame().is_some();
         let is_waiting = self.validity() == Some(PoseValidity::WaitsForConfirm);
         let is_searching = self.searches.is_waiting() || pending.search || pending.refresh || is_busy;
-        if is_waiting || (!effective && !is_searching) {
+        if is_waiting || (!is_comparable && !is_searching) {
             return impossible(&self.why_not_effective().unwrap_or_default());
         }
-        let is_done = effective && !pending.refresh && wanted <= pending.done_comparison;
+        let is_done = is_comparable && !pending.refresh && wanted <= pending.done_comparison;
         if is_done && self.deviations.last().is_some() {
             return ComparisonState::Done(self.deviations.published());
         }

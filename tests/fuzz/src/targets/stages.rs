@@ -5,11 +5,11 @@ use super::site;
 use alignment::{PreparedMap, References, align_maps};
 use deviations::{DeviationInput, deviations};
 use export::{DeviationExport, ExportInput, deviation_files, files};
-use frames::{PlanTime, PoseCovariance, Rigid2};
+use frames::{PlanTime, PoseCovariance};
 use geometry::LazyFootprint;
 use messages::{
-    ArchiveBuffer, Deviations, Grid, Grids, MissionPlan, RobotProfile, ScheduleState, ScheduleStateBuilder, Site,
-    SlamMap,
+    ArchiveBuffer, Deviations, Grid, Grids, MissionPlan, PoseRecord, RobotProfile, ScheduleState, ScheduleStateBuilder,
+    Site, SlamFrame, SlamMap,
 };
 use occupancy::OccupancyMap;
 use raster::Rasterizer;
@@ -292,7 +292,7 @@ fn compared(site: &Site<'_>, schedule_state: &ArchiveBuffer, map: &OccupancyMap,
         map_storey,
         slam: map,
         slam_map_hash: 1,
-        map_from_slam: Rigid2::new([0.0; 2], 0.0),
+        slam_frame: &SlamFrame::rigid(&PoseRecord::NONE),
         about_m: [2.0, 1.5],
         covariance: PoseCovariance::from_rows([[1e-4, 0.0, 0.0], [0.0, 1e-4, 0.0], [0.0, 0.0, 1e-4]]),
     })

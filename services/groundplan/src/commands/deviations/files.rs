@@ -9,8 +9,10 @@ use crate::date_argument;
 use crate::failure::Failure;
 use ::deviations::{DeviationInput, LocalTransform, deviations};
 use alignment::{AlignmentSources, MaxUncertainty, PlaceHint, PreparedMap, References, SitePlaces, align_maps_within};
-use frames::{Map, PoseCovariance, Rigid2, Slam};
-use messages::{Alignment, AlignmentVerdict, Deviations, RobotProfile, ScheduleState, Site};
+use frames::{PoseCovariance, Rigid2, Slam};
+use messages::{
+    Alignment, AlignmentVerdict, Deviations, PoseRecord, RobotProfile, ScheduleState, Site, SlamFrame, flat,
+};
 use occupancy::OccupancyMap;
 use std::path::Path;
 
@@ -44,7 +46,7 @@ pub(super) fn compare(arguments: &Args, slam: &Path) -> Result<String, Failure> 
             map_storey: pose.map_storey,
             slam: &map,
             slam_map_hash,
-            map_from_slam: pose.map_from_slam,
+            slam_frame: &pose.slam_frame,
             about_m: pose.about_m,
             covariance: pose.covariance,
         };
@@ -59,7 +61,7 @@ pub(super) fn compare(arguments: &Args, slam: &Path) -> Result<String, Failure> 
 /// Where the map lies.
 struct MapPose {
     map_storey: usize,
-    map_from_slam: Rigid2<Map, Slam>,
+    slam_frame: SlamFrame,
     about_m: [f64; 2],
     covariance: PoseCovariance,
 }
@@ -74,12 +76,15 @@ fn known_pose(known: &KnownPose, storey: Option<u32>, site: &Site<'_>, map: &Occ
         )));
     }
     let [place, yaw] = [known.place_m, known.yaw_rad].map(|deviation| deviation * deviation);
-    Ok(MapPose {
-        map_storey,
-        map_from_slam: Rigid2::of_x_y_yaw(known.x_y_yaw),
+    let covariance = PoseCovariance::from_rows([[place, 0.0, 0.0], [0.0, place, 0.0], [0.0, 0.0, yaw]]);
+    let pose = PoseRecord {
+        map_from_slam: known.x_y_yaw,
+        covariance: flat(&covariance),
         about_m: middle_m(map),
-        covariance: PoseCovariance::from_rows([[place, 0.0, 0.0], [0.0, place, 0.0], [0.0, 0.0, yaw]]),
-    })
+        map_storey: map_storey as u32,
+        ..PoseRecord::NONE
+    };
+    Ok(MapPose { map_storey, slam_frame: SlamFrame::rigid(&pose), about_m: pose.about_m, covariance })
 }
 
 /// The middle of a map in its frame.
@@ -118,14 +123,15 @@ fn aligned(
         &found.pose_status(&storeys, MaxUncertainty::in_degrees(f64::INFINITY, f64::INFINITY), None),
         sources,
     );
-    let Some(pose) = found.poses.first().filter(|_| found.verdict == AlignmentVerdict::Accepted) else {
-        let alignment = Alignment::open(archive.bytes()).map_err(Failure::work)?;
+    let alignment = Alignment::open(archive.bytes()).map_err(Failure::work)?;
+    let best = found.poses.first().filter(|_| found.verdict == AlignmentVerdict::Accepted);
+    let Some((pose, slam_frame)) = best.zip(alignment.slam_frame()) else {
         let text = alignment_report::text(&alignment, None);
         return Err(Failure::work(format!("where the map lies is {}", text.trim_end())));
     };
     Ok(MapPose {
         map_storey: storeys[pose.reference] as usize,
-        map_from_slam: pose.map_from_slam,
+        slam_frame,
         about_m: pose.about_m,
         covariance: pose.covariance,
     })
