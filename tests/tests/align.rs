@@ -250,6 +250,9 @@ fn twin_storeys_are_told_apart_by_a_drive_or_by_a_hint_and_a_wrong_hint_accepts_
     assert_eq!((code, &found["storey"], &found["hints"][0]["excluded"]), (Some(0), &0.into(), &1.into()), "{found}");
     let text = std::fs::read_to_string(&pose).unwrap();
     assert!(text.contains("set_initial_pose: true") && text.contains("yaw: 1.57"), "{text}");
+    let (code, found) = align(&twins, &slam, &["--storey", "0"]);
+    let claim = [&found["storey_claim"], &found["storeys_alike"]];
+    assert_eq!((code, claim), (Some(0), [&"given".into(), &serde_json::json!([1])]), "{found}");
     let (code, found) = align(&twins, &slam, &["--elevation", "3"]);
     assert_eq!((code, &found["storey"], &found["decide"]), (Some(0), &1.into(), &Value::Null), "{found}");
     let (code, found) = align(&twins, &slam, &["--start-room", "G.02", "--initial-pose", pose.to_str().unwrap()]);
