@@ -12,8 +12,9 @@ const MAX_STEPS: usize = 60;
 
 /// Motion of the plane taking `From` coordinates to `To` coordinates by rigid motions that were found at places of it.
 ///
-/// Each of them counts with the weight 1 / (s² (d² + b²)⁴) at the distance d, where s is its deviation and b is 2.5 m. So it is smooth everywhere, near places are moved
-/// by their own motion whatever happens far from them, and what lies outside of all is moved by those at the border.
+/// Each of them counts with the weight 1 / (s² (d² + b²)⁴) at the distance d, where s is its deviation and b is 2.5 m. So it is smooth
+/// everywhere, near places are moved by their own motion whatever happens far from them, and what lies outside of all is moved by
+/// those at the border.
 ///
 /// # Source
 /// D. Shepard, "A two-dimensional interpolation function for irregularly-spaced data", 1968.

@@ -1,4 +1,4 @@
-//! Where places of one frame lie in another, between the corners of squares.
+//! Lattice of places: maps places of one frame into another, bilinear between the corners of squares.
 
 /// Where the places of a rectangle lie in another frame: known at the corners of squares, and bilinear between them.
 #[derive(Debug)]

@@ -3,6 +3,7 @@
 use crate::building::Contents;
 use crate::carmen_log::carmen_log;
 use crate::map_files::write_map;
+use crate::output_error::OutputError;
 use crate::random_generator::RandomGenerator;
 use crate::reference::{Reference, repeated_name};
 use crate::robot::odometry::odometry;
@@ -12,7 +13,7 @@ use crate::world::World;
 use rayon::prelude::*;
 use serde::Serialize;
 use std::fmt::Write;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// Drives that are tried for a log before it is left out.
 const MAX_TRIES: u64 = 16;
@@ -35,28 +36,6 @@ pub struct LogOptions {
     pub clutter: Clutter,
     /// The robot stops after this way, in metres.
     pub max_way_m: f64,
-}
-
-/// Errors of logs.
-#[derive(Debug, thiserror::Error)]
-pub enum LogError {
-    /// A file cannot be written.
-    #[error("{} cannot be written", path.display())]
-    Write {
-        /// The file or the folder of the map.
-        path: PathBuf,
-        /// Why.
-        source: std::io::Error,
-    },
-    /// No reference can be simulated.
-    #[error("no reference can be simulated")]
-    NoReference,
-    /// Two references would be written to the same files.
-    #[error("two references are named {name}")]
-    SameName {
-        /// Their name.
-        name: String,
-    },
 }
 
 /// A line of `drives.jsonl`.
@@ -96,25 +75,25 @@ struct LogStrengths {
 ///
 /// # Errors
 /// No references, references of one name, files that cannot be written.
-pub fn write_logs(out: &Path, references: &[Reference], options: &LogOptions) -> Result<Vec<String>, LogError> {
+pub fn write_logs(out: &Path, references: &[Reference], options: &LogOptions) -> Result<Vec<String>, OutputError> {
     if references.is_empty() {
-        return Err(LogError::NoReference);
+        return Err(OutputError::NoReference);
     }
     if let Some(name) = repeated_name(references) {
-        return Err(LogError::SameName { name: name.to_owned() });
+        return Err(OutputError::SameName { name: name.to_owned() });
     }
-    std::fs::create_dir_all(out).map_err(|source| LogError::Write { path: out.to_owned(), source })?;
+    std::fs::create_dir_all(out).map_err(|source| OutputError::Write { path: out.to_owned(), source })?;
     let made: Vec<(String, Option<String>)> = (0..options.count)
         .into_par_iter()
         .map(|index| written(out, index, &references[index % references.len()], options))
-        .collect::<Result<_, LogError>>()?;
+        .collect::<Result<_, OutputError>>()?;
     let text: String = made.iter().filter_map(|(_, line)| Some(format!("{}\n", line.as_ref()?))).collect();
     write_text(&out.join("drives.jsonl"), &text)?;
     Ok(made.into_iter().filter(|(_, line)| line.is_none()).map(|(name, _)| name).collect())
 }
 
-fn write_text(path: &Path, text: &str) -> Result<(), LogError> {
-    std::fs::write(path, text).map_err(|source| LogError::Write { path: path.to_owned(), source })
+fn write_text(path: &Path, text: &str) -> Result<(), OutputError> {
+    std::fs::write(path, text).map_err(|source| OutputError::Write { path: path.to_owned(), source })
 }
 
 /// Simulates one drive and writes its files; its name and its line.
@@ -123,7 +102,7 @@ fn written(
     index: usize,
     reference: &Reference,
     options: &LogOptions,
-) -> Result<(String, Option<String>), LogError> {
+) -> Result<(String, Option<String>), OutputError> {
     let name = format!("{index:04}_{}", reference.name);
     let drawn = (0..MAX_TRIES).find_map(|attempt| {
         let random = RandomGenerator::of(&[options.seed, 3, index as u64, attempt]);
@@ -147,7 +126,7 @@ fn written(
     write_text(&out.join(format!("{name}.log")), &carmen_log(&scanned.scans, &odometry, &strengths.lidar))?;
     write_text(&out.join(format!("{name}-true.csv")), &true_poses(&scanned))?;
     write_map(out, &format!("{name}-reference"), &reference.map)
-        .map_err(|source| LogError::Write { path: out.to_owned(), source })?;
+        .map_err(|source| OutputError::Write { path: out.to_owned(), source })?;
     let line = drive_line(&name, reference, &scanned, drift, &strengths);
     Ok((name, Some(line)))
 }

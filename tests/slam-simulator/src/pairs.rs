@@ -1,6 +1,7 @@
 //! Many pairs of model maps and simulated SLAM maps, as files.
 
 use crate::map_files::write_map;
+use crate::output_error::OutputError;
 use crate::plane::Vector;
 use crate::random_generator::RandomGenerator;
 use crate::reference::{Reference, repeated_name};
@@ -34,23 +35,9 @@ pub struct PairOptions {
 /// Errors of pairs.
 #[derive(Debug, thiserror::Error)]
 pub enum PairError {
-    /// A file cannot be written.
-    #[error("{} cannot be written", path.display())]
-    Write {
-        /// The file or the folder of the map.
-        path: PathBuf,
-        /// Why.
-        source: std::io::Error,
-    },
-    /// No reference can be simulated.
-    #[error("no reference can be simulated")]
-    NoReference,
-    /// Two references would be written to the same files.
-    #[error("two references are named {name}")]
-    SameName {
-        /// Their name.
-        name: String,
-    },
+    /// No references, or files that cannot be written.
+    #[error(transparent)]
+    Output(#[from] OutputError),
     /// Wrong pairs need another building, or a storey that differs.
     #[error("no two references are of different buildings or of storeys that differ")]
     NothingDiffers,
@@ -128,10 +115,10 @@ impl Job<'_> {
 /// No references that fit the options, files that cannot be written.
 pub fn write_pairs(out: &Path, references: &[Reference], options: &PairOptions) -> Result<Vec<String>, PairError> {
     if let Some(name) = repeated_name(references) {
-        return Err(PairError::SameName { name: name.to_owned() });
+        return Err(OutputError::SameName { name: name.to_owned() }.into());
     }
     let jobs = jobs(references, options)?;
-    let fault = |path: PathBuf| move |source| PairError::Write { path, source };
+    let fault = |path: PathBuf| move |source| OutputError::Write { path, source };
     for folder in ["references", "slam"].map(|name| out.join(name)) {
         std::fs::create_dir_all(&folder).map_err(fault(folder))?;
     }
@@ -150,7 +137,7 @@ pub fn write_pairs(out: &Path, references: &[Reference], options: &PairOptions) 
 
 fn jobs<'a>(references: &'a [Reference], options: &PairOptions) -> Result<Vec<Job<'a>>, PairError> {
     if references.is_empty() {
-        return Err(PairError::NoReference);
+        return Err(OutputError::NoReference.into());
     }
     let mut jobs: Vec<Job> = (0..options.count)
         .map(|index| Job { index, drive: &references[index % references.len()], wrong: None })
@@ -206,7 +193,7 @@ fn written(out: &Path, job: &Job, options: &PairOptions) -> Result<(String, Vec<
         let look = is_growing.then_some(Look { drive: &drive, look: k + 1, looks: simulations.len() });
         let pair = if is_growing { format!("{:04}-{:02}_{of}", job.index, k + 1) } else { drive.clone() };
         let folder = out.join("slam");
-        write_map(&folder, &pair, &simulation.slam).map_err(|source| PairError::Write { path: folder, source })?;
+        write_map(&folder, &pair, &simulation.slam).map_err(|source| OutputError::Write { path: folder, source })?;
         let truth = truth(&pair, look, is_growing.then_some(bends_back), job, simulation, &strengths);
         let line = PairLine {
             pair: &pair,
