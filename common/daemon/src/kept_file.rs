@@ -86,7 +86,7 @@ impl KeptFile {
             }
             Sealed::Nothing => found(None, None, true),
             Sealed::Intact(content) => found(Some(content), None, true),
-            Sealed::OfEarlierVersion(content) => found(Some(content), None, false),
+            Sealed::Unfinished(content) | Sealed::OfEarlierVersion(content) => found(Some(content), None, false),
             Sealed::Mended(content, finding) => found(Some(content), Some(finding), false),
             Sealed::Damaged(why) => Err(io::Error::new(io::ErrorKind::InvalidData, why)),
         }

@@ -21,10 +21,28 @@ const LEFT_AFTER: Duration = Duration::from_secs(3_600);
 /// # Errors
 /// The file system refuses; the file stays as it was, and nothing stays beside it.
 pub fn write_durably(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    write_ahead(path, bytes)?;
+    File::open(folder_of(path))?.sync_all()
+}
+
+/// Writes a file that [`rename_durably`] gives its name: its bytes are on disk when this returns, its name when the next file of
+/// its folder is written durably.
+///
+/// # Errors
+/// The file system refuses.
+pub(crate) fn write_ahead(path: &Path, bytes: &[u8]) -> io::Result<()> {
     let beside = written_beside(path, bytes)?;
     beside.as_file().sync_all()?;
-    beside.persist(path).map_err(|e| e.error)?;
-    File::open(folder_of(path))?.sync_all()
+    beside.persist(path).map(drop).map_err(|e| e.error)
+}
+
+/// Renames a file in its folder: when this returns that is on disk.
+///
+/// # Errors
+/// The file system refuses.
+pub(crate) fn rename_durably(from: &Path, to: &Path) -> io::Result<()> {
+    fs::rename(from, to)?;
+    File::open(folder_of(to))?.sync_all()
 }
 
 /// Replaces a file whole, for readers that must not meet half of it. It may be lost in a power cut.

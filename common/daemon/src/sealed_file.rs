@@ -1,10 +1,12 @@
 //! Files that are kept twice: as people and programs read them, and sealed beside with a hash.
 //!
-//! The sealed file is `NAME.sealed`: a line with the SHA-256 of the content, and the content. It is written last, and what it
-//! says counts. Any damage of one of the two files, also its removal, is mended from the other. A file without a sealed one is
-//! of an earlier version.
+//! The sealed file is `NAME.sealed`: a line with the SHA-256 of the content, and the content. What it says counts. Any damage of
+//! one of the two files, also its removal, is mended from the other. A file without a sealed one is of an earlier version.
+//!
+//! The next sealed file is written first, as `NAME.next`; then the open one is replaced, and `NAME.next` becomes the sealed one.
+//! An open file that is as `NAME.next` says was not changed by anybody: its writer died between the two.
 
-use crate::replaced_file::write_durably;
+use crate::replaced_file::{rename_durably, write_ahead, write_durably};
 use sha2::{Digest, Sha256};
 use std::ffi::OsString;
 use std::fs;
@@ -18,6 +20,8 @@ pub(crate) enum Sealed {
     Nothing,
     /// The content, as both have it.
     Intact(Vec<u8>),
+    /// The content of a writer that died before it was sealed.
+    Unfinished(Vec<u8>),
     /// The content, as an earlier version wrote it: there is no sealed file.
     OfEarlierVersion(Vec<u8>),
     /// The content of the file that is intact, and a sentence about the other.
@@ -26,13 +30,15 @@ pub(crate) enum Sealed {
     Damaged(String),
 }
 
-/// Replaces both files: when this returns they are on disk. After a death between the two the earlier content counts.
+/// Replaces both files: when this returns they are on disk. After a death on the way either content counts, and nothing is told.
 ///
 /// # Errors
-/// The file system refuses; the earlier content counts.
+/// The file system refuses.
 pub(crate) fn write_sealed(path: &Path, content: &[u8]) -> io::Result<()> {
+    let next = next_path(path);
+    write_ahead(&next, &[hash_line(content).as_bytes(), content].concat())?;
     write_durably(path, content)?;
-    write_durably(&sealed_path(path), &[hash_line(content).as_bytes(), content].concat())
+    rename_durably(&next, &sealed_path(path))
 }
 
 /// What was written last. Nothing is written.
@@ -40,26 +46,62 @@ pub(crate) fn write_sealed(path: &Path, content: &[u8]) -> io::Result<()> {
 /// # Errors
 /// The file system refuses.
 pub(crate) fn read_sealed(path: &Path) -> io::Result<Sealed> {
-    let sealed_path = sealed_path(path);
-    let (open, sealed) = (existing(path)?, existing(&sealed_path)?);
-    let name = path.display();
-    let (line, content) = match (&open, &sealed) {
-        (None, None) => return Ok(Sealed::Nothing),
-        (Some(open), None) => return Ok(Sealed::OfEarlierVersion(open.clone())),
-        (_, Some(sealed)) => split(sealed),
-    };
-    let is_sealed = |content: &[u8]| hash_line(content).as_bytes() == line;
-    Ok(match open {
-        Some(open) if is_sealed(&open) && open == content => Sealed::Intact(open),
-        open if is_sealed(content) => {
-            let what = if open.is_some() { "was changed or damaged" } else { "was removed" };
-            Sealed::Mended(content.to_vec(), format!("state {name} {what}: what was saved last stays"))
+    let mut files = Files::read(path)?;
+    // While another process writes they may disagree: what is told of them was read twice.
+    loop {
+        let sealed = files.sealed(path);
+        if matches!(sealed, Sealed::Intact(_)) {
+            return Ok(sealed);
         }
-        Some(open) if is_sealed(&open) || (open == content && is_hash_line(line)) => {
-            Sealed::Mended(open, format!("state {} was damaged: what was saved last stays", sealed_path.display()))
+        let again = Files::read(path)?;
+        if again == files {
+            return Ok(sealed);
         }
-        _ => Sealed::Damaged(format!("neither it nor {} is what was saved", sealed_path.display())),
-    })
+        files = again;
+    }
+}
+
+/// The bytes of the three files; `None` for one that is not there.
+#[derive(PartialEq)]
+struct Files {
+    open: Option<Vec<u8>>,
+    sealed: Option<Vec<u8>>,
+    next: Option<Vec<u8>>,
+}
+
+impl Files {
+    fn read(path: &Path) -> io::Result<Self> {
+        Ok(Self { open: existing(path)?, sealed: existing(&sealed_path(path))?, next: existing(&next_path(path))? })
+    }
+
+    /// What they say of the file of this path.
+    fn sealed(&self, path: &Path) -> Sealed {
+        let (line, content) = match (&self.open, &self.sealed) {
+            (None, None) => return Sealed::Nothing,
+            (Some(open), None) if !self.is_next(open) => return Sealed::OfEarlierVersion(open.clone()),
+            (_, sealed) => split(sealed.as_deref().unwrap_or_default()),
+        };
+        let is_sealed = |content: &[u8]| hash_line(content).as_bytes() == line;
+        match &self.open {
+            Some(open) if is_sealed(open) && open == content => Sealed::Intact(open.clone()),
+            Some(open) if self.is_next(open) => Sealed::Unfinished(open.clone()),
+            open if is_sealed(content) => {
+                let what = if open.is_some() { "was changed or damaged" } else { "was removed" };
+                Sealed::Mended(content.to_vec(), format!("state {} {what}: what was saved last stays", path.display()))
+            }
+            Some(open) if is_sealed(open) || (open == content && is_hash_line(line)) => {
+                let name = sealed_path(path);
+                Sealed::Mended(open.clone(), format!("state {} was damaged: what was saved last stays", name.display()))
+            }
+            _ => Sealed::Damaged(format!("neither it nor {} is what was saved", sealed_path(path).display())),
+        }
+    }
+
+    /// True if the open file is what its writer was about to seal.
+    fn is_next(&self, open: &[u8]) -> bool {
+        let Some((line, content)) = self.next.as_deref().map(split) else { return false };
+        open == content && hash_line(content).as_bytes() == line
+    }
 }
 
 /// The content of a file that another daemon may write at this moment: what it wrote last counts.
@@ -69,18 +111,21 @@ pub(crate) fn read_sealed(path: &Path) -> io::Result<Sealed> {
 pub(crate) fn sealed_content(path: &Path) -> io::Result<Vec<u8>> {
     match read_sealed(path)? {
         Sealed::Nothing => Err(io::ErrorKind::NotFound.into()),
-        Sealed::Intact(content) | Sealed::OfEarlierVersion(content) | Sealed::Mended(content, _) => Ok(content),
+        Sealed::Intact(content)
+        | Sealed::Unfinished(content)
+        | Sealed::OfEarlierVersion(content)
+        | Sealed::Mended(content, _) => Ok(content),
         Sealed::Damaged(why) => Err(io::Error::new(io::ErrorKind::InvalidData, why)),
     }
 }
 
-/// Removes both files, if they are there.
+/// Removes the files, if they are there.
 ///
 /// # Errors
 /// The file system refuses.
 pub(crate) fn remove_sealed(path: &Path) -> io::Result<()> {
     // What is sealed would bring the other one back.
-    for path in [&sealed_path(path), path] {
+    for path in [&next_path(path), &sealed_path(path), path] {
         match fs::remove_file(path) {
             Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
             _ => {}
@@ -91,8 +136,17 @@ pub(crate) fn remove_sealed(path: &Path) -> io::Result<()> {
 
 /// The sealed file of a file.
 pub(crate) fn sealed_path(path: &Path) -> PathBuf {
+    with_suffix(path, ".sealed")
+}
+
+/// What the sealed file is until the open one is replaced.
+fn next_path(path: &Path) -> PathBuf {
+    with_suffix(path, ".next")
+}
+
+fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
     let mut name = OsString::from(path);
-    name.push(".sealed");
+    name.push(suffix);
     PathBuf::from(name)
 }
 
@@ -157,6 +211,56 @@ mod tests {
         assert!(content == b"new" && why.contains("was removed"), "{why}");
         remove_sealed(&path).unwrap();
         assert_eq!(read_sealed(&path).unwrap(), Sealed::Nothing);
+    }
+
+    /// The files of a state in which a writer of "new" died after so many of its steps; "old" was saved before.
+    fn died_after(steps: usize) -> (tempfile::TempDir, PathBuf) {
+        let home = tempfile::tempdir().unwrap();
+        let path = home.path().join("plan_time.json");
+        write_sealed(&path, b"old").unwrap();
+        let writes: [&dyn Fn(); 3] = [
+            &|| write_ahead(&next_path(&path), &[hash_line(b"new").as_bytes(), b"new"].concat()).unwrap(),
+            &|| write_durably(&path, b"new").unwrap(),
+            &|| rename_durably(&next_path(&path), &sealed_path(&path)).unwrap(),
+        ];
+        writes[..steps].iter().for_each(|write| write());
+        (home, path)
+    }
+
+    #[test]
+    fn a_writer_that_dies_at_any_step_leaves_no_damage_to_tell_of() {
+        let old_and_new = [0, 1, 2, 3].map(|steps| {
+            let (_home, path) = died_after(steps);
+            read_sealed(&path).unwrap()
+        });
+        let content = |content: &[u8]| content.to_vec();
+        let (old, new) = (Sealed::Intact(content(b"old")), Sealed::Intact(content(b"new")));
+        assert_eq!(old_and_new, [old.clone(), old, Sealed::Unfinished(content(b"new")), new]);
+    }
+
+    #[test]
+    fn what_somebody_writes_after_such_a_death_is_told() {
+        for steps in [1, 2] {
+            let (_home, path) = died_after(steps);
+            fs::write(&path, "by hand").unwrap();
+            let Sealed::Mended(content, why) = read_sealed(&path).unwrap() else { panic!("{steps}") };
+            assert!(content == b"old" && why.contains("was changed"), "{why}");
+        }
+    }
+
+    #[test]
+    fn a_reader_beside_a_writer_never_tells_of_damage() {
+        let home = tempfile::tempdir().unwrap();
+        let path = home.path().join("plan_time.json");
+        write_sealed(&path, b"0").unwrap();
+        std::thread::scope(|scope| {
+            let writer =
+                scope.spawn(|| (1..200).for_each(|n: u32| write_sealed(&path, n.to_string().as_bytes()).unwrap()));
+            while !writer.is_finished() {
+                let read = read_sealed(&path).unwrap();
+                assert!(matches!(read, Sealed::Intact(_) | Sealed::Unfinished(_)), "{read:?}");
+            }
+        });
     }
 
     proptest! {

@@ -85,7 +85,9 @@ impl MapStore {
         let needed: Vec<String> = content_hashes.iter().flat_map(|hash| names(*hash)).collect();
         let entries = fs::read_dir(&self.folder).into_iter().flatten().flatten();
         let entries = entries.filter_map(|entry| entry.file_name().into_string().ok());
-        let copies = entries.map(|name| name.strip_suffix(".sealed").unwrap_or(&name).to_owned());
+        let stem =
+            |name: &str| [".sealed", ".next"].iter().find_map(|suffix| name.strip_suffix(suffix)).map(str::to_owned);
+        let copies = entries.map(|name| stem(&name).unwrap_or(name));
         let copies: BTreeSet<String> = copies.filter(|name| name.starts_with(PREFIX)).collect();
         for name in copies.into_iter().filter(|name| !needed.contains(name)) {
             // What cannot be removed is named by no state, and does no harm.
