@@ -9,6 +9,7 @@ use crate::reference::{Reference, repeated_name};
 use crate::robot::odometry::odometry;
 use crate::scanned_drive::{Pace, ScannedDrive, scanned_drive};
 use crate::strengths::{Clutter, Lidar, Strengths};
+use crate::uniqueness::is_unique;
 use crate::world::World;
 use rayon::prelude::*;
 use serde::Serialize;
@@ -50,6 +51,8 @@ struct DriveLine<'a> {
     scans: usize,
     /// Share of the reachable floor to which the robot came.
     covered: f64,
+    /// True if the walls that the robot saw fit the model in one pose only.
+    is_unique: bool,
     /// What is in the building and not in the model.
     #[serde(flatten)]
     contents: &'a Contents,
@@ -117,17 +120,17 @@ fn written(
             max_way_m: options.max_way_m,
         };
         let scanned = scanned_drive(World::of(&reference.grid), reference, &strengths, pace, &random, |_| ())?;
-        scanned.visible_walls(reference, scanned.scans.len())?;
+        let is_unique = is_unique(reference, &scanned.visible_walls(reference, scanned.scans.len())?);
         let drift = of_log.between(DRIFT_SHARE[0], DRIFT_SHARE[1]);
         let odometry = odometry(&scanned.drive, drift, &mut random.part("odometry"));
-        Some((strengths, scanned, drift, odometry))
+        Some((strengths, scanned, is_unique, drift, odometry))
     });
-    let Some((strengths, scanned, drift, odometry)) = drawn else { return Ok((name, None)) };
+    let Some((strengths, scanned, is_unique, drift, odometry)) = drawn else { return Ok((name, None)) };
     write_text(&out.join(format!("{name}.log")), &carmen_log(&scanned.scans, &odometry, &strengths.lidar))?;
     write_text(&out.join(format!("{name}-true.csv")), &true_poses(&scanned))?;
     write_map(out, &format!("{name}-reference"), &reference.map)
         .map_err(|source| OutputError::Write { path: out.to_owned(), source })?;
-    let line = drive_line(&name, reference, &scanned, drift, &strengths);
+    let line = drive_line(&name, reference, &scanned, is_unique, drift, &strengths);
     Ok((name, Some(line)))
 }
 
@@ -144,6 +147,7 @@ fn drive_line(
     name: &str,
     reference: &Reference,
     scanned: &ScannedDrive,
+    is_unique: bool,
     odometry_drift: f64,
     strengths: &Strengths,
 ) -> String {
@@ -155,6 +159,7 @@ fn drive_line(
         way_m: last(&scanned.drive.way_m),
         scans: scanned.scans.len(),
         covered: last(&scanned.drive.covered),
+        is_unique,
         contents: &scanned.contents,
         strengths: &LogStrengths {
             clutter: strengths.clutter,
