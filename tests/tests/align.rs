@@ -164,6 +164,18 @@ fn lengths_that_are_wrong_are_found_when_nobody_vouches_for_them() {
     let scale = found["scale"].as_f64().unwrap();
     // The walls of the lift shaft have one side on the localization map, and two on the robot's.
     assert!((scale - 1.004).abs() < 0.003, "{found}");
+    std::fs::write(&slam, text.replace("resolution: 0.05", "resolution: 0.051")).unwrap();
+    let (_, found) = align(&maps.path(), &slam, &[]);
+    assert_eq!(found["verdict"], "accepted", "{found}");
+    // The building is 24 m long: 2 % of half of it.
+    let off_m = found["off_by_scale_m"].as_f64().unwrap();
+    assert!((0.15..0.35).contains(&off_m), "{found}");
+    let told = groundplan(&[&"align", &"--reference", &maps.path(), &"--slam", &slam]);
+    let told = String::from_utf8_lossy(&told.stdout);
+    assert!(
+        told.contains(&format!("{off_m:.2} m off at the ends of the map")) && told.contains("--free-scale"),
+        "{told}"
+    );
 }
 
 #[test]

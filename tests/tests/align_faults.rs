@@ -34,6 +34,13 @@ fn redraw(slam: &Path, moved: impl Fn(usize, usize) -> [i64; 2], changed: impl F
     std::fs::write(&pgm, grid::encode_pgm(width, &redrawn)).unwrap();
 }
 
+/// Where the planning map of a storey begins, in cells.
+fn origin_cells(maps: &Maps, storey: usize) -> [i64; 2] {
+    let directory = maps.manifest["storeys"][storey]["directory"].as_str().unwrap();
+    let map = OccupancyMap::read(&maps.path().join(directory).join("planning.yaml")).unwrap();
+    [map.origin[0], map.origin[1]].map(|metres| (metres / map.resolution_m).round() as i64)
+}
+
 fn same(column: usize, row: usize) -> [i64; 2] {
     [column as i64, row as i64]
 }
@@ -168,6 +175,31 @@ fn a_mirrored_map_is_told() {
     let (code, found) = align(&maps.path(), &slam, &[]);
     assert_eq!((code, found["verdict"].as_str()), (Some(1), Some("refused")), "{found}");
     assert!(found["reason"].as_str().unwrap().contains("left and right exchanged"), "{found}");
+}
+
+#[test]
+fn a_map_of_two_storeys_is_told() {
+    let home = tempfile::tempdir().unwrap();
+    let (maps, slam) = robots_map(home.path());
+    // The robot took the lift: a part of the upper floor lies over the ground floor.
+    let home_above = tempfile::tempdir().unwrap();
+    let above = turned_map(&maps, 1, home_above.path());
+    let read = |slam: &Path| grid::decode_pgm(&std::fs::read(slam.with_extension("pgm")).unwrap()).unwrap();
+    let ((width, height, mut pixels), (width_above, _, above)) = (read(&slam), read(&above));
+    // Columns of a turned map go along y, rows along x.
+    let [[x, y], [x_above, y_above]] = [0, 1].map(|storey| origin_cells(&maps, storey));
+    for (at, pixel) in above.into_iter().enumerate().filter(|(_, pixel)| *pixel != grid::UNKNOWN) {
+        let column = at as i64 % width_above as i64 + y_above - y;
+        let row = at as i64 / width_above as i64 + x_above - x;
+        if (0..width as i64).contains(&column) && (height as i64 / 2..height as i64).contains(&row) {
+            pixels[row as usize * width + column as usize] = pixel;
+        }
+    }
+    std::fs::write(slam.with_extension("pgm"), grid::encode_pgm(width, &pixels)).unwrap();
+    let (_, found) = align(&maps.path(), &slam, &[]);
+    let reason = found["reason"].as_str().unwrap();
+    assert!(reason.contains("storey 1") && reason.contains("storey 0") && reason.contains("a map for each"), "{found}");
+    assert!(text(&maps.path(), &slam).contains(reason));
 }
 
 #[test]

@@ -181,7 +181,7 @@ impl<'a> Alignment<'a> {
         (self.head.is_waiting == 1).then_some(&self.head.waiting)
     }
 
-    /// Why the map that was searched last is not accepted; empty if it is.
+    /// Why the map that was searched last is not accepted, and what is wrong with it, which may also be said of one that is; else empty.
     pub fn reason(&self) -> &'a str {
         self.text(self.head.reason)
     }

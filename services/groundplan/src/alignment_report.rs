@@ -50,6 +50,7 @@ pub(crate) fn document(alignment: &Alignment<'_>, robot_m: Option<[f64; 2]>, mut
         "score": counting.or(alignment.candidates.first()).map(|p| p.evidence.score),
         "scale": head.scale,
         "scale_deviation": head.scale_deviation,
+        "off_by_scale_m": off_by_scale_m(alignment, counting).map(rounded),
         "waiting": waiting,
         "candidates": candidates,
         "change": alignment.change(),
@@ -148,11 +149,13 @@ pub(crate) fn text(alignment: &Alignment<'_>, robot_m: Option<[f64; 2]>) -> Stri
         };
         let (scale, deviation) = (alignment.head.scale, alignment.head.scale_deviation);
         if (Scale { value: scale, deviation }).is_off() {
-            let per_10_m = 10.0 * (scale - 1.0).abs();
+            let off = match off_by_scale_m(alignment, Some(pose)) {
+                Some(ends_m) => format!("{ends_m:.2} m off at the ends of the map"),
+                None => format!("{:.2} m off in 10 m", 10.0 * (scale - 1.0).abs()),
+            };
             let _ = writeln!(
                 out,
-                "  lengths of the SLAM map are {scale:.4} of the model's (+-{deviation:.4}): {per_10_m:.2} m off in 10 m; --free-scale \
-                 corrects them"
+                "  lengths of the SLAM map are {scale:.4} of the model's (+-{deviation:.4}): {off}; --free-scale corrects them"
             );
         }
     }
@@ -211,6 +214,16 @@ fn why_uncertain(alignment: &Alignment<'_>, robot_m: Option<[f64; 2]>) -> String
     }
     let held = pose.map_or_else(String::new, |pose| format!(" to {} only", uncertainty(&pose)));
     format!("the walls that the SLAM map shows hold it{held}, less well than max_uncertainty asks for")
+}
+
+/// How far lengths that are not the model's put the ends of a SLAM map off that lies right in its middle, in metres; `None` if they are the
+/// model's, or where the map is not known from place to place.
+fn off_by_scale_m(alignment: &Alignment<'_>, pose: Option<&PoseRecord>) -> Option<f64> {
+    let (value, deviation) = (alignment.head.scale, alignment.head.scale_deviation);
+    let (pose, local_poses) = pose.zip(alignment.local_poses)?;
+    let from_middle_m = |[x, y]: [f64; 2]| libm::hypot(x - pose.about_m[0], y - pose.about_m[1]);
+    let ends_m = local_poses.parts.iter().map(|part| from_middle_m(part.about_m)).fold(0.0, f64::max);
+    (Scale { value, deviation }).is_off().then_some((value - 1.0).abs() * ends_m)
 }
 
 /// How well a pose is known, and for which part of the SLAM map it holds.

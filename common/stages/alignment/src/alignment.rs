@@ -71,7 +71,7 @@ impl AlignedPose {
 pub struct Alignment {
     /// The verdict.
     pub verdict: AlignmentVerdict,
-    /// The reason if not accepted, else empty.
+    /// Why it is not accepted, and what is wrong with the SLAM map, which may also be said of one that is; else empty.
     pub reason: String,
     /// Probability that the best pose is wrong: another one is right, or the building is another.
     pub wrong_probability: f64,
@@ -137,7 +137,8 @@ pub fn align_maps(
     hint: Option<&Hint>,
 ) -> Alignment {
     let found = judged(references, slam, &candidates_of(references, &[], slam, hint, None));
-    if hint.is_none() { found.with_faults(references, slam) } else { found }
+    let found = if hint.is_none() { found.with_faults(references, slam) } else { found };
+    found.with_storeys(references, &[], slam)
 }
 
 /// The same anywhere, without a word on what is wrong with the map.

@@ -89,6 +89,7 @@ mod place_hints;
 mod reference;
 mod scale_search;
 mod site_places;
+mod storeys_in_map;
 
 mod follower;
 

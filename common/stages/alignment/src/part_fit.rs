@@ -248,13 +248,15 @@ fn thinned<'w>(wall_points: impl Iterator<Item = &'w WallPoint>) -> Vec<WallPoin
 
 /// Length of the walls that the reference has, by weight.
 fn explained_m(reference: &Features, points: &[WallPoint], pose: &Pose) -> f64 {
-    let is_explained = |point: &&WallPoint| {
-        let normal = pose.rotate(point.normal);
-        reference.nearest(pose.apply(point.at)).is_some_and(|(nearest, squared)| {
-            squared <= EXPLAINED_M * EXPLAINED_M && dot(normal, nearest.normal) > AGREEMENT
-        })
-    };
-    points.iter().filter(is_explained).map(|point| point.weight).sum::<f64>() * CELL_M
+    points.iter().filter(|point| is_explained(reference, point, pose)).map(|point| point.weight).sum::<f64>() * CELL_M
+}
+
+/// True if the reference has a wall of the SLAM map where the pose puts it.
+pub(crate) fn is_explained(reference: &Features, point: &WallPoint, pose: &Pose) -> bool {
+    let normal = pose.rotate(point.normal);
+    reference.nearest(pose.apply(point.at)).is_some_and(|(nearest, squared)| {
+        squared <= EXPLAINED_M * EXPLAINED_M && dot(normal, nearest.normal) > AGREEMENT
+    })
 }
 
 fn square(at: [f64; 2]) -> [i64; 2] {

@@ -105,6 +105,7 @@ pub fn align_maps_within(
     if hint.is_none() && place_hints.is_empty() {
         alignment = alignment.with_faults(references, slam);
     }
+    alignment = alignment.with_storeys(references, storeys, slam);
     let best_of_all = best(&kept).max(best(&excluded));
     let fits_as_well = |found: &&(usize, Candidate)| found.1.evidence.log_odds >= best_of_all - RIVAL_LEAD;
     let exclusion = |place_hint: &PlaceHint| {

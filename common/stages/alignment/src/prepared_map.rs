@@ -4,7 +4,7 @@ use crate::features::Features;
 use crate::pose::{Cells, Pose};
 use crate::wall_points::Surfaces;
 use frames::{Map, Rigid2, Slam};
-use occupancy::{CELL_M, OccupancyMap, Raster};
+use occupancy::{CELL_M, Cell, OccupancyMap, Raster};
 
 /// A map that is ready to be compared; `Frame` is that of the model's map or of the robot's.
 pub struct PreparedMap<Frame> {
@@ -24,7 +24,23 @@ impl PreparedMap<Slam> {
     pub(crate) fn mirrored(&self) -> Self {
         let raster = &self.features.raster;
         let rows = raster.cells.chunks_exact(raster.width.max(1));
-        let cells = rows.flat_map(|row| row.iter().rev().copied()).collect();
+        self.with_cells(rows.flat_map(|row| row.iter().rev().copied()).collect())
+    }
+
+    /// The part of the map whose places, in its frame, are in: nothing is known of the others.
+    pub(crate) fn within(&self, is_in: impl Fn([f64; 2]) -> bool) -> Self {
+        let raster = &self.features.raster;
+        let is_kept = |index: usize| is_in(self.frame_from_cells.apply(raster.middle(index)));
+        let cells = raster.cells.iter().enumerate();
+        self.with_cells(
+            cells
+                .map(|(index, cell)| if *cell == Cell::Unknown || is_kept(index) { *cell } else { Cell::Unknown })
+                .collect(),
+        )
+    }
+
+    fn with_cells(&self, cells: Vec<Cell>) -> Self {
+        let raster = &self.features.raster;
         let surfaces = Surfaces { depth_m: raster.coarseness * CELL_M / 2.0, are_whole: false };
         let features = Features::of(Raster { cells, ..raster.clone() }, surfaces);
         Self { features, frame_from_cells: self.frame_from_cells }
