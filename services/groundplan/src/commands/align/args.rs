@@ -100,7 +100,8 @@ out, and the answer has the outline of that part, its share of the walls, how fa
 much that is not known (`holds`). --robot X Y asks for the pose where the robot is.
 
 One map alone tells nothing about the storey (`storey_claim`: not_tested); with the folder of all it is tested, and with
---storey it is as given, unless another one fits clearly better; those that fit as well are named (`storeys_alike`).
+--storey it is as given, unless another one fits clearly better; those that fit as well are named (`storeys_alike`), also where
+another hint excludes them: then the storey is as given, too.
 
 --storey, --start-room, --at, --elevation and --portal exclude poses that contradict them; the answer says how many. Where the
 map fits clearly better in a pose that is excluded, none is accepted: the hint may be wrong.

@@ -88,6 +88,7 @@ pub(super) fn align(arguments: &Args, reference: &Path, slam: &Path) -> Result<O
         write_durably(path, &image).map_err(|error| Failure::work(format!("{}: {error}", path.display())))?;
     }
     let alike = storeys_alike(&found, alignment.pose().map(|pose| pose.map_storey));
+    let claim = claim.after_hints(&alike);
     let text = if arguments.json {
         let inputs = json!({"reference_sha256": sha256(reference)?, "slam_sha256": sha256(slam)?});
         let mut document = alignment_report::document(&alignment, arguments.robot_m(), inputs);

@@ -7,13 +7,22 @@ use messages::{Alignment, PoseValidity};
 pub(super) enum StoreyClaim {
     /// There was one map: the robot may as well be on another storey.
     NotTested,
-    /// A person said it; the other storeys were looked at, none fits clearly better, and those that fit alike are named.
+    /// Hints said it, as `--storey`, a room or an elevation; the other storeys were looked at, none fits clearly better, and those that
+    /// fit alike are named.
     Given,
     /// All storeys were compared.
     Tested,
 }
 
 impl StoreyClaim {
+    /// The claim where hints exclude these storeys, on which the map fits about as well: the map alone would not tell.
+    pub(super) fn after_hints(self, alike: &[u32]) -> Self {
+        match self {
+            Self::Tested if !alike.is_empty() => Self::Given,
+            other => other,
+        }
+    }
+
     /// Its name in files.
     pub(super) fn name(self) -> &'static str {
         match self {
@@ -37,7 +46,7 @@ impl StoreyClaim {
             Self::Given => {
                 let alike: Vec<String> = alike.iter().map(u32::to_string).collect();
                 format!(
-                    "  storey as given, and not known from the map: it fits about as well on storey {}; only --storey says that it is not \
+                    "  storey as given, and not known from the map: it fits about as well on storey {}; only hints say that it is not \
                      there\n",
                     alike.join(", ")
                 )
