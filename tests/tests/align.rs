@@ -267,7 +267,11 @@ fn twin_storeys_are_told_apart_by_a_drive_or_by_a_hint_and_a_wrong_hint_accepts_
     assert_eq!((code, claim), (Some(0), [&"given".into(), &serde_json::json!([1])]), "{found}");
     let (code, found) = align(&twins, &slam, &["--elevation", "3"]);
     assert_eq!((code, &found["storey"], &found["decide"]), (Some(0), &1.into(), &Value::Null), "{found}");
-    assert_eq!((&found["storey_claim"], &found["storeys_alike"]), (&"given".into(), &serde_json::json!([0])), "{found}");
+    assert_eq!(
+        (&found["storey_claim"], &found["storeys_alike"]),
+        (&"given".into(), &serde_json::json!([0])),
+        "{found}"
+    );
     let (code, found) = align(&twins, &slam, &["--start-room", "G.02", "--initial-pose", pose.to_str().unwrap()]);
     assert_eq!((code, found["verdict"].as_str()), (Some(1), Some("refused")), "{found}");
     assert!(!pose.exists() && home.path().join("amcl.yaml.stale").exists());

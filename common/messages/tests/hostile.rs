@@ -9,25 +9,13 @@ use messages::{
     SiteBuilder, TaskConstraintKind, TaskConstraintRecord, TaskRecord, TaskUncertaintyRecord,
 };
 use proptest::prelude::*;
-use support::{
-    alignment, alignment_evidence, deviations, grid, grids, mission_plan, reseal, schedule_state, site, slam_map, walk,
-};
+use support::{alignment, deviations, every_archive, grid, grids, mission_plan, reseal, schedule_state, site, walk};
 
 /// Miri takes a thousand times as long.
 const CASES: u32 = if cfg!(miri) { 6 } else { 20_000 };
 
 fn archive() -> impl Strategy<Value = ArchiveBuffer> {
-    prop::sample::select(vec![
-        site(),
-        schedule_state(),
-        grid(),
-        grids(),
-        mission_plan(),
-        slam_map(),
-        alignment(),
-        alignment_evidence(),
-        deviations(),
-    ])
+    prop::sample::select(every_archive().to_vec())
 }
 
 /// What tends to hurt.
@@ -41,8 +29,7 @@ fn word() -> impl Strategy<Value = u32> {
 
 #[test]
 fn whole_archives_are_read_to_the_end() {
-    let poses = [alignment(), alignment_evidence(), deviations()];
-    for archive in [site(), schedule_state(), grid(), grids(), mission_plan(), slam_map()].into_iter().chain(poses) {
+    for archive in every_archive() {
         assert!(walk(archive.bytes()) > 4);
         let mut again = archive.clone();
         reseal(again.bytes_mut());

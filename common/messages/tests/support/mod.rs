@@ -70,32 +70,53 @@ pub(crate) fn site() -> ArchiveBuffer {
     let diagnostic = diagnostic(&mut b.texts);
     b.diagnostics.push(diagnostic);
     b.boundaries.push(BoundaryRecord { space: 0, element: 1 });
+    b.schedule = work_schedule(text);
+    b.finish()
+}
+
+/// Two tasks in another, with a record of each kind.
+fn work_schedule(text: Text) -> WorkScheduleRecords {
+    let mut schedule = WorkScheduleRecords::default();
     let task = TaskRecord { name: text.into(), parent: NONE, control: NONE, calendar: NONE, ..Zeroable::zeroed() };
-    b.schedule.tasks = vec![task, TaskRecord { parent: 0, ..task }, TaskRecord { parent: 1, ..task }];
+    schedule.tasks = vec![task, TaskRecord { parent: 0, ..task }, TaskRecord { parent: 1, ..task }];
     let kind = SequenceKind::FinishStart.into();
-    b.schedule.sequences.push(SequenceRecord {
+    schedule.sequences.push(SequenceRecord {
         global_id: text.into(),
         successor: 1,
         kind,
         lag_calendar: NONE,
         ..Zeroable::zeroed()
     });
-    b.schedule.task_links.push(TaskLinkRecord { task: 0, kind: LinkKind::Element.into(), target: 1, flags: 0 });
+    schedule.task_links.push(TaskLinkRecord { task: 0, kind: LinkKind::Element.into(), target: 1, flags: 0 });
     let kind = TaskConstraintKind::StartNotEarlierThan.into();
-    b.schedule.constraints.push(TaskConstraintRecord { task: 1, kind, ..Zeroable::zeroed() });
+    schedule.constraints.push(TaskConstraintRecord { task: 1, kind, ..Zeroable::zeroed() });
     let date = CivilDate { at_s: 1_709_539_200, offset_s: Some(3_600), is_day: false };
-    b.schedule.dates.push(ScheduleDateRecord::new(date, ScheduleDateKind::ScheduleStart, 1));
-    b.schedule.calendars.push(CalendarRecord::zeroed());
-    b.schedule.assignments.push(TaskAssignmentRecord { duration_s: 3_600, task: 1, calendar: 0 });
-    b.schedule.durations.push(TaskDurationRecord { duration_s: 3_600, task: 1, reserved: 0 });
-    b.schedule.uncertainties.push(TaskUncertaintyRecord {
+    schedule.dates.push(ScheduleDateRecord::new(date, ScheduleDateKind::ScheduleStart, 1));
+    schedule.calendars.push(CalendarRecord::zeroed());
+    schedule.assignments.push(TaskAssignmentRecord { duration_s: 3_600, task: 1, calendar: 0 });
+    schedule.durations.push(TaskDurationRecord { duration_s: 3_600, task: 1, reserved: 0 });
+    schedule.uncertainties.push(TaskUncertaintyRecord {
         duration_optimistic_s: 3_600,
         duration_likely_s: 7_200,
         duration_pessimistic_s: 14_400,
         task: 1,
         is_elapsed: 0,
     });
-    b.schedule.work_times.push(WorkTimeRecord { kind: RecurrenceKind::Weekly.into(), ..Zeroable::zeroed() });
+    schedule.work_times.push(WorkTimeRecord { kind: RecurrenceKind::Weekly.into(), ..Zeroable::zeroed() });
+    schedule
+}
+
+/// The tasks of a file that work on the site.
+pub(crate) fn tasks() -> ArchiveBuffer {
+    let archive = site();
+    let head = TasksHead::of_site(&Site::open(archive.bytes()).expect("it is whole"));
+    let mut b = TasksBuilder { head, ..TasksBuilder::default() };
+    let text = b.texts.add("Bewehrung");
+    b.schedule = work_schedule(text);
+    b.link_rules = vec![text.into(); b.schedule.task_links.len()];
+    b.sources.push(ScheduleSourceRecord { file: text.into(), ..Zeroable::zeroed() });
+    let diagnostic = diagnostic(&mut b.texts);
+    b.diagnostics.push(diagnostic);
     b.finish()
 }
 
@@ -224,6 +245,28 @@ pub(crate) fn deviations() -> ArchiveBuffer {
     b.finish()
 }
 
+/// One whole archive of each kind.
+pub(crate) fn every_archive() -> [ArchiveBuffer; 10] {
+    use ArchiveKind::{
+        Alignment, AlignmentEvidence, Deviations, Grid, Grids, MissionPlan, ScheduleState, Site, SlamMap, Tasks,
+    };
+    let kinds =
+        [Site, ScheduleState, Grid, Grids, MissionPlan, SlamMap, Alignment, Deviations, AlignmentEvidence, Tasks];
+    // A kind that is missing here is an error: it belongs to the list above, too.
+    kinds.map(|kind| match kind {
+        Site => site(),
+        ScheduleState => schedule_state(),
+        Grid => grid(),
+        Grids => grids(),
+        MissionPlan => mission_plan(),
+        SlamMap => slam_map(),
+        Alignment => alignment(),
+        Deviations => deviations(),
+        AlignmentEvidence => alignment_evidence(),
+        Tasks => tasks(),
+    })
+}
+
 /// Makes the preamble fit the content again, so that what lies behind the hash is looked at.
 pub(crate) fn reseal(bytes: &mut [u8]) {
     if bytes.len() >= 64 {
@@ -244,6 +287,12 @@ pub(crate) fn walk(bytes: &[u8]) -> usize {
         if let Ok(schedule_state) = ScheduleState::open(bytes) {
             n += usize::from(schedule_state.check_site(&site).is_ok());
         }
+    }
+    if let Ok(tasks) = Tasks::open(bytes) {
+        n += walk_schedule(&tasks.schedule);
+        let archive = site();
+        let site = Site::open(archive.bytes()).expect("it is whole");
+        n += site.with_tasks(&tasks).map_or(0, |site| walk_site(&site));
     }
     if let Ok(schedule_state) = ScheduleState::open(bytes) {
         n += (0..schedule_state.n_elements())
@@ -335,16 +384,19 @@ fn walk_site(site: &Site<'_>) -> usize {
     for door in site.doors {
         n += usize::from(door.passage.to_box().at(1.0, 1.0)[0].is_finite());
     }
-    let mut at = 0;
-    while let Some(task) = site.schedule.tasks.get(at).filter(|t| t.parent != NONE) {
+    n += walk_schedule(&site.schedule);
+    n + usize::from(site.map_from_world().apply([0.0; 3])[0].is_finite())
+}
+
+fn walk_schedule(schedule: &WorkSchedule<'_>) -> usize {
+    let (mut n, mut at) = (0, 0);
+    while let Some(task) = schedule.tasks.get(at).filter(|t| t.parent != NONE) {
         at = task.parent as usize;
         n += 1;
     }
-    n += site
-        .schedule
-        .uncertainties
-        .iter()
-        .map(|u| site.schedule.tasks[u.task as usize].step_id as usize)
-        .sum::<usize>();
-    n + usize::from(site.map_from_world().apply([0.0; 3])[0].is_finite())
+    n += schedule.tasks.iter().map(|task| schedule.text(task.name).len()).sum::<usize>();
+    n += schedule.sources.iter().map(|source| schedule.text(source.file).len()).sum::<usize>();
+    n += schedule.sequences.iter().filter_map(|sequence| schedule.lag(sequence)).count();
+    n += schedule.link_rules.iter().map(|rule| schedule.text(*rule).len()).sum::<usize>();
+    n + schedule.uncertainties.iter().map(|u| schedule.tasks[u.task as usize].step_id as usize).sum::<usize>()
 }

@@ -9,18 +9,7 @@ use messages::ArchiveBuffer;
 use std::sync::LazyLock;
 
 /// One whole archive of each kind.
-static WHOLE: LazyLock<[ArchiveBuffer; 8]> = LazyLock::new(|| {
-    [
-        support::site(),
-        support::schedule_state(),
-        support::grid(),
-        support::grids(),
-        support::mission_plan(),
-        support::slam_map(),
-        support::alignment(),
-        support::deviations(),
-    ]
-});
+static WHOLE: LazyLock<[ArchiveBuffer; 10]> = LazyLock::new(support::every_archive);
 
 /// The first byte chooses the archive; the rest are changes to it, or, for any other choice, the archive itself.
 pub fn run(bytes: &[u8]) {
