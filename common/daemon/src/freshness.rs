@@ -1,7 +1,7 @@
 //! Freshness of maps that were passed on, into a folder or to ROS 2: those that the daemons hold are fresh. No bus and no files
 //! inside, times are arguments.
 
-use bus::{Daemon, HEARTBEAT_PERIOD, MISSED_HEARTBEATS, NoMapReason, Stamp};
+use bus::{Daemon, GRIDS_LATE, HEARTBEAT_PERIOD, MISSED_HEARTBEATS, NoMapReason, Stamp};
 use jiff::Timestamp;
 use messages::{GridSlotRecord, GridsHead, ScheduleStateHead};
 use std::collections::{BTreeMap, BTreeSet};
@@ -62,7 +62,8 @@ pub enum MapState {
         /// Indices of map storeys.
         outdated_storeys: BTreeSet<u32>,
     },
-    /// It is unknown, and was not for [`FRESH_TOLERANCE`]: what was last known counts.
+    /// It is unknown, and was not for [`FRESH_TOLERANCE`], or for [`GRIDS_LATE`] since a newer schedule state: what was last known
+    /// counts.
     Unknown,
     /// None of them may be used.
     Stale {
@@ -76,6 +77,10 @@ pub enum MapState {
 pub struct Freshness {
     maps: Option<MapsInUse>,
     schedule_state: Option<(u64, ScheduleStateHead)>,
+    /// The newest schedule state that differs from the one before, also across generations of the bus, and when it came.
+    newer_state: Option<(u64, Stamp)>,
+    /// The last schedule state whose grids were there.
+    drawn_state: Option<u64>,
     index: Option<(GridsHead, Vec<GridSlotRecord>)>,
     heard: BTreeMap<Daemon, Stamp>,
     no_bus: Option<String>,
@@ -117,9 +122,12 @@ impl Freshness {
         }
     }
 
-    /// A schedule state has come; `hash` is that of its content.
-    pub fn on_schedule_state(&mut self, hash: u64, head: ScheduleStateHead) {
+    /// A schedule state has come; `hash` is that of its content. One that says the same as the last one is not new.
+    pub fn on_schedule_state(&mut self, now: Stamp, hash: u64, head: ScheduleStateHead) {
         self.schedule_state = Some((hash, head));
+        if self.newer_state.is_none_or(|(newer, _)| newer != hash) {
+            self.newer_state = Some((hash, now));
+        }
     }
 
     /// An index of grids has come.
@@ -162,6 +170,7 @@ impl Freshness {
         match self.outdated_storeys(now, utc_ms) {
             Ok(outdated_storeys) => {
                 self.unknown_since = None;
+                self.drawn_state = self.schedule_state.as_ref().map(|(hash, _)| *hash);
                 self.outdated_since.retain(|storey, _| outdated_storeys.contains(storey));
                 outdated_storeys.iter().for_each(|storey| {
                     self.outdated_since.entry(*storey).or_insert(now);
@@ -210,7 +219,10 @@ impl Freshness {
             return Err(self.missing("the daemons have published no maps"));
         };
         if index.schedule_state_hash != *state_hash {
-            return Err(self.missing("the grids of the newest schedule state have not come"));
+            // What a newer state blocks is open on the maps: they are held as soon as their grids are late.
+            let is_newer = self.drawn_state != Some(*state_hash);
+            let is_certain = is_newer && self.newer_state.is_some_and(|(_, came)| now.since(came) >= GRIDS_LATE);
+            return Err(Doubt { is_certain, ..self.missing("the grids of the newest schedule state have not come") });
         }
         let Some(maps) = self.maps.as_ref().filter(|maps| maps.site_hash == index.site_hash) else {
             return Err(self.missing("the maps of the newest site were not passed on yet"));
@@ -253,7 +265,7 @@ mod tests {
 
     /// The daemons hold these grids at a schedule state.
     fn publish(freshness: &mut Freshness, state_hash: u64, hashes: &[u64]) {
-        freshness.on_schedule_state(state_hash, ScheduleStateBuilder::everything_built(SITE, 0, 0).head);
+        freshness.on_schedule_state(at(0), state_hash, ScheduleStateBuilder::everything_built(SITE, 0, 0).head);
         let robot = RobotProfile::DEFAULT;
         let head = GridsHead { site_hash: SITE, schedule_state_hash: state_hash, plan_time_s: 0, robot };
         freshness.on_index(head, grids(hashes));
@@ -335,13 +347,27 @@ mod tests {
     #[test]
     fn a_schedule_state_without_grids_makes_all_maps_stale() {
         let mut freshness = fresh();
-        freshness.on_schedule_state(8, ScheduleStateBuilder::everything_built(SITE, 0, 0).head);
-        assert_eq!(freshness.state(at(100), 0), MapState::Unknown);
+        freshness.on_schedule_state(at(50), 8, ScheduleStateBuilder::everything_built(SITE, 0, 0).head);
+        assert_eq!(freshness.state(at(1_049), 0), MapState::Unknown);
+        assert!(is_stale(&mut freshness, 1_050).unwrap().contains("have not come"));
         heartbeats(&mut freshness, 3_000);
-        assert!(is_stale(&mut freshness, 3_100).unwrap().contains("have not come"));
         publish(&mut freshness, 8, &[1, 2]);
         let same = MapState::Fresh { outdated_storeys: BTreeSet::new() };
         assert_eq!(freshness.state(at(3_200), 0), same, "a date at which no map changes needs no new files");
+    }
+
+    #[test]
+    fn a_schedule_state_whose_grids_were_there_is_no_newer_one_when_its_producer_repeats_it() {
+        let mut freshness = fresh();
+        freshness.joined(at(2_000));
+        freshness.on_schedule_state(at(2_000), 7, ScheduleStateBuilder::everything_built(SITE, 0, 0).head);
+        let robot = RobotProfile::DEFAULT;
+        let head = GridsHead { site_hash: SITE, schedule_state_hash: 6, plan_time_s: 0, robot };
+        freshness.on_index(head, grids(&[1, 2]));
+        assert_eq!(freshness.state(at(2_100), 0), MapState::Unknown);
+        heartbeats(&mut freshness, 4_000);
+        assert_eq!(freshness.state(at(4_900), 0), MapState::Unknown);
+        assert!(is_stale(&mut freshness, 5_100).unwrap().contains("have not come"));
     }
 
     #[test]
@@ -364,7 +390,7 @@ mod tests {
     fn maps_of_another_site_are_stale_as_a_whole() {
         let mut freshness = fresh();
         let robot = RobotProfile::DEFAULT;
-        freshness.on_schedule_state(8, ScheduleStateBuilder::everything_built(2, 0, 0).head);
+        freshness.on_schedule_state(at(0), 8, ScheduleStateBuilder::everything_built(2, 0, 0).head);
         let head = GridsHead { site_hash: 2, schedule_state_hash: 8, plan_time_s: 0, robot };
         freshness.on_index(head, grids(&[1, 2]));
         freshness.state(at(0), 0);

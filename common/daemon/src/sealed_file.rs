@@ -239,7 +239,7 @@ mod tests {
     }
 
     #[test]
-    fn what_somebody_writes_after_such_a_death_is_told() {
+    fn what_an_operator_writes_after_such_a_death_is_told() {
         for steps in [1, 2] {
             let (_home, path) = died_after(steps);
             fs::write(&path, "by hand").unwrap();

@@ -278,7 +278,7 @@ impl Service for BridgeService {
         match event {
             Event::Input(BridgeInput::Site(site)) => self.samples.insert(SiteSample::Site(site)),
             Event::Input(BridgeInput::ScheduleState(state)) => {
-                self.freshness.on_schedule_state(state.content_hash(), *state.view().head);
+                self.freshness.on_schedule_state(Stamp::now(), state.content_hash(), *state.view().head);
                 self.samples.insert(SiteSample::ScheduleState(state));
             }
             Event::Input(BridgeInput::Grids(index)) => {

@@ -28,7 +28,7 @@ impl Overlays {
     }
 
     pub(super) fn on_schedule_state(&mut self, state: &CheckedSample<topics::ScheduleState>) {
-        self.freshness.on_schedule_state(state.content_hash(), *state.view().head);
+        self.freshness.on_schedule_state(Stamp::now(), state.content_hash(), *state.view().head);
     }
 
     pub(super) fn on_index(&mut self, index: &CheckedSample<topics::Grids>) {

@@ -34,7 +34,7 @@ impl Subscriptions {
         }
         if let Some(sample) = self.schedule_states.take().map_err(Failure::work)? {
             let state = sample.check().map_err(Failure::work)?;
-            freshness.on_schedule_state(state.content_hash(), *state.view().head);
+            freshness.on_schedule_state(Stamp::now(), state.content_hash(), *state.view().head);
         }
         if let Some(sample) = self.indices.take().map_err(Failure::work)? {
             let index = sample.check().map_err(Failure::work)?;
