@@ -20,7 +20,7 @@ const ALLOWED: [(&str, &[&str]); 31] = [
     ("frames", &[]),
     ("geometry", &["frames"]),
     ("convex", &["frames", "geometry"]),
-    ("ifc", &["diagnostics", "frames", "geometry"]),
+    ("ifc", &["diagnostics", "frames"]),
     ("schedule-files", &["frames"]),
     ("grid", &["frames", "geometry"]),
     ("messages", &["diagnostics", "frames", "geometry", "grid"]),
@@ -37,8 +37,8 @@ const ALLOWED: [(&str, &[&str]); 31] = [
     ("waypoints", &["frames", "geometry", "grid", "messages"]),
     ("alignment", &["frames", "geometry", "grid", "messages", "occupancy", "raster"]),
     ("deviations", &["frames", "geometry", "grid", "messages", "occupancy"]),
-    ("ifc-ingest", &["bus", "daemon", "export", "ingest", "input-files", "messages", "schedule"]),
-    ("schedule-eval", &["bus", "daemon", "frames", "input-files", "messages", "schedule", "tasks"]),
+    ("ifc-ingest", &["bus", "daemon", "export", "ingest", "messages", "schedule"]),
+    ("schedule-eval", &["bus", "daemon", "frames", "messages", "schedule", "tasks"]),
     ("rasterize", &["bus", "daemon", "grid", "messages", "raster"]),
     ("waypoint-gen", &["bus", "daemon", "messages", "waypoints"]),
     ("ros-bridge", &["bus", "daemon", "export", "frames", "grid", "messages", "ros", "world"]),
@@ -144,6 +144,21 @@ fn dependencies_point_one_way() {
         for dependency in dependencies(manifest).into_iter().filter(|d| manifests.contains_key(*d)) {
             assert!(may.contains(&dependency.as_str()), "{name} must not depend on {dependency}");
         }
+    }
+}
+
+#[test]
+fn no_permission_is_left_over() {
+    let manifests = manifests();
+    for (name, may) in ALLOWED {
+        let used = dependencies(&manifests[name]);
+        let left: Vec<&&str> = may.iter().filter(|other| !used.iter().any(|used| used == *other)).collect();
+        assert!(left.is_empty(), "{name} does not depend on {left:?}: take them off the table");
+    }
+    for (foreign, owners) in FENCED {
+        let names_it = |owner: &&&str| all_dependencies(&manifests[**owner]).iter().any(|used| *used == foreign);
+        let left: Vec<&&str> = owners.iter().filter(|owner| !names_it(owner)).collect();
+        assert!(left.is_empty(), "{left:?} do not name {foreign}: take them off the table");
     }
 }
 
