@@ -7,14 +7,14 @@ use crate::decision::Decision;
 use crate::exclusion::Exclusion;
 use crate::held_out::{HeldOut, PoseHistory};
 use crate::looks::{Looks, storey_of};
-use crate::pose::Pose;
+use crate::pose::{Pose, is_same_pose};
 use crate::pose_field::PoseField;
 use crate::prepared_map::{PreparedMap, between_cells};
 use crate::random_generator::RandomGenerator;
 use crate::scale::{Scale, scale};
 use crate::score::CornersInSight;
 use crate::search::{PoseGuess, search};
-use crate::thresholds::MIN_WALL_POINTS;
+use crate::thresholds::{MAX_UNBENT_PROBABILITY, MIN_WALL_POINTS};
 use crate::verdict::PoseVerdict;
 use frames::{Map, PoseCovariance, Rigid2, Slam};
 use messages::{AlignmentVerdict, PoseEvidence};
@@ -137,7 +137,8 @@ pub fn align_maps(
     hint: Option<&Hint>,
 ) -> Alignment {
     let found = judged(references, slam, &candidates_of(references, &[], slam, hint, None));
-    let found = if hint.is_none() { found.with_faults(references, slam) } else { found };
+    let found =
+        if hint.is_none() { judged_unbent(found, references, slam).with_faults(references, slam) } else { found };
     found.with_storeys(references, &[], slam)
 }
 
@@ -196,4 +197,29 @@ pub(crate) fn judged(
         scale(&references[*at].as_ref().features, &slam.features, &sampled_points, &best.refined.pose)
     });
     Alignment { verdict, reason, wrong_probability, n_rivals, poses, field, scale, ..Alignment::nothing_yet() }
+}
+
+/// An alignment that is refused although its best pose is likely to be right is judged again with the map as the poses of its parts
+/// straighten it: a bend hides walls and corners from one pose. The field of poses stays that of the map as it is.
+pub(crate) fn judged_unbent(
+    found: Alignment,
+    references: &[impl AsRef<PreparedMap<Map>>],
+    slam: &PreparedMap<Slam>,
+) -> Alignment {
+    let is_likely = found.verdict == AlignmentVerdict::Refused && found.wrong_probability < MAX_UNBENT_PROBABILITY;
+    let Some(best) = found.poses.first().filter(|_| is_likely) else { return found };
+    let field = PoseField::of(references[best.reference].as_ref(), slam, &best.map_from_slam);
+    let Some(unbent) = slam.unbent(&field, &best.map_from_slam) else { return found };
+    let judged = judged_anywhere(references, &unbent);
+    let accepted = judged.poses.first().filter(|_| judged.verdict == AlignmentVerdict::Accepted).copied();
+    let is_there = |pose: &AlignedPose| {
+        pose.reference == best.reference && is_same_pose(&pose.map_from_slam, &best.map_from_slam, best.about_m)
+    };
+    match accepted.filter(is_there) {
+        Some(pose) => {
+            let field = PoseField::of(references[pose.reference].as_ref(), slam, &pose.map_from_slam);
+            Alignment { field: Some(field), ..judged }
+        }
+        None => found,
+    }
 }

@@ -90,6 +90,7 @@ mod reference;
 mod scale_search;
 mod site_places;
 mod storeys_in_map;
+mod unbent_map;
 
 mod follower;
 

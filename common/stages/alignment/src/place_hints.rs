@@ -1,6 +1,6 @@
 //! Alignment within place hints: storeys, rooms and portals exclude the poses that contradict them.
 
-use crate::alignment::{AlignedPose, Alignment, Hint, candidates_of, judged};
+use crate::alignment::{AlignedPose, Alignment, Hint, candidates_of, judged, judged_unbent};
 use crate::candidate::Candidate;
 use crate::exclusion::Exclusion;
 use crate::looks::Looks;
@@ -102,6 +102,9 @@ pub fn align_maps_within(
         }
     }
     let mut alignment = judged(references, slam, &kept);
+    if hint.is_none() && looks.is_none() && place_hints.is_empty() {
+        alignment = judged_unbent(alignment, references, slam);
+    }
     if hint.is_none() && place_hints.is_empty() {
         alignment = alignment.with_faults(references, slam);
     }

@@ -39,7 +39,7 @@ impl PreparedMap<Slam> {
         )
     }
 
-    fn with_cells(&self, cells: Vec<Cell>) -> Self {
+    pub(crate) fn with_cells(&self, cells: Vec<Cell>) -> Self {
         let raster = &self.features.raster;
         let surfaces = Surfaces { depth_m: raster.coarseness * CELL_M / 2.0, are_whole: false };
         let features = Features::of(Raster { cells, ..raster.clone() }, surfaces);

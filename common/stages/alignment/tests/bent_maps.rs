@@ -126,3 +126,26 @@ fn where_the_model_has_nothing_nobody_says_that_the_pose_holds() {
     assert!(local([25.0, 6.0]).covariance.worst_m() > 0.1, "11 m beyond the model");
     assert_eq!(field.at(truth.inverse().apply([80.0, 6.0])), None);
 }
+
+#[test]
+fn a_bend_that_hides_walls_and_corners_from_one_pose_does_not_keep_it_from_being_accepted() {
+    // The corridor bends on a circle: 1.6 m off at the end, and one pose sees through a quarter of the walls.
+    const RADIUS_M: f64 = 100.0;
+    let bent = |[x, y]: [f64; 2]| {
+        let (sin, cos) = libm::sincos((x - 9.0).max(0.0) / RADIUS_M);
+        let inside_m = RADIUS_M - (y - 6.0);
+        [x.min(9.0) + inside_m * sin, 6.0 + RADIUS_M - inside_m * cos]
+    };
+    let truth = Rigid2::new([3.0, -7.0], 0.4);
+    let (_, field) = aligned(&model(&wing()), &scanned_bent(&wing(), &places(), truth, 0.05, 0.0, &bent));
+    let known: Vec<_> = errors(&field, &truth.inverse(), &bent)
+        .into_iter()
+        .filter(|(_, local, _)| local.covariance.worst_m() <= 0.1)
+        .collect();
+    assert!(known.len() as f64 > 0.5 * places().len() as f64, "{}", known.len());
+    let is_beyond =
+        |(error_m, local, _): &&(f64, LocalPose, _)| *error_m > (3.0 * local.covariance.worst_m()).max(0.15);
+    let n_beyond = known.iter().filter(is_beyond).count();
+    assert!((n_beyond as f64) < 0.05 * known.len() as f64, "{n_beyond} of {}", known.len());
+    assert!(known.iter().all(|(error_m, ..)| *error_m < 0.3));
+}
