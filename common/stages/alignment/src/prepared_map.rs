@@ -31,14 +31,20 @@ impl PreparedMap<Slam> {
     pub(crate) fn within(&self, is_in: impl Fn([f64; 2]) -> bool) -> Self {
         let raster = &self.features.raster;
         let is_kept = |index: usize| is_in(self.frame_from_cells.apply(raster.middle(index)));
-        let cells = raster.cells.iter().enumerate();
-        self.with_cells(
-            cells
-                .map(|(index, cell)| if *cell == Cell::Unknown || is_kept(index) { *cell } else { Cell::Unknown })
-                .collect(),
-        )
+        let kept = |(index, cell): (usize, &Cell)| match *cell {
+            Cell::Unknown => Cell::Unknown,
+            known => {
+                if is_kept(index) {
+                    known
+                } else {
+                    Cell::Unknown
+                }
+            }
+        };
+        self.with_cells(raster.cells.iter().enumerate().map(kept).collect())
     }
 
+    /// A map of the same place and size with other cells.
     pub(crate) fn with_cells(&self, cells: Vec<Cell>) -> Self {
         let raster = &self.features.raster;
         let surfaces = Surfaces { depth_m: raster.coarseness * CELL_M / 2.0, are_whole: false };

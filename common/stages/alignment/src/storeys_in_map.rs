@@ -60,6 +60,10 @@ fn other_storey(
         Some(field) => Cow::Borrowed(field),
         None => Cow::Owned(PoseField::of(own, slam, &best.map_from_slam)),
     };
+    let own_m: f64 = field.parts.iter().filter(|part| part.is_borne_out).map(|part| part.explained_m).sum();
+    if own_m < MIN_WALLS_M {
+        return None;
+    }
     let walls = Walls { slam, field: &field };
     let left: Vec<&WallPoint> = slam.features.wall_points().iter().filter(|wall| !walls.are_of(own, wall)).collect();
     if length_m(&left) < MIN_WALLS_M {
