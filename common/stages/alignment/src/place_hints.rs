@@ -102,11 +102,8 @@ pub fn align_maps_within(
         }
     }
     let mut alignment = judged(references, slam, &kept);
-    if hint.is_none() && looks.is_none() && place_hints.is_empty() {
-        alignment = judged_unbent(alignment, references, slam);
-    }
     if hint.is_none() && place_hints.is_empty() {
-        alignment = alignment.with_faults(references, slam);
+        alignment = judged_unbent(alignment, references, slam).with_faults(references, slam);
     }
     alignment = alignment.with_storeys(references, storeys, slam);
     let best_of_all = best(&kept).max(best(&excluded));
