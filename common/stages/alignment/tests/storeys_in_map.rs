@@ -1,5 +1,4 @@
 //! SLAM maps of two storeys: that they are is said, and nothing of the kind of maps of one.
-#![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
 #[path = "../../../occupancy/tests/support/mod.rs"]
 mod support;
