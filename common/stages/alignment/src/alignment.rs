@@ -14,7 +14,7 @@ use crate::random_generator::RandomGenerator;
 use crate::scale::{Scale, scale};
 use crate::score::CornersInSight;
 use crate::search::{PoseGuess, search};
-use crate::thresholds::{MAX_UNBENT_PROBABILITY, MIN_WALL_POINTS};
+use crate::thresholds::{MAX_UNBENT_PROBABILITY, MIN_DISTINCT_M, MIN_WALL_POINTS};
 use crate::verdict::PoseVerdict;
 use frames::{Map, PoseCovariance, Rigid2, Slam};
 use messages::{AlignmentVerdict, PoseEvidence};
@@ -207,7 +207,9 @@ pub(crate) fn judged_unbent(
     slam: &PreparedMap<Slam>,
 ) -> Alignment {
     let is_likely = found.verdict == AlignmentVerdict::Refused && found.wrong_probability < MAX_UNBENT_PROBABILITY;
-    let Some(best) = found.poses.first().filter(|_| is_likely) else { return found };
+    // A map that shows little shows no more when it is straight.
+    let is_enough = |best: &&AlignedPose| is_likely && best.evidence.distinct_m >= MIN_DISTINCT_M;
+    let Some(best) = found.poses.first().filter(is_enough) else { return found };
     let field = PoseField::of(references[best.reference].as_ref(), slam, &best.map_from_slam);
     let Some(unbent) = slam.unbent(&field, &best.map_from_slam) else { return found };
     let judged = judged_anywhere(references, &unbent);
