@@ -398,5 +398,5 @@ fn walk_schedule(schedule: &WorkSchedule<'_>) -> usize {
     n += schedule.sources.iter().map(|source| schedule.text(source.file).len()).sum::<usize>();
     n += schedule.sequences.iter().filter_map(|sequence| schedule.lag(sequence)).count();
     n += schedule.link_rules.iter().map(|rule| schedule.text(*rule).len()).sum::<usize>();
-    n + schedule.uncertainties.iter().map(|u| schedule.tasks[u.task as usize].step_id as usize).sum::<usize>()
+    n + schedule.uncertainties.iter().filter(|u| schedule.tasks[u.task as usize].parent != NONE).count()
 }
