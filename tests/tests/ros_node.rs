@@ -62,9 +62,16 @@ fn wrong(last: &BTreeMap<String, Value>) -> Vec<String> {
     if subscribed != BTreeSet::from(["/map", "/tf", "/tf_static"]) {
         wrong.push(format!("it subscribes to {subscribed:?}"));
     }
-    let of_others = |topic: &str| NODES_OWN.contains(&topic) && !published.contains(topic);
     let all = graph["endpoints"].as_object().into_iter().flatten();
-    for (topic, ends) in all.filter(|(topic, _)| !of_others(topic)) {
+    for (topic, ends) in all {
+        if NODES_OWN.contains(&topic.as_str()) {
+            let ends = ends["publishers"].as_array().into_iter().flatten();
+            let its = ends.filter(|end| end[0] == BRIDGE).count();
+            if its != usize::from(published.contains(topic.as_str())) {
+                wrong.push(format!("{its} publishers of {topic} are its"));
+            }
+            continue;
+        }
         let all = ["publishers", "subscriptions"].into_iter().flat_map(|what| ends[what].as_array()).flatten();
         wrong.extend(
             all.filter(|end| end[0].as_str().unwrap().contains("UNKNOWN")).map(|end| format!("{topic}: {end}")),
