@@ -4,6 +4,7 @@ use crate::accounts::user_text;
 use crate::command::{CommandClient, CommandServer};
 use crate::domain::Domain;
 use crate::error::{DomainError, PortError};
+use crate::in_process::InProcessBus;
 use crate::ipc;
 use crate::latched::{Publisher, RawSubscriber, Subscriber};
 use crate::link::Link;
@@ -12,7 +13,7 @@ use crate::relay_link::RelayLink;
 use crate::report_kind::ReportKind;
 use crate::status::{StatusReader, StatusWriter};
 use crate::topics::Topic;
-use crate::waiter::Waiter;
+use crate::waiter::{Source, Waiter};
 use std::sync::Arc;
 
 /// A participant of a bus. Clones are the same participant; ports that it opened outlive it.
@@ -42,19 +43,24 @@ impl Bus {
     /// Goes through the relay of the user who owns the bus.
     pub(crate) fn join_by_relay(domain: &Domain, daemon: Daemon, owner: u32) -> Result<(Self, Waiter), DomainError> {
         let relay = RelayLink::connect(domain.place.root(), domain.relay_folder(), owner)?;
-        Self::with(Link::Relay(relay), daemon)
+        Self::with(Source::Relay(relay), daemon)
     }
 
     /// Joins in shared memory.
     pub(crate) fn join_as_owner(domain: &Domain, daemon: Daemon) -> Result<(Self, Waiter), DomainError> {
         domain.require_own()?;
-        Self::with(Link::Member(ipc::Membership::join(&domain.place, daemon)?), daemon)
+        Self::with(Source::Member(ipc::Membership::join(&domain.place, daemon)?), daemon)
     }
 
-    fn with(link: Link, daemon: Daemon) -> Result<(Self, Waiter), DomainError> {
-        let waiter =
-            Waiter::new(daemon, link.clone()).map_err(|source| DomainError::File { path: "eventfd".into(), source })?;
-        Ok((Self { daemon, link }, waiter))
+    fn with(source: Source, daemon: Daemon) -> Result<(Self, Waiter), DomainError> {
+        let waiter = Waiter::new(daemon, source.clone())
+            .map_err(|source| DomainError::File { path: "eventfd".into(), source })?;
+        Ok((Self { daemon, link: source.into() }, waiter))
+    }
+
+    /// Joins a bus inside this process. Nothing wakes the participant: it asks its ports.
+    pub fn in_process(bus: &InProcessBus, daemon: Daemon) -> Self {
+        Self { daemon, link: Link::InProcess(bus.clone()) }
     }
 
     /// Who this is.
@@ -76,8 +82,7 @@ impl Bus {
         if name.producer() != self.daemon {
             return Err(PortError::NotTheProducer { daemon: self.daemon, topic: name });
         }
-        let port = ipc::TopicWriter::open(self.link.member(name.to_string())?, name, length)?;
-        Ok(Publisher::new(topic, port))
+        Ok(Publisher::new(topic, self.link.topic_target(name, length)?))
     }
 
     /// The receiving end of a topic; its last sample is there as soon as the publisher's process looks up.
@@ -101,8 +106,7 @@ impl Bus {
     /// # Errors
     /// Too many participants, no room in shared memory; the bus is another user's.
     pub fn status_writer(&self) -> Result<StatusWriter, PortError> {
-        let port = ipc::StatusTarget::open(self.link.member("status")?)?;
-        Ok(StatusWriter::new(self.daemon, port))
+        Ok(StatusWriter::new(self.daemon, self.link.status_target()?))
     }
 
     /// The receiving end of the status stream.
@@ -116,17 +120,15 @@ impl Bus {
     /// The answering end of this daemon's commands.
     ///
     /// # Errors
-    /// Another process answers them; the bus is another user's.
+    /// Another process answers them; the bus is another user's, or inside one process.
     pub fn command_server(&self) -> Result<CommandServer, PortError> {
-        let daemon = self.daemon;
-        let port = ipc::Server::open(self.link.member(format!("command/{daemon}"))?, daemon)?;
-        Ok(CommandServer::new(port))
+        Ok(CommandServer::new(self.link.command_server(self.daemon)?))
     }
 
     /// The asking end of a daemon's commands.
     ///
     /// # Errors
-    /// Too many clients, no room in shared memory; a user who may look only.
+    /// Too many clients, no room in shared memory; a user who may look only; a bus inside one process.
     pub fn command_client(&self, daemon: Daemon) -> Result<CommandClient, PortError> {
         Ok(CommandClient::new(self.link.command_target(daemon)?))
     }

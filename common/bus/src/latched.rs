@@ -2,9 +2,8 @@
 //! joiners.
 
 use crate::error::{PublishError, ReceiveError};
-use crate::ipc;
 use crate::limits::{MAX_HELD, MAX_SAMPLE_BYTES};
-use crate::link::{SampleMemory, TopicSource};
+use crate::link::{LoanMemory, SampleMemory, TopicSource, TopicTarget};
 use crate::names::TopicName;
 use crate::stamp::Stamp;
 use crate::topics::Topic;
@@ -31,12 +30,12 @@ pub struct Origin {
 /// [`crate::Waiter`], which serves them.
 pub struct Publisher<T> {
     topic: T,
-    port: Arc<ipc::TopicWriter>,
+    port: TopicTarget,
     last_epoch: AtomicU64,
 }
 
 impl<T: Topic> Publisher<T> {
-    pub(crate) fn new(topic: T, port: Arc<ipc::TopicWriter>) -> Self {
+    pub(crate) fn new(topic: T, port: TopicTarget) -> Self {
         Self { topic, port, last_epoch: AtomicU64::new(0) }
     }
 
@@ -98,7 +97,7 @@ pub struct Sent {
 pub struct Loan<'a, T> {
     publisher: &'a Publisher<T>,
     length: usize,
-    memory: ipc::Memory,
+    memory: LoanMemory<'a>,
 }
 
 impl<T: Topic> Loan<'_, T> {
@@ -116,7 +115,7 @@ impl<T: Topic> Loan<'_, T> {
     /// # Errors
     /// Bytes that do not begin as an archive of the topic, an epoch below the last one. The last sample stays.
     pub fn publish(self, origin: Origin) -> Result<Sent, PublishError> {
-        let Publisher { topic, last_epoch, port } = self.publisher;
+        let Publisher { topic, last_epoch, .. } = self.publisher;
         let (topic, kind) = (topic.name(), T::Payload::KIND);
         let preamble = Preamble::of(self.bytes(), kind);
         let preamble = *preamble.map_err(|source| PublishError::Archive { topic, source })?;
@@ -133,7 +132,7 @@ impl<T: Topic> Loan<'_, T> {
         if origin.epoch < last {
             return Err(PublishError::EpochFell { topic, epoch: origin.epoch, last });
         }
-        let n_subscribers = port.send(self.memory, header)?;
+        let n_subscribers = self.memory.send(header)?;
         last_epoch.store(origin.epoch, Ordering::Release);
         Ok(Sent { content_hash: preamble.content_hash, n_subscribers })
     }

@@ -4,7 +4,8 @@
 //! A [`Keeper`] creates a [`Domain`]'s services; all other processes join as a [`Bus`], open ports, and wait in its
 //! [`Waiter`]. A [`Publisher`] lends memory in which an archive is written in place, or copies one that is in the heap;
 //! a [`Subscriber`] reads it in place, and gets the last one when it joins late. A [`SiteSetReader`] gives the samples
-//! of a site that belong together; [`ConsistentSet`] tells a robot whether it may use the maps that it has.
+//! of a site that belong together; [`ConsistentSet`] tells a robot whether it may use the maps that it has. Tests that simulate a site have
+//! an [`InProcessBus`].
 //!
 //! Other programs attach as subscribers: the example `read_grid` in Rust, `scripts/python_subscriber.py` with the iceoryx2 wheel
 //! and numpy; both read grids in place. For people:
@@ -40,6 +41,7 @@
 //! ```
 
 mod accounts;
+mod bounded_queue;
 mod bus;
 mod chain;
 mod command;
@@ -51,6 +53,7 @@ mod file_lock;
 mod foreign_files;
 mod generation;
 mod held_files;
+mod in_process;
 mod ipc;
 mod keeper;
 mod latched;
@@ -80,6 +83,7 @@ pub use command::{Command, CommandClient, CommandServer, OpenCommand, Reply};
 pub use consistent_set::{ConsistentSet, GRIDS_LATE, HEARTBEAT_PERIOD, MISSED_HEARTBEATS, MapVerdict, NoMapReason};
 pub use domain::Domain;
 pub use error::{CommandError, DomainError, PortError, PublishError, ReceiveError, WaitError};
+pub use in_process::InProcessBus;
 pub use ipc::{give_back_freed_memory, keep_freed_memory, share_heap};
 pub use keeper::Keeper;
 pub use latched::{CheckedSample, Loan, Origin, Publisher, RawSample, RawSubscriber, Sample, Sent, Subscriber};

@@ -1,10 +1,13 @@
-//! The two ways to a bus: as a participant in its shared memory, or as a client of its relay. Each port has one of them.
+//! The three ways to a bus: as a participant in its shared memory, as a client of its relay, or inside one process. Each port
+//! has one of them.
 
-use crate::error::{CommandError, PortError, ReceiveError};
+use crate::error::{CommandError, PortError, PublishError, ReceiveError};
+use crate::in_process::{self, InProcessBus};
 use crate::ipc;
 use crate::names::{Daemon, TopicName};
 use crate::relay_link::{CommandLink, CopiedSample, RelayLink, RelayedCommand, StatusSubscription, TopicSubscription};
 use crate::reply_kind::ReplyKind;
+use crate::waiter::Source;
 use messages::{SampleHeader, StatusRecord};
 use std::sync::Arc;
 
@@ -13,6 +16,16 @@ use std::sync::Arc;
 pub(crate) enum Link {
     Member(Arc<ipc::Membership>),
     Relay(Arc<RelayLink>),
+    InProcess(InProcessBus),
+}
+
+impl From<Source> for Link {
+    fn from(source: Source) -> Self {
+        match source {
+            Source::Member(member) => Self::Member(member),
+            Source::Relay(relay) => Self::Relay(relay),
+        }
+    }
 }
 
 impl Link {
@@ -20,21 +33,31 @@ impl Link {
         match self {
             Self::Member(member) => member.generation(),
             Self::Relay(relay) => relay.generation(),
+            Self::InProcess(bus) => bus.generation(),
         }
     }
 
-    /// The membership that an end needs which only the bus's user has.
-    pub(crate) fn member(&self, what: impl Into<String>) -> Result<&Arc<ipc::Membership>, PortError> {
-        match self {
-            Self::Member(member) => Ok(member),
-            Self::Relay(relay) => Err(relay.owner_only(what)),
-        }
+    pub(crate) fn topic_target(&self, topic: TopicName, length: usize) -> Result<TopicTarget, PortError> {
+        Ok(match self {
+            Self::Member(member) => TopicTarget::Memory(ipc::TopicWriter::open(member, topic, length)?),
+            Self::Relay(relay) => return Err(relay.owner_only(topic.to_string())),
+            Self::InProcess(bus) => TopicTarget::InProcess(bus.topic_writer(topic)?),
+        })
     }
 
     pub(crate) fn topic_source(&self, topic: TopicName) -> Result<TopicSource, PortError> {
         Ok(match self {
             Self::Member(member) => TopicSource::Memory(ipc::TopicReader::open(member, topic)?),
             Self::Relay(relay) => TopicSource::Relay(relay.subscribe(topic)),
+            Self::InProcess(bus) => TopicSource::InProcess(bus.topic_reader(topic)),
+        })
+    }
+
+    pub(crate) fn status_target(&self) -> Result<StatusTarget, PortError> {
+        Ok(match self {
+            Self::Member(member) => StatusTarget::Memory(ipc::StatusTarget::open(member)?),
+            Self::Relay(relay) => return Err(relay.owner_only("status")),
+            Self::InProcess(bus) => StatusTarget::InProcess(bus.status_target()),
         })
     }
 
@@ -42,14 +65,69 @@ impl Link {
         Ok(match self {
             Self::Member(member) => StatusSource::Memory(ipc::StatusSource::open(member)?),
             Self::Relay(relay) => StatusSource::Relay(relay.subscribe_status()),
+            Self::InProcess(bus) => StatusSource::InProcess(bus.status_source()),
         })
+    }
+
+    pub(crate) fn command_server(&self, daemon: Daemon) -> Result<ipc::Server, PortError> {
+        match self {
+            Self::Member(member) => ipc::Server::open(member, daemon),
+            Self::Relay(relay) => Err(relay.owner_only(format!("command/{daemon}"))),
+            Self::InProcess(_) => Err(InProcessBus::no_commands(daemon)),
+        }
     }
 
     pub(crate) fn command_target(&self, daemon: Daemon) -> Result<CommandTarget, PortError> {
         Ok(match self {
             Self::Member(member) => CommandTarget::Memory(ipc::Client::open(member, daemon)?),
             Self::Relay(relay) => CommandTarget::Relay(relay.commands(daemon)?),
+            Self::InProcess(_) => return Err(InProcessBus::no_commands(daemon)),
         })
+    }
+}
+
+/// The publishing end of a topic.
+pub(crate) enum TopicTarget {
+    Memory(Arc<ipc::TopicWriter>),
+    InProcess(in_process::TopicWriter),
+}
+
+impl TopicTarget {
+    pub(crate) fn loan(&self, length: usize) -> Result<LoanMemory<'_>, PublishError> {
+        Ok(match self {
+            Self::Memory(port) => LoanMemory::Shared(port, port.loan(length)?),
+            Self::InProcess(port) => LoanMemory::InProcess(port.loan(length)?),
+        })
+    }
+}
+
+/// Memory of a sample to be, with the port that sends it.
+pub(crate) enum LoanMemory<'a> {
+    Shared(&'a ipc::TopicWriter, ipc::Memory),
+    InProcess(in_process::Loan<'a>),
+}
+
+impl LoanMemory<'_> {
+    pub(crate) fn bytes(&self) -> &[u8] {
+        match self {
+            Self::Shared(_, memory) => memory.bytes(),
+            Self::InProcess(loan) => loan.bytes(),
+        }
+    }
+
+    pub(crate) fn bytes_mut(&mut self) -> &mut [u8] {
+        match self {
+            Self::Shared(_, memory) => memory.bytes_mut(),
+            Self::InProcess(loan) => loan.bytes_mut(),
+        }
+    }
+
+    /// Sends the sample; the number of subscribers that it went to.
+    pub(crate) fn send(self, header: SampleHeader) -> Result<usize, PublishError> {
+        match self {
+            Self::Shared(port, memory) => port.send(memory, header),
+            Self::InProcess(loan) => Ok(loan.send(header)),
+        }
     }
 }
 
@@ -57,6 +135,7 @@ impl Link {
 pub(crate) enum TopicSource {
     Memory(ipc::TopicReader),
     Relay(TopicSubscription),
+    InProcess(in_process::TopicReader),
 }
 
 impl TopicSource {
@@ -64,6 +143,7 @@ impl TopicSource {
         Ok(match self {
             Self::Memory(port) => port.receive()?.map(SampleMemory::Shared),
             Self::Relay(port) => port.receive()?.map(|sample| SampleMemory::Copied(Box::new(sample))),
+            Self::InProcess(port) => port.receive().map(SampleMemory::InProcess),
         })
     }
 }
@@ -72,6 +152,7 @@ impl TopicSource {
 pub(crate) enum SampleMemory {
     Shared(ipc::TopicSample),
     Copied(Box<CopiedSample>),
+    InProcess(Arc<in_process::TopicSample>),
 }
 
 impl SampleMemory {
@@ -79,6 +160,7 @@ impl SampleMemory {
         match self {
             Self::Shared(sample) => sample.header(),
             Self::Copied(sample) => sample.header(),
+            Self::InProcess(sample) => sample.header(),
         }
     }
 
@@ -86,6 +168,23 @@ impl SampleMemory {
         match self {
             Self::Shared(sample) => sample.bytes(),
             Self::Copied(sample) => sample.bytes(),
+            Self::InProcess(sample) => sample.bytes(),
+        }
+    }
+}
+
+/// The sending end of heartbeats.
+pub(crate) enum StatusTarget {
+    Memory(ipc::StatusTarget),
+    InProcess(in_process::StatusTarget),
+}
+
+impl StatusTarget {
+    /// False if it could not be sent.
+    pub(crate) fn send(&self, record: StatusRecord) -> bool {
+        match self {
+            Self::Memory(port) => port.send(record),
+            Self::InProcess(port) => port.send(record),
         }
     }
 }
@@ -94,6 +193,7 @@ impl SampleMemory {
 pub(crate) enum StatusSource {
     Memory(ipc::StatusSource),
     Relay(StatusSubscription),
+    InProcess(in_process::StatusSource),
 }
 
 impl StatusSource {
@@ -101,6 +201,7 @@ impl StatusSource {
         match self {
             Self::Memory(port) => port.receive(),
             Self::Relay(port) => Ok(port.receive()),
+            Self::InProcess(port) => Ok(port.receive()),
         }
     }
 }

@@ -1,8 +1,7 @@
 //! The status stream: heartbeats of all daemons.
 
 use crate::error::ReceiveError;
-use crate::ipc;
-use crate::link::StatusSource;
+use crate::link::{StatusSource, StatusTarget};
 use crate::names::Daemon;
 use crate::stamp::Stamp;
 use messages::StatusRecord;
@@ -11,12 +10,12 @@ use std::sync::atomic::{AtomicU64, Ordering};
 /// The sending end.
 pub struct StatusWriter {
     daemon: Daemon,
-    port: ipc::StatusTarget,
+    port: StatusTarget,
     sequence: AtomicU64,
 }
 
 impl StatusWriter {
-    pub(crate) fn new(daemon: Daemon, port: ipc::StatusTarget) -> Self {
+    pub(crate) fn new(daemon: Daemon, port: StatusTarget) -> Self {
         Self { daemon, port, sequence: AtomicU64::new(0) }
     }
 

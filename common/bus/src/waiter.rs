@@ -2,7 +2,6 @@
 
 use crate::error::WaitError;
 use crate::ipc::Membership;
-use crate::link::Link;
 use crate::names::Daemon;
 use crate::relay_link::RelayLink;
 use crate::signal::Signal;
@@ -59,20 +58,27 @@ impl Stopper {
     }
 }
 
+/// What a waiter waits on: the shared memory of a member, or a relay.
+#[derive(Clone)]
+pub(crate) enum Source {
+    Member(Arc<Membership>),
+    Relay(Arc<RelayLink>),
+}
+
 /// The only place where a participant blocks. It also delivers last samples to late joiners: they get none while the
 /// process does not call this.
 pub struct Waiter {
     daemon: Daemon,
-    link: Link,
+    source: Source,
     wake_up: Arc<Signal>,
     stop: Arc<Signal>,
     stop_on: Vec<OwnedFd>,
 }
 
 impl Waiter {
-    pub(crate) fn new(daemon: Daemon, link: Link) -> io::Result<Self> {
+    pub(crate) fn new(daemon: Daemon, source: Source) -> io::Result<Self> {
         let (wake_up, stop) = (Arc::new(Signal::new()?), Arc::new(Signal::new()?));
-        Ok(Self { daemon, link, wake_up, stop, stop_on: Vec::new() })
+        Ok(Self { daemon, source, wake_up, stop, stop_on: Vec::new() })
     }
 
     /// Wakes this waiter, for instance when a worker is done.
@@ -108,9 +114,9 @@ impl Waiter {
     }
 
     fn is_superseded(&self) -> bool {
-        match &self.link {
-            Link::Member(member) => member.is_superseded(),
-            Link::Relay(relay) => relay.is_closed(),
+        match &self.source {
+            Source::Member(member) => member.is_superseded(),
+            Source::Relay(relay) => relay.is_closed(),
         }
     }
 
@@ -120,9 +126,9 @@ impl Waiter {
         others: &[(BorrowedFd<'_>, PollFlags)],
         timeout: Duration,
     ) -> Result<Wake, WaitError> {
-        match &self.link {
-            Link::Member(member) => self.wait_for_member(member, others, timeout),
-            Link::Relay(relay) => self.wait_for_relay(relay, others, timeout),
+        match &self.source {
+            Source::Member(member) => self.wait_for_member(member, others, timeout),
+            Source::Relay(relay) => self.wait_for_relay(relay, others, timeout),
         }
     }
 

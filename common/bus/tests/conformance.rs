@@ -1,14 +1,15 @@
-//! Conformance suite of the bus; each test has a bus of its own in shared memory.
+//! Conformance suite of the bus; each test has a bus of its own in shared memory. What holds without commands, waiting and
+//! keepers holds on a bus inside one process too.
 
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
 mod common;
 
 use bus::{
-    Bus, CommandError, ConsistentSet, Daemon, Domain, DomainError, Keeper, MAX_HELD, MAX_OPEN, MapVerdict, PortError,
-    PublishError, ReceiveError, Reply, Stamp, TopicName, topics,
+    Bus, CommandError, ConsistentSet, Daemon, Domain, DomainError, InProcessBus, Keeper, MAX_HELD, MAX_OPEN,
+    MapVerdict, PortError, PublishError, ReceiveError, Reply, Stamp, TopicName, Waiter, topics,
 };
-use common::{Attended, DEADLINE, Fixture, grid, origin, publish, sample_of, schedule_state, until};
+use common::{Attended, DEADLINE, Fixture, Wait, grid, origin, publish, sample_of, schedule_state, until};
 use messages::{
     Activity, ArchiveBuffer, GridsBuilder, GridsHead, RobotProfile, ScheduleState, ScheduleStateBuilder, StatusRecord,
 };
@@ -18,15 +19,98 @@ fn up(fixture: &Fixture) -> (Keeper, &Domain) {
     (Keeper::start(&fixture.domain).unwrap(), &fixture.domain)
 }
 
-#[test]
-fn a_late_joiner_gets_the_last_sample() {
-    let fixture = Fixture::shared();
-    let (_keeper, domain) = up(&fixture);
-    let producer = Attended::join(domain, Daemon::ScheduleEval);
+/// A bus of either kind.
+enum Site {
+    /// The keeper ends before its files are removed.
+    Shared {
+        _keeper: Keeper,
+        fixture: Fixture,
+    },
+    InProcess(InProcessBus),
+}
+
+impl Site {
+    fn shared() -> Self {
+        let fixture = Fixture::shared();
+        Self::Shared { _keeper: Keeper::start(&fixture.domain).unwrap(), fixture }
+    }
+
+    fn join(&self, daemon: Daemon) -> (Bus, Look) {
+        match self {
+            Self::Shared { fixture, .. } => {
+                let (bus, waiter) = Bus::join(&fixture.domain, daemon).unwrap();
+                (bus, Look::OnWake(Box::new(waiter)))
+            }
+            Self::InProcess(bus) => (Bus::in_process(bus, daemon), Look::Once),
+        }
+    }
+
+    fn attended(&self, daemon: Daemon) -> Attended {
+        match self {
+            Self::Shared { fixture, .. } => Attended::join(&fixture.domain, daemon),
+            Self::InProcess(bus) => Attended::in_process(bus, daemon),
+        }
+    }
+}
+
+/// How a participant finds what comes.
+enum Look {
+    OnWake(Box<Waiter>),
+    /// Everything is there at the first look.
+    Once,
+}
+
+impl Wait for Look {
+    fn wait_for_more(&mut self, at_most: Duration) {
+        match self {
+            Self::OnWake(waiter) => waiter.wait_for_more(at_most),
+            Self::Once => panic!("it is not there at once"),
+        }
+    }
+}
+
+/// Makes of each fact a test on a bus of each kind.
+macro_rules! on_both {
+    ($($fact:ident)+) => {
+        mod in_shared_memory {
+            $(#[test]
+            fn $fact() {
+                super::$fact(&super::Site::shared());
+            })+
+        }
+
+        mod inside_one_process {
+            $(#[test]
+            fn $fact() {
+                super::$fact(&super::Site::InProcess(bus::InProcessBus::new()));
+            })+
+        }
+    };
+}
+
+on_both! {
+    a_late_joiner_gets_the_last_sample
+    many_late_joiners_of_many_topics_get_their_samples
+    samples_in_between_are_left_out
+    a_held_sample_stays_as_it_is
+    a_larger_loan_than_before_is_possible_and_latched
+    the_header_says_where_a_sample_comes_from
+    a_topic_has_one_producer_and_one_publisher
+    what_is_no_archive_of_the_topic_is_not_published
+    epochs_never_fall
+    there_is_one_loan_at_a_time
+    a_subscriber_may_hold_a_few_samples
+    a_publisher_that_comes_again_goes_on
+    heartbeats_arrive_in_order_and_the_oldest_give_way
+    a_consumer_uses_what_belongs_together
+}
+
+fn a_late_joiner_gets_the_last_sample(site: &Site) {
+    let producer = site.attended(Daemon::ScheduleEval);
     let publisher = producer.bus.publisher(topics::ScheduleState, 64).unwrap();
     publish(&publisher, 1, 10);
     publish(&publisher, 2, 20);
-    let (bus, mut waiter) = Bus::join(domain, Daemon::Rasterize).unwrap();
+    let (bus, mut waiter) = site.join(Daemon::Rasterize);
     let late = bus.subscriber(topics::ScheduleState).unwrap();
     let sample = sample_of(&mut waiter, &late, 2);
     assert_eq!(sample.bytes(), schedule_state(20).bytes());
@@ -35,16 +119,13 @@ fn a_late_joiner_gets_the_last_sample() {
     assert!(late.take().unwrap().is_none(), "a sample is taken once");
 }
 
-#[test]
-fn many_late_joiners_of_many_topics_get_their_samples() {
-    let fixture = Fixture::shared();
-    let (_keeper, domain) = up(&fixture);
-    let producer = Attended::join(domain, Daemon::SlamAlign);
+fn many_late_joiners_of_many_topics_get_their_samples(site: &Site) {
+    let producer = site.attended(Daemon::SlamAlign);
     for daemon in [Daemon::IfcIngest, Daemon::Robot, Daemon::Groundplan] {
-        let (bus, mut waiter) = Bus::join(domain, daemon).unwrap();
+        let (bus, mut waiter) = site.join(daemon);
         let (early, other) =
             (bus.subscriber(topics::ScheduleState).unwrap(), bus.subscriber(topics::ScheduleState).unwrap());
-        let eval = Attended::join(domain, Daemon::ScheduleEval);
+        let eval = site.attended(Daemon::ScheduleEval);
         let publisher = eval.bus.publisher(topics::ScheduleState, 64).unwrap();
         publish(&publisher, 1, 10);
         let late = producer.bus.subscriber(topics::ScheduleState).unwrap();
@@ -57,13 +138,10 @@ fn many_late_joiners_of_many_topics_get_their_samples() {
     }
 }
 
-#[test]
-fn samples_in_between_are_left_out() {
-    let fixture = Fixture::shared();
-    let (_keeper, domain) = up(&fixture);
-    let producer = Attended::join(domain, Daemon::ScheduleEval);
+fn samples_in_between_are_left_out(site: &Site) {
+    let producer = site.attended(Daemon::ScheduleEval);
     let publisher = producer.bus.publisher(topics::ScheduleState, 64).unwrap();
-    let (bus, mut waiter) = Bus::join(domain, Daemon::Rasterize).unwrap();
+    let (bus, mut waiter) = site.join(Daemon::Rasterize);
     let subscriber = bus.subscriber(topics::ScheduleState).unwrap();
     for epoch in 1..=50 {
         publish(&publisher, epoch, 10);
@@ -72,13 +150,10 @@ fn samples_in_between_are_left_out() {
     assert_eq!(sample.header().epoch, 50);
 }
 
-#[test]
-fn a_held_sample_stays_as_it_is() {
-    let fixture = Fixture::shared();
-    let (_keeper, domain) = up(&fixture);
-    let producer = Attended::join(domain, Daemon::ScheduleEval);
+fn a_held_sample_stays_as_it_is(site: &Site) {
+    let producer = site.attended(Daemon::ScheduleEval);
     let publisher = producer.bus.publisher(topics::ScheduleState, 4096).unwrap();
-    let (bus, mut waiter) = Bus::join(domain, Daemon::Rasterize).unwrap();
+    let (bus, mut waiter) = site.join(Daemon::Rasterize);
     let subscriber = bus.subscriber(topics::ScheduleState).unwrap();
     publish(&publisher, 1, 1000);
     let held = sample_of(&mut waiter, &subscriber, 1);
@@ -91,13 +166,10 @@ fn a_held_sample_stays_as_it_is() {
     assert_eq!(newer.bytes(), schedule_state(1020).bytes());
 }
 
-#[test]
-fn a_larger_loan_than_before_is_possible_and_latched() {
-    let fixture = Fixture::shared();
-    let (_keeper, domain) = up(&fixture);
-    let producer = Attended::join(domain, Daemon::ScheduleEval);
+fn a_larger_loan_than_before_is_possible_and_latched(site: &Site) {
+    let producer = site.attended(Daemon::ScheduleEval);
     let publisher = producer.bus.publisher(topics::ScheduleState, 64).unwrap();
-    let (bus, mut waiter) = Bus::join(domain, Daemon::Rasterize).unwrap();
+    let (bus, mut waiter) = site.join(Daemon::Rasterize);
     let subscriber = bus.subscriber(topics::ScheduleState).unwrap();
     let mut held = None;
     for (epoch, n) in [(1, 100), (2, 10_000), (3, 1_000_000), (4, 5_000_000)] {
@@ -112,18 +184,15 @@ fn a_larger_loan_than_before_is_possible_and_latched() {
     assert!(sample.bytes() == schedule_state(5_000_000).bytes(), "what was latched has grown too");
 }
 
-#[test]
-fn the_header_says_where_a_sample_comes_from() {
-    let fixture = Fixture::shared();
-    let (_keeper, domain) = up(&fixture);
-    let producer = Attended::join(domain, Daemon::ScheduleEval);
+fn the_header_says_where_a_sample_comes_from(site: &Site) {
+    let producer = site.attended(Daemon::ScheduleEval);
     let publisher = producer.bus.publisher(topics::ScheduleState, 64).unwrap();
     let archive = schedule_state(33);
     // More is lent than is used: the sample has the archive's length.
     let mut loan = publisher.loan(archive.bytes().len() + 100).unwrap();
     loan.bytes_mut()[..archive.bytes().len()].copy_from_slice(archive.bytes());
     loan.publish(origin(9)).unwrap();
-    let (bus, mut waiter) = Bus::join(domain, Daemon::Rasterize).unwrap();
+    let (bus, mut waiter) = site.join(Daemon::Rasterize);
     let sample = sample_of(&mut waiter, &bus.subscriber(topics::ScheduleState).unwrap(), 9);
     let header = sample.header();
     assert_eq!(header.content_hash, ScheduleState::open(archive.bytes()).unwrap().content_hash());
@@ -132,27 +201,29 @@ fn the_header_says_where_a_sample_comes_from() {
     assert!(header.stamp_ns > 0);
 }
 
-#[test]
-fn a_topic_has_one_producer_and_one_publisher() {
-    let fixture = Fixture::shared();
-    let (_keeper, domain) = up(&fixture);
-    let (bus, _waiter) = Bus::join(domain, Daemon::Rasterize).unwrap();
+fn a_topic_has_one_producer_and_one_publisher(site: &Site) {
+    let (bus, _waiter) = site.join(Daemon::Rasterize);
     assert!(matches!(bus.publisher(topics::ScheduleState, 64), Err(PortError::NotTheProducer { .. })));
     let first = bus.publisher(grid(63), 64).unwrap();
-    let (other, _waiter) = Bus::join(domain, Daemon::Rasterize).unwrap();
+    let (other, _waiter) = site.join(Daemon::Rasterize);
     assert!(matches!(other.publisher(grid(63), 64), Err(PortError::Taken { .. })));
     let _another_slot = other.publisher(grid(0), 64).unwrap();
     drop(first);
     other.publisher(grid(63), 64).unwrap();
+}
+
+#[test]
+fn commands_to_a_daemon_have_one_server() {
+    let fixture = Fixture::shared();
+    let (_keeper, domain) = up(&fixture);
+    let (bus, _waiter) = Bus::join(domain, Daemon::Rasterize).unwrap();
+    let (other, _waiter) = Bus::join(domain, Daemon::Rasterize).unwrap();
     let _server = bus.command_server().unwrap();
     assert!(matches!(other.command_server(), Err(PortError::Taken { .. })));
 }
 
-#[test]
-fn what_is_no_archive_of_the_topic_is_not_published() {
-    let fixture = Fixture::shared();
-    let (_keeper, domain) = up(&fixture);
-    let producer = Attended::join(domain, Daemon::Rasterize);
+fn what_is_no_archive_of_the_topic_is_not_published(site: &Site) {
+    let producer = site.attended(Daemon::Rasterize);
     let publisher = producer.bus.publisher(topics::Grids, 64).unwrap();
     for bytes in [schedule_state(10), ArchiveBuffer::zeroed(640), ArchiveBuffer::zeroed(0)] {
         let refused = publisher.publish_copy(bytes.bytes(), origin(1));
@@ -162,13 +233,10 @@ fn what_is_no_archive_of_the_topic_is_not_published() {
     assert!(matches!(too_large, Err(PublishError::TooLarge { .. })));
 }
 
-#[test]
-fn epochs_never_fall() {
-    let fixture = Fixture::shared();
-    let (_keeper, domain) = up(&fixture);
-    let (bus, mut waiter) = Bus::join(domain, Daemon::Rasterize).unwrap();
+fn epochs_never_fall(site: &Site) {
+    let (bus, mut waiter) = site.join(Daemon::Rasterize);
     let subscriber = bus.subscriber(topics::ScheduleState).unwrap();
-    let producer = Attended::join(domain, Daemon::ScheduleEval);
+    let producer = site.attended(Daemon::ScheduleEval);
     let publisher = producer.bus.publisher(topics::ScheduleState, 64).unwrap();
     publish(&publisher, 7, 10);
     let refused = publisher.publish_copy(schedule_state(10).bytes(), origin(6));
@@ -184,11 +252,8 @@ fn epochs_never_fall() {
     sample_of(&mut waiter, &subscriber, 8);
 }
 
-#[test]
-fn there_is_one_loan_at_a_time() {
-    let fixture = Fixture::shared();
-    let (_keeper, domain) = up(&fixture);
-    let producer = Attended::join(domain, Daemon::ScheduleEval);
+fn there_is_one_loan_at_a_time(site: &Site) {
+    let producer = site.attended(Daemon::ScheduleEval);
     let publisher = producer.bus.publisher(topics::ScheduleState, 64).unwrap();
     publish(&publisher, 1, 10);
     let loan = publisher.loan(100).unwrap();
@@ -198,18 +263,15 @@ fn there_is_one_loan_at_a_time() {
     loan.bytes_mut().fill(1);
     assert!(loan.publish(origin(2)).is_err());
     // What was not published changed nothing.
-    let (bus, mut waiter) = Bus::join(domain, Daemon::Rasterize).unwrap();
+    let (bus, mut waiter) = site.join(Daemon::Rasterize);
     sample_of(&mut waiter, &bus.subscriber(topics::ScheduleState).unwrap(), 1);
     publish(&publisher, 2, 10);
 }
 
-#[test]
-fn a_subscriber_may_hold_a_few_samples() {
-    let fixture = Fixture::shared();
-    let (_keeper, domain) = up(&fixture);
-    let producer = Attended::join(domain, Daemon::ScheduleEval);
+fn a_subscriber_may_hold_a_few_samples(site: &Site) {
+    let producer = site.attended(Daemon::ScheduleEval);
     let publisher = producer.bus.publisher(topics::ScheduleState, 64).unwrap();
-    let (bus, mut waiter) = Bus::join(domain, Daemon::Rasterize).unwrap();
+    let (bus, mut waiter) = site.join(Daemon::Rasterize);
     let subscriber = bus.subscriber(topics::ScheduleState).unwrap();
     let mut held = Vec::new();
     for epoch in 1..=MAX_HELD as u64 {
@@ -223,15 +285,12 @@ fn a_subscriber_may_hold_a_few_samples() {
     assert_eq!(held[0].bytes(), schedule_state(2).bytes());
 }
 
-#[test]
-fn a_publisher_that_comes_again_goes_on() {
-    let fixture = Fixture::shared();
-    let (_keeper, domain) = up(&fixture);
-    let (bus, mut waiter) = Bus::join(domain, Daemon::Rasterize).unwrap();
+fn a_publisher_that_comes_again_goes_on(site: &Site) {
+    let (bus, mut waiter) = site.join(Daemon::Rasterize);
     let subscriber = bus.subscriber(topics::ScheduleState).unwrap();
     let mut held = None;
     for epoch in [4, 4, 5] {
-        let producer = Attended::join(domain, Daemon::ScheduleEval);
+        let producer = site.attended(Daemon::ScheduleEval);
         let publisher = producer.bus.publisher(topics::ScheduleState, 64).unwrap();
         publish(&publisher, epoch, epoch as usize);
         held = Some(sample_of(&mut waiter, &subscriber, epoch));
@@ -241,14 +300,11 @@ fn a_publisher_that_comes_again_goes_on() {
     assert_eq!(held.unwrap().bytes(), schedule_state(5).bytes());
 }
 
-#[test]
-fn heartbeats_arrive_in_order_and_the_oldest_give_way() {
-    let fixture = Fixture::shared();
-    let (_keeper, domain) = up(&fixture);
-    let (bus, mut waiter) = Bus::join(domain, Daemon::Groundplan).unwrap();
+fn heartbeats_arrive_in_order_and_the_oldest_give_way(site: &Site) {
+    let (bus, mut waiter) = site.join(Daemon::Groundplan);
     let reader = bus.status_reader().unwrap();
     let record = StatusRecord { activity: Activity::Writing.into(), memory_bytes: 5, ..bytemuck::Zeroable::zeroed() };
-    let (other, _waiter) = Bus::join(domain, Daemon::Rasterize).unwrap();
+    let (other, _waiter) = site.join(Daemon::Rasterize);
     let writer = other.status_writer().unwrap();
     assert!(writer.send(record) && writer.send(record));
     for sequence in 1..=2 {
@@ -461,13 +517,10 @@ fn a_worker_publishes_while_the_loop_waits() {
     worker.join().unwrap();
 }
 
-#[test]
-fn a_consumer_uses_what_belongs_together() {
-    let fixture = Fixture::shared();
-    let (_keeper, domain) = up(&fixture);
-    let eval = Attended::join(domain, Daemon::ScheduleEval);
+fn a_consumer_uses_what_belongs_together(site: &Site) {
+    let eval = site.attended(Daemon::ScheduleEval);
     let schedule_states = eval.bus.publisher(topics::ScheduleState, 64).unwrap();
-    let rasterize = Attended::join(domain, Daemon::Rasterize);
+    let rasterize = site.attended(Daemon::Rasterize);
     let grids = rasterize.bus.publisher(topics::Grids, 64).unwrap();
     let index_of = |schedule_state: u64| {
         let head = GridsHead {
@@ -484,7 +537,7 @@ fn a_consumer_uses_what_belongs_together() {
     schedule_states.publish_copy(archives[0].bytes(), origin(1)).unwrap();
     grids.publish_copy(index_of(hash(0)).bytes(), origin(1)).unwrap();
 
-    let (bus, mut waiter) = Bus::join(domain, Daemon::Robot).unwrap();
+    let (bus, mut waiter) = site.join(Daemon::Robot);
     let topics = [TopicName::ScheduleState, TopicName::Grids].map(|t| bus.raw_subscriber(t).unwrap());
     let heartbeats = bus.status_reader().unwrap();
     let mut set = ConsistentSet::new(Stamp(0));

@@ -1,5 +1,6 @@
 //! The inbox of a relay's client: samples, replies and reports that were not taken yet.
 
+use crate::bounded_queue::push_bounded;
 use crate::error::CommandError;
 use crate::limits::{REPLY_BUFFER, STATUS_BUFFER};
 use crate::names::TopicName;
@@ -83,12 +84,4 @@ impl Inbox {
         }
         None
     }
-}
-
-/// The oldest gives way.
-fn push_bounded<T>(queue: &mut VecDeque<T>, item: T, max: usize) {
-    if queue.len() >= max {
-        queue.pop_front();
-    }
-    queue.push_back(item);
 }

@@ -2,7 +2,9 @@
 
 #![allow(dead_code, reason = "each test file takes what it needs")]
 
-use bus::{Bus, Daemon, Domain, GridSlot, Origin, Publisher, Sample, Stopper, Subscriber, Topic, Waiter, topics};
+use bus::{
+    Bus, Daemon, Domain, GridSlot, InProcessBus, Origin, Publisher, Sample, Stopper, Subscriber, Topic, Waiter, topics,
+};
 use messages::{ArchiveBuffer, InputHashes, ScheduleStateBuilder};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -54,11 +56,10 @@ impl Drop for Fixture {
     }
 }
 
-/// A participant whose waiter runs in a thread, as a daemon's does; stopped when dropped.
+/// A participant whose waiter runs in a thread, as a daemon's does; stopped when dropped. Inside one process it needs none.
 pub(crate) struct Attended {
     pub(crate) bus: Bus,
-    stopper: Stopper,
-    thread: Option<JoinHandle<()>>,
+    waiting: Option<(Stopper, JoinHandle<()>)>,
 }
 
 impl Attended {
@@ -66,21 +67,37 @@ impl Attended {
         let (bus, mut waiter) = Bus::join(domain, daemon).unwrap();
         let stopper = waiter.stopper();
         let thread = std::thread::spawn(move || while !waiter.wait(DEADLINE).unwrap().stopped {});
-        Self { bus, stopper, thread: Some(thread) }
+        Self { bus, waiting: Some((stopper, thread)) }
+    }
+
+    pub(crate) fn in_process(bus: &InProcessBus, daemon: Daemon) -> Self {
+        Self { bus: Bus::in_process(bus, daemon), waiting: None }
     }
 }
 
 impl Drop for Attended {
     fn drop(&mut self) {
-        self.stopper.stop();
-        if let Some(thread) = self.thread.take() {
+        if let Some((stopper, thread)) = self.waiting.take() {
+            stopper.stop();
             thread.join().unwrap();
         }
     }
 }
 
+/// Waits for what is not there yet.
+pub(crate) trait Wait {
+    /// Returns when something may have come, or after this time.
+    fn wait_for_more(&mut self, at_most: Duration);
+}
+
+impl Wait for Waiter {
+    fn wait_for_more(&mut self, at_most: Duration) {
+        self.wait(at_most).unwrap();
+    }
+}
+
 /// Sleeps on the waiter until there is something.
-pub(crate) fn until<T>(waiter: &mut Waiter, what: &str, mut take: impl FnMut() -> Option<T>) -> T {
+pub(crate) fn until<T>(waiter: &mut impl Wait, what: &str, mut take: impl FnMut() -> Option<T>) -> T {
     let deadline = Instant::now() + DEADLINE;
     loop {
         if let Some(found) = take() {
@@ -88,7 +105,7 @@ pub(crate) fn until<T>(waiter: &mut Waiter, what: &str, mut take: impl FnMut() -
         }
         let left = deadline.saturating_duration_since(Instant::now());
         assert!(!left.is_zero(), "waited in vain for {what}");
-        waiter.wait(left).unwrap();
+        waiter.wait_for_more(left);
     }
 }
 
@@ -105,7 +122,7 @@ pub(crate) fn eventually<T>(what: &str, mut take: impl FnMut() -> Option<T>) -> 
 }
 
 /// The next sample with this epoch.
-pub(crate) fn sample_of<T: Topic>(waiter: &mut Waiter, subscriber: &Subscriber<T>, epoch: u64) -> Sample<T> {
+pub(crate) fn sample_of<T: Topic>(waiter: &mut impl Wait, subscriber: &Subscriber<T>, epoch: u64) -> Sample<T> {
     until(waiter, &format!("epoch {epoch} of {}", subscriber.topic().name()), || {
         subscriber.take().unwrap().filter(|s| s.header().epoch == epoch)
     })
