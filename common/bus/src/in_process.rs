@@ -322,7 +322,7 @@ mod tests {
     use crate::bus::Bus;
     use crate::error::ReceiveError;
     use crate::latched::{Origin, Publisher, Sent, Subscriber};
-    use crate::topics::{Grids, ScheduleState, Topic};
+    use crate::topics::{Grids, ScheduleState};
     use messages::{ArchiveWriter, InputHashes, ScheduleStateBuilder};
 
     fn publisher(bus: &InProcessBus) -> Publisher<ScheduleState> {
