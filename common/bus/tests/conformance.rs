@@ -23,7 +23,7 @@ fn up(fixture: &Fixture) -> (Keeper, &Domain) {
 enum Site {
     /// The keeper ends before its files are removed.
     Shared {
-        _keeper: Keeper,
+        _keeper: Box<Keeper>,
         fixture: Fixture,
     },
     InProcess(InProcessBus),
@@ -32,7 +32,7 @@ enum Site {
 impl Site {
     fn shared() -> Self {
         let fixture = Fixture::shared();
-        Self::Shared { _keeper: Keeper::start(&fixture.domain).unwrap(), fixture }
+        Self::Shared { _keeper: Box::new(Keeper::start(&fixture.domain).unwrap()), fixture }
     }
 
     fn join(&self, daemon: Daemon) -> (Bus, Look) {
