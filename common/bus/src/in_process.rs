@@ -8,6 +8,7 @@ use crate::names::{Daemon, TopicName};
 use messages::{ArchiveBuffer, SampleHeader, StatusRecord};
 use std::collections::{BTreeMap, VecDeque};
 use std::fmt;
+use std::panic::panic_any;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 
@@ -52,7 +53,13 @@ struct State {
     is_full: bool,
     /// Loans that are given until one fails.
     n_loans_until_failure: Option<usize>,
+    /// Loans that are given until the process that asks for one dies.
+    n_loans_until_death: Option<usize>,
 }
+
+/// What a process that dies at a loan panics with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct DeathAtLoan;
 
 #[derive(Default)]
 struct TopicState {
@@ -115,6 +122,12 @@ impl InProcessBus {
         self.0.lock().n_loans_until_failure = Some(n);
     }
 
+    /// Lets the process that publishes after `n` more loans were given die at that: its loan panics with [`DeathAtLoan`], which a test
+    /// catches before it drops what the process had. A later call takes the place of an earlier one; `None` lets all live.
+    pub fn die_at_publish_after(&self, n: Option<usize>) {
+        self.0.lock().n_loans_until_death = n;
+    }
+
     pub(crate) fn topic_writer(&self, topic: TopicName) -> Result<TopicWriter, PortError> {
         let mut state = self.0.lock();
         let topic_state = state.topics.entry(topic).or_default();
@@ -166,8 +179,14 @@ impl State {
         if self.is_full {
             return false;
         }
-        let fails = self.n_loans_until_failure == Some(0);
-        self.n_loans_until_failure = self.n_loans_until_failure.and_then(|n| n.checked_sub(1));
+        let [fails, dies] = [&mut self.n_loans_until_failure, &mut self.n_loans_until_death].map(|left| {
+            let is_now = *left == Some(0);
+            *left = left.and_then(|n| n.checked_sub(1));
+            is_now
+        });
+        if dies {
+            panic_any(DeathAtLoan);
+        }
         !fails
     }
 }

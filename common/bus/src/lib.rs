@@ -83,7 +83,7 @@ pub use command::{Command, CommandClient, CommandServer, OpenCommand, Reply};
 pub use consistent_set::{ConsistentSet, GRIDS_LATE, HEARTBEAT_PERIOD, MISSED_HEARTBEATS, MapVerdict, NoMapReason};
 pub use domain::Domain;
 pub use error::{CommandError, DomainError, PortError, PublishError, ReceiveError, WaitError};
-pub use in_process::InProcessBus;
+pub use in_process::{DeathAtLoan, InProcessBus};
 pub use ipc::{give_back_freed_memory, keep_freed_memory, share_heap};
 pub use keeper::Keeper;
 pub use latched::{CheckedSample, Loan, Origin, Publisher, RawSample, RawSubscriber, Sample, Sent, Subscriber};
