@@ -1,11 +1,13 @@
 //! The output of a service on a latched topic: what was published last comes again in every generation of the bus, and after a
-//! full memory.
+//! full memory; what was published before comes again where a decision fails.
 
+use crate::decision::{Decide, Outputs};
 use crate::failure::Failure;
 use crate::request::Published;
 use crate::state::Epochs;
 use bus::{Bus, Origin, Publisher, Topic};
 use messages::{ArchiveBuffer, Checked, InputHashes};
+use std::sync::Arc;
 use tracing::warn;
 
 /// Room that is reserved for a topic of which nothing was published yet.
@@ -21,11 +23,29 @@ pub struct LatchedOutput<T: Topic> {
     publisher: Option<Publisher<T>>,
     last: Option<Last<T>>,
     is_pending: bool,
+    /// What was there before the decision that is underway; `None` where that changes nothing here.
+    before: Option<Before<T>>,
+}
+
+/// An archive for a topic.
+pub struct NewSample<T: Topic> {
+    /// The archive, which may be on its way to the disk as well.
+    pub archive: Arc<Checked<T::Payload>>,
+    /// Counts the changes of the site's map frame.
+    pub frame_epoch: u64,
+    /// What it was made from.
+    pub inputs: InputHashes,
+}
+
+/// What an output was.
+struct Before<T: Topic> {
+    last: Option<Last<T>>,
+    is_pending: bool,
 }
 
 /// What came last. Its epoch is taken when it is first to be published; a disk that is full refuses it.
 struct Last<T: Topic> {
-    archive: Checked<T::Payload>,
+    archive: Arc<Checked<T::Payload>>,
     epoch: Option<u64>,
     frame_epoch: u64,
     inputs: InputHashes,
@@ -34,7 +54,7 @@ struct Last<T: Topic> {
 impl<T: Topic> LatchedOutput<T> {
     /// Nothing was published yet.
     pub fn new(topic: T) -> Self {
-        Self { topic, publisher: None, last: None, is_pending: false }
+        Self { topic, publisher: None, last: None, is_pending: false, before: None }
     }
 
     /// Joins a generation of the bus, and brings it what was published last; what cannot be published is pending.
@@ -53,20 +73,46 @@ impl<T: Topic> LatchedOutput<T> {
         Ok(())
     }
 
-    /// Publishes an archive under the next epoch; before the bus is there it waits for it.
+    /// Publishes an archive under the next epoch; before the bus is there it waits for it. The one before can
+    /// [come back](Self::go_back) until this one is [settled](Self::settle).
     ///
     /// # Errors
     /// As [`Self::retry`]. The archive is pending.
-    pub fn publish(
-        &mut self,
-        epochs: &mut Epochs,
-        archive: Checked<T::Payload>,
-        frame_epoch: u64,
-        inputs: InputHashes,
-    ) -> Result<(), Failure> {
-        self.last = Some(Last { archive, epoch: None, frame_epoch, inputs });
+    pub fn publish(&mut self, epochs: &mut Epochs, sample: NewSample<T>) -> Result<(), Failure> {
+        let NewSample { archive, frame_epoch, inputs } = sample;
+        let last = self.last.replace(Last { archive, epoch: None, frame_epoch, inputs });
+        self.before = Some(Before { last, is_pending: self.is_pending });
         self.is_pending = true;
         self.retry(epochs)
+    }
+
+    /// Publishes an archive under the next epoch, without a way back.
+    ///
+    /// # Errors
+    /// As [`Self::publish`].
+    pub fn publish_for_good(&mut self, epochs: &mut Epochs, sample: NewSample<T>) -> Result<(), Failure> {
+        let published = self.publish(epochs, sample);
+        self.settle();
+        published
+    }
+
+    /// What was published last stays.
+    pub fn settle(&mut self) {
+        self.before = None;
+    }
+
+    /// What was there before the last sample comes back, if that is not settled: on the bus under another epoch where the bus has
+    /// the last sample, at once or as soon as there is room.
+    pub fn go_back(&mut self, epochs: &mut Epochs) {
+        let Some(before) = self.before.take() else { return };
+        let is_on_bus = !self.is_pending;
+        (self.last, self.is_pending) = (before.last, before.is_pending);
+        if let Some(last) = self.last.as_mut().filter(|_| is_on_bus) {
+            (last.epoch, self.is_pending) = (None, true);
+            if let Err(why) = self.retry(epochs) {
+                warn!(error = crate::chain(why.as_ref()), "what was published before has no room yet");
+            }
+        }
     }
 
     /// Publishes what is pending, if there is a bus.
@@ -94,7 +140,7 @@ impl<T: Topic> LatchedOutput<T> {
 
     /// What came last.
     pub fn last(&self) -> Option<&Checked<T::Payload>> {
-        self.last.as_ref().map(|last| &last.archive)
+        self.last.as_ref().map(|last| &*last.archive)
     }
 
     /// True if an archive is the same as what came last.
@@ -115,6 +161,36 @@ impl<T: Topic> LatchedOutput<T> {
     /// Hash and epoch of what came last.
     pub fn published(&self) -> Published {
         Published { content_hash: self.last().map_or(0, Checked::content_hash), epoch: self.epoch() }
+    }
+}
+
+/// The output of a daemon with one topic.
+impl<D: Decide + ?Sized, T: Topic> Outputs<D> for LatchedOutput<T> {
+    type Publication = NewSample<T>;
+
+    fn attach(&mut self, bus: &Bus, epochs: &mut Epochs) -> Result<(), Failure> {
+        self.attach(bus, epochs)
+    }
+
+    fn publish(&mut self, sample: NewSample<T>, _: &D, epochs: &mut Epochs) -> Result<(), Failure> {
+        self.publish(epochs, sample)
+    }
+
+    fn settle(&mut self) {
+        self.settle();
+    }
+
+    fn go_back(&mut self, _: &D, epochs: &mut Epochs) {
+        self.go_back(epochs);
+    }
+
+    fn retry(&mut self, _: &D, epochs: &mut Epochs) -> Result<bool, Failure> {
+        let is_late = self.is_pending();
+        self.retry(epochs).map(|()| is_late)
+    }
+
+    fn published(&self) -> Published {
+        self.published()
     }
 }
 
@@ -142,7 +218,9 @@ mod tests {
         let mut output = LatchedOutput::new(topics::ScheduleState);
         output.attach(&producer, &mut epochs).unwrap();
         let archive = Checked::new(ScheduleStateBuilder::everything_built(7, 3, 1).finish()).unwrap();
-        assert!(output.publish(&mut epochs, archive, 1, InputHashes::default()).is_err());
+        let sample = NewSample { archive: Arc::new(archive), frame_epoch: 1, inputs: InputHashes::default() };
+        assert!(output.publish(&mut epochs, sample).is_err());
+        output.settle();
         assert!(output.is_pending() && output.epoch() == 0 && states.take().unwrap().is_none());
 
         std::fs::create_dir(&state).unwrap();

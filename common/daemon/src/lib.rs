@@ -1,8 +1,15 @@
 //! Shared parts of all daemons: site configuration, persistent state, requests, the event loop.
 //!
 //! A daemon is a [`Service`]: it opens its ends of the bus, and handles inputs, requests and its own alarm, one after the
-//! other, on a thread of its own. [`run`] owns the rest: it joins the bus and every later generation of it, keeps only the
+//! other, on a thread of its own. Most are [`Committed`] decisions. [`run`] owns the rest: it joins the bus and every later generation of it, keeps only the
 //! newest of each input while the service works, serves late joiners, sends heartbeats, and leaves within a second.
+//!
+//! # Decisions
+//!
+//! The rules of a daemon ([`Decide`]) write nothing and publish nothing. They say what is to be on disk, on the bus, in force and in the
+//! history ([`Decision`]), and [`Committed`] carries it out in that order. If a step fails, those before it are undone there, and what is
+//! in force stays: no rule has a way back of its own. What could not be committed is decided again at the next look.
+//! Disk, clock and bus are drivers: `tests/site-simulator` runs the rules of a site on others.
 //!
 //! # Requests
 //!
@@ -34,10 +41,12 @@
 
 mod caller;
 mod client;
+mod committed;
 mod config;
 mod config_file;
 mod config_key;
 mod cpu_ticks;
+mod decision;
 pub mod facts;
 mod failure;
 mod file_text;
@@ -48,6 +57,7 @@ mod kept_file;
 mod known_places;
 mod latched_output;
 mod log;
+mod machine_time;
 mod mesh_process;
 mod process_report;
 mod progress;
@@ -59,6 +69,7 @@ mod requests;
 mod robot_file;
 mod ros_config;
 mod run;
+mod save;
 mod schedule_inputs;
 mod sealed_file;
 mod self_report;
@@ -80,12 +91,14 @@ mod work_watch;
 
 pub use caller::Caller;
 pub use client::{Answer, Client, ClientError, OpenRequest, RequestTimeouts, ask};
+pub use committed::{Committed, Disk, StateFolder};
 pub use config::{
     AlignConfig, BusConfig, ClockConfig, ConfigError, LogConfig, LogFormat, PoseHint, RobotConfig, ScheduleConfig,
     SiteConfig, WaypointConfig, WorldConfig,
 };
 pub use config_file::{ConfigFileError, read_parsed};
 pub use config_key::line_of_key;
+pub use decision::{AnswerOnce, AnswerTo, Decide, Decision, Now, Occasion, Outputs};
 pub use failure::{Failure, chain};
 pub use file_text::FileText;
 pub use freshness::{FRESH_TOLERANCE, Freshness, MapState, MapsInUse, Staleness, Storeys};
@@ -93,8 +106,9 @@ pub use history::{History, HistoryEntry, HistoryEvent, HistoryKind, parse_histor
 pub use input::{Input, NoInput, not_an_input};
 pub use kept_file::KeptFile;
 pub use known_places::{KnownPlaces, PointInRoom};
-pub use latched_output::LatchedOutput;
+pub use latched_output::{LatchedOutput, NewSample};
 pub use log::{Log, LogError};
+pub use machine_time::{Clock, MachineClock, MachineTime};
 pub use mesh_process::{in_mesh_process, run_mesh_process};
 pub use process_report::ProcessReport;
 pub use progress::{Progress, Reporter};
@@ -112,8 +126,9 @@ pub use ros_config::{
     FoxgloveConfig, Nav2Config, Nav2Pause, QosConfig, RosConfig, RosOutput, RosServiceMapping, SimTimeConfig,
 };
 pub use run::{Arguments, in_background, run, run_with};
+pub use save::Save;
 pub use schedule_inputs::{
-    MAX_TABLE_BYTES, keep_observed, mend_progress, progress_in_force, read_progress, rules_in_force,
+    MAX_TABLE_BYTES, mend_progress, progress_in_force, read_progress, rules_in_force, saving_observed,
 };
 pub use service::{AnswerOf, Asked, CurrentActivity, Done, Event, Service, Standing};
 pub use setting::{

@@ -5,9 +5,10 @@
 //! so that none is lost by the damage or the removal of a file.
 
 use crate::kept_file::{KeptFile, records};
+use crate::save::Save;
 use crate::sealed_file::sealed_content;
 use std::collections::BTreeSet;
-use std::fs::{self, File};
+use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -54,12 +55,13 @@ impl ReportedProgress {
         sealed_content(table)
     }
 
-    /// Mends tables that were damaged or removed; for the daemon that writes them, at its start. The answer is what an operator
-    /// should know, which is logged too.
+    /// Makes the folder, takes over the table of an earlier version, and mends tables that were damaged or removed; for the daemon that
+    /// writes them, at its start. The answer is what an operator should know, which is logged too.
     ///
     /// # Errors
     /// The file system refuses.
     pub(crate) fn mend(&self) -> io::Result<Option<String>> {
+        self.take_over_older()?;
         let recorded = numbers_in(&records(&self.state).join(FOLDER))?;
         let numbers: BTreeSet<u64> = recorded.into_iter().chain(numbers_in(&self.folder)?).collect();
         let findings: Vec<Option<String>> =
@@ -68,30 +70,24 @@ impl ReportedProgress {
         Ok((!findings.is_empty()).then(|| findings.join("; ")))
     }
 
-    /// Puts this table in force; it is on disk when this returns.
-    ///
-    /// # Errors
-    /// The file system refuses; the table of before stays.
-    pub fn add(&self, table: &[u8]) -> io::Result<()> {
-        self.take_over_older()?;
-        let numbered = self.numbered()?;
-        let next = numbered.last().map_or(1, |(number, _)| number + 1);
-        self.table(next).save(table)?;
-        let n_too_many = (numbered.len() + 1).saturating_sub(MAX_TABLES);
-        numbered.iter().take(n_too_many).try_for_each(|(number, _)| self.table(*number).remove())
-    }
-
-    /// Removes the table in force: the one before is in force, or none.
+    /// What puts this table in force: another file, and the removal of the oldest beyond those that are kept.
     ///
     /// # Errors
     /// The file system refuses.
-    pub fn take_back(&self) -> io::Result<()> {
-        self.take_over_older()?;
-        if let Some((number, _)) = self.numbered()?.last() {
-            self.table(*number).remove()?;
-            File::open(&self.folder)?.sync_all()?;
-        }
-        Ok(())
+    pub fn adding(&self, table: Vec<u8>) -> io::Result<Vec<Save>> {
+        let numbers = numbers_in(&self.folder)?;
+        let next = numbers.last().map_or(1, |number| number + 1);
+        let n_too_many = (numbers.len() + 1).saturating_sub(MAX_TABLES);
+        let too_many = numbers.iter().take(n_too_many).map(|number| self.table(*number).removing());
+        Ok([self.table(next).saving(table)].into_iter().chain(too_many).collect())
+    }
+
+    /// What puts the table before in force, or none: the removal of the last one, if there is one.
+    ///
+    /// # Errors
+    /// The file system refuses.
+    pub fn taking_back(&self) -> io::Result<Option<Save>> {
+        Ok(numbers_in(&self.folder)?.last().map(|number| self.table(*number).removing()))
     }
 
     /// The table of an earlier version is the first one.
@@ -159,21 +155,36 @@ mod tests {
         [last, before].map(|text| text.map(str::to_owned))
     }
 
+    /// The tables in a state folder, at the start of their daemon.
+    fn tables_at(state: &Path) -> ReportedProgress {
+        let progress = ReportedProgress::at(state);
+        progress.mend().unwrap();
+        progress
+    }
+
+    fn add(progress: &ReportedProgress, table: &str) {
+        progress.adding(table.into()).unwrap().iter().try_for_each(Save::write).unwrap();
+    }
+
+    fn take_back(progress: &ReportedProgress) {
+        progress.taking_back().unwrap().iter().try_for_each(Save::write).unwrap();
+    }
+
     #[test]
     fn what_was_reported_is_taken_back_step_by_step() {
         let state = tempfile::tempdir().unwrap();
-        let progress = ReportedProgress::at(state.path());
+        let progress = tables_at(state.path());
         assert_eq!(texts(&progress), [None, None]);
         for text in ["a", "b", "c"] {
-            progress.add(text.as_bytes()).unwrap();
+            add(&progress, text);
         }
         assert_eq!(texts(&progress), two(Some("c"), Some("b")));
-        progress.take_back().unwrap();
+        take_back(&progress);
         assert_eq!(texts(&progress), two(Some("b"), Some("a")));
-        progress.add(b"d").unwrap();
+        add(&progress, "d");
         assert_eq!(texts(&ReportedProgress::at(state.path())), two(Some("d"), Some("b")));
         for _ in 0..4 {
-            progress.take_back().unwrap();
+            take_back(&progress);
         }
         assert_eq!(texts(&progress), [None, None]);
     }
@@ -181,9 +192,9 @@ mod tests {
     #[test]
     fn a_table_that_is_removed_or_damaged_stays_in_force_and_is_told() {
         let state = tempfile::tempdir().unwrap();
-        let progress = ReportedProgress::at(state.path());
+        let progress = tables_at(state.path());
         for text in ["a", "b"] {
-            progress.add(text.as_bytes()).unwrap();
+            add(&progress, text);
         }
         let table = progress.path(2);
         for damage in [None, Some(""), Some("B")] {
@@ -212,9 +223,9 @@ mod tests {
     #[test]
     fn only_the_last_tables_are_kept() {
         let state = tempfile::tempdir().unwrap();
-        let progress = ReportedProgress::at(state.path());
+        let progress = tables_at(state.path());
         for number in 0..MAX_TABLES + 3 {
-            progress.add(number.to_string().as_bytes()).unwrap();
+            add(&progress, &number.to_string());
         }
         assert_eq!(progress.numbered().unwrap().len(), MAX_TABLES);
         assert_eq!(texts(&progress)[0], Some((MAX_TABLES + 2).to_string()));
@@ -225,12 +236,14 @@ mod tests {
         let state = tempfile::tempdir().unwrap();
         fs::write(state.path().join(OLDER_TABLE), "old").unwrap();
         let progress = ReportedProgress::at(state.path());
+        assert_eq!(texts(&progress), two(Some("old"), None), "for who reads it before the daemon starts");
+        progress.mend().unwrap();
         assert_eq!(texts(&progress), two(Some("old"), None));
-        progress.add(b"new").unwrap();
+        add(&progress, "new");
         assert_eq!(texts(&progress), two(Some("new"), Some("old")));
-        progress.take_back().unwrap();
+        take_back(&progress);
         assert_eq!(texts(&progress), two(Some("old"), None));
-        progress.take_back().unwrap();
+        take_back(&progress);
         assert_eq!(texts(&progress), [None, None]);
     }
 }

@@ -7,6 +7,7 @@ use crate::failure::Failure;
 use crate::file_text::FileText;
 use crate::kept_file::KeptFile;
 use crate::reported_progress::{ReportedProgress, mended};
+use crate::save::Save;
 use crate::sealed_file::sealed_content;
 use crate::setting::{SettingKey, would_be_in_force};
 use input_files::read_regular_file;
@@ -34,12 +35,9 @@ pub fn rules_in_force<R: Default, E: Error + Send + Sync + 'static>(
 /// The table of observed progress in the state folder of a site; one that is not there is empty.
 const OBSERVED_TABLE: &str = "observed.csv";
 
-/// Keeps a table of observed progress; it is on disk when this returns.
-///
-/// # Errors
-/// The file system refuses; the table of before stays.
-pub fn keep_observed(state: &Path, table: &[u8]) -> io::Result<()> {
-    KeptFile::at(state, OBSERVED_TABLE).save(table)
+/// A table of observed progress, to be saved.
+pub fn saving_observed(state: &Path, table: Vec<u8>) -> Save {
+    KeptFile::at(state, OBSERVED_TABLE).saving(table)
 }
 
 /// Mends tables of progress that were damaged or removed, reported and observed; for the daemon that writes them, at its start. The

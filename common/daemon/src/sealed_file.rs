@@ -6,10 +6,10 @@
 //! The next sealed file is written first, as `NAME.next`; then the open one is replaced, and `NAME.next` becomes the sealed one.
 //! An open file that is as `NAME.next` says was not changed by anybody: its writer died between the two.
 
-use crate::replaced_file::{rename_durably, write_ahead, write_durably};
+use crate::replaced_file::{folder_of, rename_durably, write_ahead, write_durably};
 use sha2::{Digest, Sha256};
 use std::ffi::OsString;
-use std::fs;
+use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -119,19 +119,21 @@ pub(crate) fn sealed_content(path: &Path) -> io::Result<Vec<u8>> {
     }
 }
 
-/// Removes the files, if they are there.
+/// Removes the files, if they are there: when this returns that is on disk.
 ///
 /// # Errors
 /// The file system refuses.
 pub(crate) fn remove_sealed(path: &Path) -> io::Result<()> {
+    let mut was_there = false;
     // What is sealed would bring the other one back.
     for path in [&next_path(path), &sealed_path(path), path] {
         match fs::remove_file(path) {
-            Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
-            _ => {}
+            Ok(()) => was_there = true,
+            Err(error) if error.kind() == io::ErrorKind::NotFound => {}
+            Err(error) => return Err(error),
         }
     }
-    Ok(())
+    if was_there { File::open(folder_of(path))?.sync_all() } else { Ok(()) }
 }
 
 /// The sealed file of a file.

@@ -8,6 +8,7 @@
 //! a warning.
 
 use crate::failure::{Failure, chain};
+use crate::save::Save;
 use crate::state::{StateError, StateFile};
 use jiff::Timestamp;
 use schemars::JsonSchema;
@@ -168,7 +169,7 @@ pub enum OlderSetting<T> {
 }
 
 /// A setting of a daemon.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Setting<T> {
     key: SettingKey,
     file: StateFile,
@@ -290,16 +291,25 @@ impl<T: Clone + Default + PartialEq + Serialize + DeserializeOwned> Setting<T> {
         kept
     }
 
-    /// Takes what was tried; it is on disk when this returns. The answer is what was in force before, to be kept again if
-    /// the effect fails.
+    /// Takes what was tried. The answer is to be written before anything follows from it; nothing, if nothing changes.
+    ///
+    /// # Errors
+    /// A value that has no JSON; the value stays.
+    pub fn keep(&mut self, kept: KeptSetting<T>) -> Result<Option<Save>, StateError> {
+        let save = if kept == self.kept { None } else { Some(self.file.saving(&kept)?) };
+        self.kept = kept;
+        Ok(save)
+    }
+
+    /// Takes what was tried; it is on disk when this returns.
     ///
     /// # Errors
     /// The file system refuses; the value stays.
-    pub fn keep(&mut self, kept: KeptSetting<T>) -> Result<KeptSetting<T>, StateError> {
-        if kept != self.kept {
-            self.file.save(&kept)?;
-        }
-        Ok(std::mem::replace(&mut self.kept, kept))
+    pub fn keep_now(&mut self, kept: KeptSetting<T>) -> Result<(), StateError> {
+        let mut next = self.clone();
+        next.keep(kept)?.iter().try_for_each(Save::write)?;
+        *self = next;
+        Ok(())
     }
 
     /// The setting for `status`, with its value in words.
@@ -448,14 +458,14 @@ mod tests {
             let now = self.configured();
             let Some(setting) = &mut self.setting else { return self.start() };
             let kept = setting.edited(now)?;
-            setting.keep(kept)?;
+            setting.keep_now(kept)?;
             Ok(())
         }
 
         fn command(&mut self, text: &str) {
             let Some(setting) = &mut self.setting else { return };
             let kept = setting.commanded(Some(FileText { path: "/command".into(), text: text.to_owned() }), 7);
-            setting.keep(kept).unwrap();
+            setting.keep_now(kept).unwrap();
         }
 
         fn text(&self) -> Option<&str> {
@@ -500,16 +510,17 @@ mod tests {
     }
 
     #[test]
-    fn a_value_that_failed_is_taken_back_whole() {
+    fn a_value_that_cannot_be_written_changes_nothing() {
         let mut site = Site::new();
         site.start().unwrap();
         site.command("a");
+        let (state, away) = (site.home.path().join("state"), site.home.path().join("away"));
+        fs::rename(&state, &away).unwrap();
         let setting = site.setting.as_mut().unwrap();
         let before = setting.in_force(|_| String::new());
-        let tried = setting.commanded(None, 8);
-        let last = setting.keep(tried).unwrap();
-        setting.keep(last).unwrap();
+        assert!(setting.keep_now(setting.commanded(None, 8)).is_err());
         assert_eq!(setting.in_force(|_| String::new()), before);
+        fs::rename(&away, &state).unwrap();
         site.start().unwrap();
         assert_eq!((site.text(), site.source()), (Some("a"), SettingSource::Command));
     }

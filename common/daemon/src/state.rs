@@ -3,6 +3,7 @@
 use crate::failure::chain;
 use crate::kept_file::KeptFile;
 use crate::replaced_file::folder_of;
+use crate::save::Save;
 use crate::sealed_file::sealed_path;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -37,7 +38,7 @@ pub enum StateError {
 ///
 /// It is kept twice, as it is and sealed with its hash: one of the two may be removed or damaged, and nothing else is taken for
 /// what was saved. That both were removed is told. A file of an earlier version, which has no hash, is taken over.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct StateFile {
     file: KeptFile,
     is_read_only: bool,
@@ -112,6 +113,15 @@ impl StateFile {
         looked
     }
 
+    /// This state, to be saved.
+    ///
+    /// # Errors
+    /// State that has no JSON, such as a path that is no UTF-8.
+    pub fn saving<T: Serialize>(&self, state: &T) -> Result<Save, StateError> {
+        let bytes = serde_json::to_vec(state).map_err(|source| self.damaged(source))?;
+        Ok(self.file.saving(bytes))
+    }
+
     /// Removes the file, if it is there.
     ///
     /// # Errors
@@ -125,8 +135,7 @@ impl StateFile {
     /// # Errors
     /// The file system refuses; what was saved before stays.
     pub fn save<T: Serialize>(&self, state: &T) -> Result<(), StateError> {
-        let bytes = serde_json::to_vec(state).map_err(|source| self.damaged(source))?;
-        self.file.save(&bytes).map_err(|source| self.failed(source))
+        self.saving(state)?.write()
     }
 
     fn damaged(&self, source: serde_json::Error) -> StateError {

@@ -1,6 +1,7 @@
 //! Files that others write: read only once they are whole, which is when two looks at them find the same.
 
 use crate::failure::Failure;
+use crate::machine_time::{Clock, MachineClock, MachineTime};
 use input_files::read_regular_file;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
@@ -9,8 +10,8 @@ use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
-/// Two looks at files are so far apart.
-const SETTLE: Duration = Duration::from_secs(1);
+/// Two looks at files are so far apart, in milliseconds.
+const SETTLE_MS: i64 = 1_000;
 /// Files that are asked for are waited for so long.
 const WAIT_MAX: Duration = Duration::from_secs(30);
 /// Interval of looks while a client waits.
@@ -47,7 +48,7 @@ impl FileStamp {
 
     /// True if nothing has been written to it for as long as two looks are apart.
     fn is_quiet(&self, now_ns: i64) -> bool {
-        let settle_ns = SETTLE.as_nanos() as i64;
+        let settle_ns = SETTLE_MS * 1_000_000;
         [self.modified_ns, self.changed_ns].into_iter().all(|at| at.saturating_add(settle_ns) <= now_ns)
     }
 }
@@ -62,7 +63,7 @@ pub struct WholeFiles {
 }
 
 /// Waits for files that are being written.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct FileWatch {
     /// Bytes of the largest file that is read.
     max_bytes: u64,
@@ -70,9 +71,9 @@ pub struct FileWatch {
 }
 
 /// What a look at files found.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 struct Look {
-    at: Instant,
+    at: MachineTime,
     paths: Vec<PathBuf>,
     stamps: Vec<Option<FileStamp>>,
     /// Of each file's content; `None` for one that cannot be read.
@@ -85,20 +86,22 @@ impl FileWatch {
         Self { max_bytes, last_look: None }
     }
 
-    /// Looks at files. They are whole if they look, and hold, what they did at a look a second or more ago; `None` until then.
+    /// Looks at files when the machine tells `now`. They are whole if they look, and hold, what they did at a look a second or more ago;
+    /// `None` until then.
     ///
     /// # Errors
     /// A file that could not be read both times, with its path.
-    pub fn look(&mut self, paths: &[PathBuf]) -> Option<Result<WholeFiles, Failure>> {
+    pub fn look(&mut self, paths: &[PathBuf], now: MachineTime) -> Option<Result<WholeFiles, Failure>> {
         let stamps = stamps_of(paths);
-        let is_early = |last: &Look| last.paths == paths && last.stamps == stamps && last.at.elapsed() < SETTLE;
+        let since = |last: &Look| now.since_boot_ms.saturating_sub(last.at.since_boot_ms);
+        let is_early = |last: &Look| last.paths == paths && last.stamps == stamps && since(last) < SETTLE_MS;
         if self.last_look.as_ref().is_some_and(is_early) {
             return None;
         }
         let read: Vec<_> = paths.iter().map(|path| self.read(path)).collect();
         let sha256: Vec<_> =
             read.iter().map(|read| read.as_ref().ok().map(|bytes| Sha256::digest(bytes).into())).collect();
-        let look = Look { at: Instant::now(), paths: paths.to_vec(), stamps, sha256 };
+        let look = Look { at: now, paths: paths.to_vec(), stamps, sha256 };
         let is_same =
             |last: &Look| last.paths == look.paths && last.stamps == look.stamps && last.sha256 == look.sha256;
         // While they were read they may have changed.
@@ -121,7 +124,7 @@ impl FileWatch {
     /// # Errors
     /// A file that cannot be read, with its path; files that change all the time.
     pub fn wait(&mut self, paths: &[PathBuf], waits: impl Fn()) -> Result<WholeFiles, Failure> {
-        let begun = Instant::now();
+        let (begun, clock) = (Instant::now(), MachineClock::of_this_boot());
         loop {
             let stamps = stamps_of(paths);
             if stamps.iter().flatten().all(|stamp| stamp.is_quiet(now_ns())) {
@@ -129,7 +132,7 @@ impl FileWatch {
                 if stamps_of(paths) == stamps {
                     return Ok(WholeFiles { stamps, contents });
                 }
-            } else if let Some(found) = self.look(paths) {
+            } else if let Some(found) = self.look(paths, clock.now()) {
                 return found;
             }
             if WAIT_MAX <= begun.elapsed() {
@@ -157,11 +160,15 @@ mod tests {
     use std::fs;
     use std::io::Write;
 
+    fn now() -> MachineTime {
+        MachineClock::of_this_boot().now()
+    }
+
     /// Looks until files are whole, or a few seconds long.
     fn found(watch: &mut FileWatch, paths: &[PathBuf]) -> Option<Result<WholeFiles, Failure>> {
         let begun = Instant::now();
-        while begun.elapsed() < 3 * SETTLE {
-            if let Some(found) = watch.look(paths) {
+        while begun.elapsed() < Duration::from_secs(3) {
+            if let Some(found) = watch.look(paths, now()) {
                 return Some(found);
             }
         }
@@ -174,7 +181,7 @@ mod tests {
         let path = folder.path().join("a.ifc");
         fs::write(&path, "first").unwrap();
         let (mut watch, paths, begun) = (FileWatch::new(1_000), [path.clone()], Instant::now());
-        assert!(watch.look(&paths).is_none());
+        assert!(watch.look(&paths, now()).is_none());
         let whole = found(&mut watch, &paths).unwrap().unwrap();
         assert!(begun.elapsed() >= SETTLE);
         assert_eq!((whole.contents, whole.stamps), (vec![b"first".to_vec()], stamps_of(&paths)));
@@ -188,7 +195,7 @@ mod tests {
         let old = fs::metadata(&path).unwrap().modified().unwrap();
         let (mut watch, paths) = (FileWatch::new(1_000), [path.clone()]);
         for n in 1..6 {
-            assert!(watch.look(&paths).is_none(), "after {n} blocks");
+            assert!(watch.look(&paths, now()).is_none(), "after {n} blocks");
             std::thread::sleep(SETTLE / 2);
             let mut file = fs::OpenOptions::new().write(true).open(&path).unwrap();
             file.write_all(&vec![b'b'; 10 * n]).unwrap();
@@ -201,7 +208,7 @@ mod tests {
     fn a_file_that_is_not_there_is_an_error_once_it_stays_away() {
         let paths = [PathBuf::from("/nowhere/a.ifc")];
         let mut watch = FileWatch::new(1_000);
-        assert!(watch.look(&paths).is_none());
+        assert!(watch.look(&paths, now()).is_none());
         let why = found(&mut watch, &paths).unwrap().unwrap_err().to_string();
         assert!(why.contains("/nowhere/a.ifc"), "{why}");
         assert!(watch.wait(&paths, || {}).is_err());

@@ -66,6 +66,12 @@ impl<P: Payload, B: AsRef<[u8]>> Checked<P, B> {
     }
 }
 
+impl<P, B: AsRef<[u8]>> AsRef<[u8]> for Checked<P, B> {
+    fn as_ref(&self) -> &[u8] {
+        self.bytes.as_ref()
+    }
+}
+
 impl<P: Payload, B> fmt::Debug for Checked<P, B> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Checked").field("kind", &P::KIND).finish_non_exhaustive()

@@ -29,7 +29,7 @@ pub(crate) struct RevisionReader {
 
 /// What a revision has to fit to.
 #[derive(Clone, Copy)]
-pub(crate) struct InForce<'a> {
+pub(crate) struct Compared<'a> {
     /// The frame that revisions of the building keep.
     pub(crate) frame: Option<SiteFrame>,
     /// The highest epoch that a frame of the site had; 0 before the first.
@@ -63,15 +63,12 @@ impl RevisionReader {
         })
     }
 
-    /// Takes another configuration.
+    /// The same with another configuration.
     ///
     /// # Errors
-    /// Rules that cannot be used; those before stay.
-    pub(crate) fn configure(&mut self, config: &SiteConfig) -> Result<(), Failure> {
-        self.rules = rules_in_force(config, Rules::parse)?;
-        self.has_schedule_files = !config.schedule.files.is_empty();
-        self.allow_boxes = config.allow_boxes;
-        Ok(())
+    /// Rules that cannot be used.
+    pub(crate) fn configured(&self, config: &SiteConfig) -> Result<Self, Failure> {
+        Self::new(config, self.activity.clone())
     }
 
     /// Reads files.
@@ -81,7 +78,7 @@ impl RevisionReader {
     pub(crate) fn read(
         &self,
         files: ModelFiles,
-        in_force: InForce<'_>,
+        in_force: Compared<'_>,
         reporter: &Reporter,
     ) -> Result<ReadRevision, Failure> {
         self.activity.set(Activity::Reading);

@@ -4,12 +4,13 @@
 //! robot is localised in the frame, and a revision is compared with the outline.
 
 use crate::revisions::Revisions;
-use daemon::{Failure, FileStamp, StateError, StateFile, write_durably};
+use daemon::{Failure, FileStamp, Save, StateError, StateFile};
 use export::SiteFrameFile;
 use ingest::SiteFrame;
 use messages::{ArchiveBuffer, Checked, SiteOutline, payload, upgrade_site};
 use std::io::Read;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use tracing::warn;
 
 /// The state of a site on disk.
@@ -56,12 +57,12 @@ impl SiteStore {
         self.revisions.load()
     }
 
-    /// Saves which revisions were refused and wait.
+    /// The revisions, to be saved.
     ///
     /// # Errors
-    /// The file system refuses.
-    pub(crate) fn save_revisions(&self, revisions: &Revisions) -> Result<(), StateError> {
-        self.revisions.save(revisions)
+    /// A path that is no UTF-8.
+    pub(crate) fn saving_revisions(&self, revisions: &Revisions) -> Result<Save, StateError> {
+        self.revisions.saving(revisions)
     }
 
     /// The outline of the site in force; `None` if none was kept, or it is damaged: it is made anew of the site.
@@ -94,29 +95,31 @@ impl SiteStore {
         &self.frame_path
     }
 
-    /// Keeps the frame of a site.
+    /// The frame of a site, to be saved.
     ///
     /// # Errors
-    /// The file system refuses.
-    pub(crate) fn keep_frame(&self, site: &Checked<payload::Site>) -> Result<(), StateError> {
-        self.frame.save(&SiteFrameFile::of(&site.view()))
+    /// A frame that has no JSON.
+    pub(crate) fn saving_frame(&self, site: &Checked<payload::Site>) -> Result<Save, StateError> {
+        self.frame.saving(&SiteFrameFile::of(&site.view()))
     }
 
-    /// Makes a site the one in force: all of it is on disk when this returns, and until the last write the one before it is.
+    /// What makes a site the one in force: until the last file is written, the one before it is.
     ///
     /// # Errors
-    /// The file system refuses; the site before stays in force.
-    pub(crate) fn put_in_force(
+    /// A path that is no UTF-8.
+    pub(crate) fn saving(
         &self,
-        site: &Checked<payload::Site>,
+        site: &Arc<Checked<payload::Site>>,
         outline: &SiteOutline,
         revisions: &Revisions,
-    ) -> Result<(), Failure> {
-        write_durably(&self.cache, site.bytes().bytes())
-            .map_err(|e| format!("{} cannot be written: {e}", self.cache.display()))?;
-        self.outline.save(outline)?;
-        self.keep_frame(site)?;
-        Ok(self.revisions.save(revisions)?)
+    ) -> Result<Vec<Save>, StateError> {
+        let cache: Arc<dyn AsRef<[u8]> + Send + Sync> = Arc::<Checked<payload::Site>>::clone(site);
+        Ok(vec![
+            Save::derived(self.cache.clone(), cache),
+            self.outline.saving(outline)?,
+            self.saving_frame(site)?,
+            self.saving_revisions(revisions)?,
+        ])
     }
 
     /// The site in force, from its cache; one that is damaged, of another layout or of another revision is not used, and files are

@@ -2,27 +2,19 @@
 
 use daemon::facts::RobotSummary;
 use daemon::{
-    Configured, Failure, FileText, KeptSetting, OlderSetting, Robot, RobotConfig, Setting, SettingInForce, SettingKey,
+    Configured, Failure, FileText, OlderSetting, Robot, RobotConfig, Save, Setting, SettingInForce, SettingKey,
     StateFile,
 };
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
 use tracing::warn;
 
-/// The settings of grids in force.
-#[derive(Debug)]
+/// The settings of grids.
+#[derive(Debug, Clone)]
 pub(crate) struct DrawingSettings {
     profile: Setting<Option<FileText>>,
     resolution: Setting<f64>,
     robot: Robot,
-}
-
-/// Settings that are to be tried before they are kept.
-pub(crate) struct TriedSettings {
-    pub(crate) robot: Robot,
-    pub(crate) resolution_m: f64,
-    profile: KeptSetting<Option<FileText>>,
-    resolution: KeptSetting<f64>,
 }
 
 /// The robot in the state of earlier versions, in `robot.json`.
@@ -96,46 +88,33 @@ impl DrawingSettings {
         self.profile.warning().or(self.resolution.warning())
     }
 
-    /// The settings after the site's file was read again; `None` if nothing is to change.
+    /// The settings after the site's file was read again, and what keeps them.
     ///
     /// # Errors
     /// An edit that cannot be used.
-    pub(crate) fn edited(&mut self, config: &RobotConfig) -> Result<Option<TriedSettings>, Failure> {
-        let resolution = self.resolution.edited(resolution_of(config))?;
-        let profile = self.profile.edited(Robot::configured(config.profile.as_deref()))?;
-        let tried = tried(profile, resolution)?;
-        if tried.robot == self.robot && tried.resolution_m == self.resolution_m() {
-            self.keep(tried)?;
-            return Ok(None);
-        }
-        Ok(Some(tried))
+    pub(crate) fn edited(&self, config: &RobotConfig) -> Result<(Self, Vec<Save>), Failure> {
+        let mut next = self.clone();
+        let resolution = next.resolution.edited(resolution_of(config))?;
+        let profile = next.profile.edited(Robot::configured(config.profile.as_deref()))?;
+        let saves = [next.profile.keep(profile)?, next.resolution.keep(resolution)?];
+        next.robot = Robot::of(next.profile.value().as_ref())?;
+        Ok((next, saves.into_iter().flatten().collect()))
     }
 
-    /// The settings with the robot of this profile, set by a command of this user.
+    /// The settings with the robot of this profile, set by a command of this user, and what keeps them.
     ///
     /// # Errors
     /// A text that is no profile.
-    pub(crate) fn commanded(&self, profile: FileText, by_uid: u32) -> Result<TriedSettings, Failure> {
-        tried(self.profile.commanded(Some(profile), by_uid), self.resolution.as_kept())
+    pub(crate) fn commanded(&self, profile: FileText, by_uid: u32) -> Result<(Self, Vec<Save>), Failure> {
+        let mut next = self.clone();
+        let save = next.profile.keep(next.profile.commanded(Some(profile), by_uid))?;
+        next.robot = Robot::of(next.profile.value().as_ref())?;
+        Ok((next, save.into_iter().collect()))
     }
 
-    /// Takes what was tried; on disk when this returns. The answer is what was in force before.
-    ///
-    /// # Errors
-    /// The file system refuses; the settings stay.
-    pub(crate) fn keep(&mut self, tried: TriedSettings) -> Result<TriedSettings, Failure> {
-        let TriedSettings { robot, profile, resolution, .. } = tried;
-        let resolution_m = self.resolution_m();
-        let profile = self.profile.keep(profile)?;
-        let resolution = match self.resolution.keep(resolution) {
-            Ok(resolution) => resolution,
-            Err(why) => {
-                self.profile.keep(profile)?;
-                return Err(why.into());
-            }
-        };
-        let robot = std::mem::replace(&mut self.robot, robot);
-        Ok(TriedSettings { robot, resolution_m, profile, resolution })
+    /// True if grids drawn for both are the same.
+    pub(crate) fn draw_alike(&self, other: &Self) -> bool {
+        self.robot == other.robot && self.resolution_m() == other.resolution_m()
     }
 
     /// The settings for `status`.
@@ -152,11 +131,6 @@ impl DrawingSettings {
     pub(crate) fn robot_summary(&self) -> RobotSummary {
         RobotSummary::of(&self.robot)
     }
-}
-
-fn tried(profile: KeptSetting<Option<FileText>>, resolution: KeptSetting<f64>) -> Result<TriedSettings, Failure> {
-    let robot = Robot::of(profile.value().as_ref())?;
-    Ok(TriedSettings { robot, resolution_m: *resolution.value(), profile, resolution })
 }
 
 fn resolution_of(config: &RobotConfig) -> Configured<f64> {
@@ -196,10 +170,11 @@ mod tests {
     fn a_command_counts_until_the_profile_of_the_site_is_edited() {
         let (home, first, second) = folder();
         assert_eq!(in_force(&opened(&home, &first)), ("first", SettingSource::SiteToml, false));
-        let mut settings = opened(&home, &first);
+        let settings = opened(&home, &first);
         let (_, profile) = Robot::read_with_text(&second).unwrap();
-        let tried = settings.commanded(profile.clone(), 7).unwrap();
-        settings.keep(tried).unwrap();
+        let (settings, saves) = settings.commanded(profile.clone(), 7).unwrap();
+        assert_eq!(in_force(&opened(&home, &first)), ("first", SettingSource::SiteToml, false), "it is not written yet");
+        saves.iter().try_for_each(Save::write).unwrap();
         fs::remove_file(&second).unwrap();
         assert_eq!(in_force(&opened(&home, &first)), ("second", SettingSource::Command, false));
         assert!(
@@ -207,25 +182,25 @@ mod tests {
             "it has no name"
         );
         fs::write(&first, "name = \"first\"\nradius_m = 0.3\n").unwrap();
-        let tried = settings.edited(&config(&first)).unwrap().unwrap();
-        assert_eq!((tried.robot.name.as_str(), tried.robot.profile.radius_m), ("first", 0.3));
-        settings.keep(tried).unwrap();
+        let (edited, saves) = settings.edited(&config(&first)).unwrap();
+        assert!(!edited.draw_alike(&settings));
+        assert_eq!((edited.robot().name.as_str(), edited.robot().profile.radius_m), ("first", 0.3));
+        saves.iter().try_for_each(Save::write).unwrap();
         assert_eq!(in_force(&opened(&home, &first)), ("first", SettingSource::SiteToml, false));
     }
 
     #[test]
     fn an_edit_that_cannot_be_used_changes_neither_robot_nor_resolution() {
         let (home, first, second) = folder();
-        let mut settings = opened(&home, &first);
+        let settings = opened(&home, &first);
         let wrong = RobotConfig { resolution_m: 0.0, ..config(&second) };
         assert!(settings.edited(&wrong).is_err() && DrawingSettings::open(&home.path().join("state"), &wrong).is_err());
         assert_eq!(in_force(&opened(&home, &first)), ("first", SettingSource::SiteToml, false));
         let finer = RobotConfig { resolution_m: 0.025, ..config(&first) };
-        let tried = settings.edited(&finer).unwrap().unwrap();
-        let before = settings.keep(tried).unwrap();
-        assert_eq!((settings.resolution_m(), before.resolution_m), (0.025, 0.05));
-        settings.keep(before).unwrap();
-        assert_eq!(settings.resolution_m(), 0.05);
+        let (edited, _) = settings.edited(&finer).unwrap();
+        assert_eq!((edited.resolution_m(), settings.resolution_m()), (0.025, 0.05));
+        let (same, saves) = settings.edited(&config(&first)).unwrap();
+        assert!(same.draw_alike(&settings) && saves.is_empty());
     }
 
     #[test]

@@ -1,8 +1,8 @@
 //! Rasterisation: `site`, `schedule-state` and the robot in, one grid per map storey and their index out.
 
-use rasterize::service::RasterizeService;
+use rasterize::service::Rasterize;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    daemon::run(RasterizeService::new)
+    daemon::run(Rasterize::start)
 }

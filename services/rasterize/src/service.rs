@@ -1,16 +1,16 @@
-//! The rasterize service: redraws and publishes the grids that a schedule state changes.
+//! What rasterize decides: which site and schedule state are drawn together, for which robot, at which resolution.
 
-use crate::drawing_settings::{DrawingSettings, TriedSettings};
-use bus::{Bus, CheckedSample, GridSlot, Origin, PublishError, Publisher, topics};
+use crate::drawing_settings::DrawingSettings;
+use crate::outputs::{Drawing, GridOutputs, Prepared, Which};
+use bus::{Bus, CheckedSample, GridSlot, topics};
 use daemon::facts::RasterizeFacts;
 use daemon::{
-    Asked, Caller, CurrentActivity, Done, Epochs, Event, Failure, History, HistoryEvent, HistoryKind, Published,
-    RasterizeAnswer, RasterizeRequest, Service, SiteConfig, Standing,
+    Asked, Caller, Committed, CurrentActivity, Decide, Decision, Epochs, Failure, HistoryEvent, HistoryKind, Now,
+    Occasion, RasterizeAnswer, RasterizeRequest, Save, SiteConfig, Standing,
 };
-use messages::{Activity, InputHashes, RobotProfile, ScheduleStateHead};
+use messages::{Activity, ScheduleStateHead};
 use raster::Rasterizer;
-use rayon::prelude::*;
-use tracing::{info, warn};
+use std::sync::Arc;
 
 daemon::inputs! {
     /// What grids are made from.
@@ -18,295 +18,244 @@ daemon::inputs! {
 }
 
 /// Makes grids for one robot at one resolution.
-pub struct RasterizeService {
-    settings: DrawingSettings,
-    history: History,
-    epochs: Epochs,
+pub struct Rasterize {
+    in_force: InForce,
     activity: CurrentActivity,
-    bus: Option<Bus>,
-    index: Option<Publisher<topics::Grids>>,
-    grids: Vec<Publisher<topics::Grid>>,
-    /// Site and schedule state that are drawn; they belong together.
-    site: Option<(CheckedSample<topics::Site>, Rasterizer)>,
-    schedule_state: Option<CheckedSample<topics::ScheduleState>>,
-    /// Newer ones of which the other is not there yet: until then what is drawn stays.
-    next_site: Option<CheckedSample<topics::Site>>,
-    next_state: Option<CheckedSample<topics::ScheduleState>>,
-    /// Why the newest site cannot be drawn.
-    error: Option<String>,
-    /// Content hash of what was published of each storey; `None` for nothing.
-    published: Vec<Option<u64>>,
-    /// Epoch of what is to be published of each storey; `None` where nothing changed.
-    next_epochs: Vec<Option<u64>>,
-    /// True from a change until it is published: what fails for want of room is tried again.
-    is_pending: bool,
-    /// What was published last, and its plan time.
-    last: Published,
-    last_inputs: InputHashes,
-    /// Epochs of the site and of the schedule state that it shows.
-    last_epochs: [u64; 2],
-    last_plan_time_s: i64,
+    /// Site and schedule state that are drawn.
+    drawn: Option<(CheckedSample<topics::Site>, CheckedSample<topics::ScheduleState>)>,
+    /// Newer ones; until they belong together and are drawn, what is drawn stays: a revision takes effect as a whole.
+    newest_site: Option<CheckedSample<topics::Site>>,
+    newest_state: Option<CheckedSample<topics::ScheduleState>>,
 }
 
-impl RasterizeService {
-    /// From the configuration and the settings that were kept.
+/// What a decision changes.
+#[derive(Clone)]
+pub struct InForce {
+    settings: Arc<DrawingSettings>,
+    /// The site that cannot be drawn for this robot.
+    undrawable: Option<Arc<Undrawable>>,
+    /// What is drawn from then on.
+    drawn: Which,
+}
+
+/// A site that cannot be drawn, and why.
+struct Undrawable {
+    site: u64,
+    why: String,
+}
+
+/// Site and schedule state that belong together.
+#[derive(Clone, Copy)]
+pub(crate) struct Pair<'a> {
+    pub(crate) site: &'a CheckedSample<topics::Site>,
+    pub(crate) state: &'a CheckedSample<topics::ScheduleState>,
+}
+
+impl Rasterize {
+    /// The daemon on this machine, from the configuration and the settings that were kept.
     ///
     /// # Errors
     /// A robot profile, a resolution or state that cannot be used.
-    pub fn new(config: &SiteConfig, activity: CurrentActivity) -> Result<Self, Failure> {
-        let service = Self {
-            settings: DrawingSettings::open(&config.state, &config.robot)?,
-            history: History::at(&config.state),
-            epochs: Epochs::at(&config.state, "rasterize-epochs.json")?,
-            activity,
-            bus: None,
-            index: None,
-            grids: Vec::new(),
-            site: None,
-            schedule_state: None,
-            next_site: None,
-            next_state: None,
-            error: None,
-            published: Vec::new(),
-            next_epochs: Vec::new(),
-            is_pending: false,
-            last: Published::default(),
-            last_inputs: InputHashes::default(),
-            last_epochs: [0; 2],
-            last_plan_time_s: ScheduleStateHead::NO_TIME,
-        };
-        if service.settings.were_edited() {
-            service.record(None);
-        }
-        Ok(service)
+    pub fn start(config: &SiteConfig, activity: CurrentActivity) -> Result<Committed<Self>, Failure> {
+        let settings = DrawingSettings::open(&config.state, &config.robot)?;
+        let epochs = Epochs::at(&config.state, "rasterize-epochs.json")?;
+        let edit = settings.were_edited().then(|| event(&settings, None));
+        let in_force = InForce { settings: Arc::new(settings), undrawable: None, drawn: Which::Drawn };
+        let shared = activity.clone();
+        let service = Self { in_force, activity: shared, drawn: None, newest_site: None, newest_state: None };
+        let committed = Committed::new(service, GridOutputs::default(), epochs, &config.state, activity);
+        Ok(committed.recording(edit.into_iter().collect()))
     }
 
-    fn handle_site(&mut self, site: CheckedSample<topics::Site>) -> Result<Done, Failure> {
-        match &mut self.site {
-            Some((drawn, _)) if drawn.content_hash() == site.content_hash() => {
-                let epoch = site.bytes().header().epoch;
-                (*drawn, self.next_site) = (site, None);
-                if self.last_inputs.site == drawn.content_hash() {
-                    self.last_epochs[0] = epoch;
-                }
-                Ok(Done::default())
-            }
-            _ => {
-                self.next_site = Some(site);
-                self.take_next()
-            }
-        }
+    pub(crate) fn settings(&self) -> &DrawingSettings {
+        &self.in_force.settings
     }
 
-    /// Draws the newest site and schedule state as soon as they belong together: a revision takes effect as a whole.
-    fn take_next(&mut self) -> Result<Done, Failure> {
-        let Some(state) = &self.next_state else { return Ok(Done::default()) };
-        let site_hash = state.view().head.site_hash;
-        if let Some(site) = self.next_site.take_if(|site| site.content_hash() == site_hash) {
-            match self.prepared(&site, &self.settings.robot().profile, self.settings.resolution_m()) {
-                Ok(rasterizer) => {
-                    self.published = vec![None; rasterizer.n_storeys()];
-                    (self.site, self.error) = (Some((site, rasterizer)), None);
-                }
-                Err(why) => {
-                    self.activity.set(Activity::Idle);
-                    self.error = Some(daemon::chain(why.as_ref()));
-                    self.next_site = Some(site);
-                    return Err(why);
-                }
-            }
+    /// Site and schedule state that belong together, if there are such.
+    pub(crate) fn pair(&self, which: Which) -> Option<Pair<'_>> {
+        let drawn = self.drawn.as_ref().map(|(site, state)| Pair { site, state });
+        if which == Which::Drawn {
+            return drawn;
         }
-        // Another site is drawn: the one of this state will come.
-        if self.site.as_ref().is_none_or(|(site, _)| site.content_hash() != site_hash) {
-            return Ok(Done::default());
-        }
-        self.schedule_state = self.next_state.take();
-        self.draw()
+        let state = self.newest_state.as_ref()?;
+        let sites = self.newest_site.iter().chain(drawn.map(|drawn| drawn.site));
+        let mut fitting = sites.filter(|site| site.content_hash() == state.view().head.site_hash);
+        // Another site is here: the one of this state will come.
+        fitting.next().map(|site| Pair { site, state })
     }
 
+    /// What draws a site with these settings, if the outputs have none.
+    ///
+    /// # Errors
+    /// A site that cannot be drawn so.
     fn prepared(
         &self,
-        site: &CheckedSample<topics::Site>,
-        robot: &RobotProfile,
-        resolution_m: f64,
-    ) -> Result<Rasterizer, Failure> {
+        pair: Pair<'_>,
+        settings: &DrawingSettings,
+        outputs: &GridOutputs,
+    ) -> Result<Option<Box<Prepared>>, Failure> {
+        let site = pair.site.content_hash();
+        if outputs.can_draw(site, settings) {
+            return Ok(None);
+        }
         self.activity.set(Activity::Reading);
-        let rasterizer = Rasterizer::new(&site.view(), robot, resolution_m)?;
+        let rasterizer = Rasterizer::new(&pair.site.view(), &settings.robot().profile, settings.resolution_m())?;
         let n = rasterizer.n_storeys();
         if n > GridSlot::COUNT {
             return Err(format!("the site has {n} map storeys, the bus has room for {}", GridSlot::COUNT).into());
         }
-        Ok(rasterizer)
+        Ok(Some(Box::new(Prepared::new(site, settings, rasterizer))))
     }
 
-    /// Draws for another robot or resolution: prepared, on disk, published. What fails leaves everything as it was.
-    fn redraw(&mut self, tried: TriedSettings) -> Result<Done, Failure> {
-        let prepared = match &self.site {
-            Some((site, _)) => Some(self.prepared(site, &tried.robot.profile, tried.resolution_m)?),
-            None => None,
-        };
-        let before = self.settings.keep(tried)?;
-        let rasterizer = self.replace_rasterizer(prepared);
-        match self.draw() {
-            // A site that could not be drawn may be drawn now; why it still cannot be stands in the status.
-            Ok(done) if self.error.is_some() => Ok(self.take_next().unwrap_or(done)),
-            Ok(done) => Ok(done),
-            Err(why) => {
-                self.settings.keep(before)?;
-                self.replace_rasterizer(rasterizer);
-                Err(why)
-            }
-        }
-    }
-
-    /// What was drawn with; nothing is published of the other one yet.
-    fn replace_rasterizer(&mut self, other: Option<Rasterizer>) -> Option<Rasterizer> {
-        let ((_, rasterizer), other) = (self.site.as_mut()?, other?);
-        self.published.fill(None);
-        Some(std::mem::replace(rasterizer, other))
-    }
-
-    /// Takes the edits of the site's file.
-    fn configure(&mut self, config: &SiteConfig) -> Result<Done, Failure> {
-        let Some(tried) = self.settings.edited(&config.robot)? else { return Ok(Done::default()) };
-        let done = self.redraw(tried)?;
-        self.record(None);
-        Ok(done)
-    }
-
-    fn record(&self, by: Option<Caller>) {
-        let (robot, resolution_m) = (self.settings.robot_summary(), self.settings.resolution_m());
-        let from = self.settings.robot_in_force().value;
-        let summary = format!("{robot} ({from}), at {resolution_m} m a cell");
-        if let Err(why) = self.history.record(HistoryEvent { kind: HistoryKind::Robot, by, summary }) {
-            warn!(service = "rasterize", error = daemon::chain(&why), "the history cannot be written");
-        }
-    }
-
-    /// Draws what differs from what is published, publishes those storeys, then the index that names them.
+    /// Draws the newest site and schedule state, if they belong together, and what is drawn otherwise, with the settings of the
+    /// decision.
     ///
-    /// Once every schedule state was seen this allocates nothing: what it needs is kept by the rasterizer.
-    fn draw(&mut self) -> Result<Done, Failure> {
-        let (Some((site, rasterizer)), Some(schedule_state), Some(bus)) =
-            (&mut self.site, &self.schedule_state, &self.bus)
-        else {
-            return Ok(self.done());
-        };
-        let frame_epoch = site.bytes().header().frame_epoch;
-        let epochs = [site.bytes().header().epoch, schedule_state.bytes().header().epoch];
-        let (site, schedule_state) = (site.view(), schedule_state.view());
-        if schedule_state.head.site_hash != site.content_hash() {
-            // One of them is older; the other will come.
-            return Ok(Done::default());
-        }
-        schedule_state.check_site(&site)?;
-        self.activity.set(Activity::Writing);
-        self.is_pending = true;
-        rasterizer.draw(&site, &schedule_state);
-        let robot = self.settings.robot();
-        let inputs = InputHashes {
-            site: site.content_hash(),
-            schedule_state: schedule_state.content_hash(),
-            robot: xxhash_rust::xxh3::xxh3_64(bytemuck::bytes_of::<RobotProfile>(&robot.profile)),
-            ..InputHashes::default()
-        };
-        self.next_epochs.clear();
-        for (storey, grid) in rasterizer.drawn().enumerate() {
-            if self.grids.len() == storey {
-                let slot = GridSlot::new(storey).ok_or("there are more storeys than slots")?;
-                self.grids.push(bus.publisher(topics::Grid(slot), grid.archive.len())?);
+    /// # Errors
+    /// What is drawn cannot be drawn so.
+    fn draw(&self, decision: &mut Decision<Self>, outputs: &GridOutputs) -> Result<(), Failure> {
+        let settings = &decision.next.settings;
+        if let Some(newest) = self.pair(Which::Newest) {
+            match self.prepared(newest, settings, outputs) {
+                Ok(prepared) => {
+                    let drawing = Drawing { of: Which::Newest, settings: Arc::clone(settings), prepared };
+                    decision.publish.push(drawing);
+                    (decision.next.undrawable, decision.next.drawn) = (None, Which::Newest);
+                    return Ok(());
+                }
+                Err(why) => {
+                    let (site, why) = (newest.site.content_hash(), daemon::chain(why.as_ref()));
+                    decision.next.undrawable = Some(Arc::new(Undrawable { site, why }));
+                }
             }
-            let is_new = self.published[storey] != Some(grid.content_hash);
-            self.next_epochs.push(if is_new { Some(self.epochs.take()?) } else { None });
         }
-        let slots = self.grids.par_iter().zip(&self.next_epochs).zip(&mut self.published);
-        slots.zip(rasterizer.par_drawn()).try_for_each(|(((publisher, epoch), published), grid)| {
-            let Some(epoch) = *epoch else { return Ok(()) };
-            let inputs = InputHashes { own: grid.input_hash, ..inputs };
-            let mut loan = publisher.loan(grid.archive.len())?;
-            grid.copy_into(loan.bytes_mut());
-            loan.publish(Origin { epoch, frame_epoch, inputs })?;
-            *published = Some(grid.content_hash);
-            Ok::<(), PublishError>(())
-        })?;
-        let n_published = self.next_epochs.iter().flatten().count();
-        let storeys = rasterizer.n_storeys();
-        let index = rasterizer.index(&site, &schedule_state, &robot.name, &robot.footprint_m);
-        let epoch = self.epochs.take()?;
-        let publisher = self.index.as_ref().ok_or("it is not attached to a bus")?;
-        let sent = publisher.publish(&index, Origin { epoch, frame_epoch, inputs })?;
-        info!(service = "rasterize", epoch, storeys, published = n_published, "grids published");
-        self.activity.set(Activity::Published);
-        self.is_pending = false;
-        self.last = Published { content_hash: sent.content_hash, epoch };
-        (self.last_inputs, self.last_epochs) = (inputs, epochs);
-        self.last_plan_time_s = schedule_state.head.plan_time_s;
-        Ok(self.done())
-    }
-
-    fn done(&self) -> Done {
-        Done { published: self.last, ..Done::default() }
-    }
-}
-
-impl Service for RasterizeService {
-    type Input = RasterizeInput;
-    type Request = RasterizeRequest;
-    type Facts = RasterizeFacts;
-
-    fn attach(&mut self, bus: &Bus) -> Result<(), Failure> {
-        // Ports and samples of an earlier generation cannot be used; the inputs come again.
-        (self.index, self.site, self.schedule_state) = (None, None, None);
-        (self.next_site, self.next_state) = (None, None);
-        self.grids.clear();
-        self.published.clear();
-        self.index = Some(bus.publisher(topics::Grids, 1 << 16)?);
-        self.bus = Some(bus.clone());
+        if let Some(drawn) = self.pair(Which::Drawn).filter(|_| !settings.draw_alike(self.settings())) {
+            let prepared = self.prepared(drawn, settings, outputs)?;
+            decision.publish.push(Drawing { of: Which::Drawn, settings: Arc::clone(settings), prepared });
+        }
         Ok(())
     }
 
-    fn handle(&mut self, event: Event<RasterizeInput>) -> Result<Done, Failure> {
-        match event {
-            Event::Input(RasterizeInput::Site(site)) => self.handle_site(site),
-            Event::Input(RasterizeInput::ScheduleState(schedule_state)) => {
-                self.next_state = Some(schedule_state);
-                self.take_next()
-            }
-            Event::Configuration(config) => self.configure(&config),
-            Event::Tick if self.is_pending => self.draw(),
-            Event::Attached | Event::Tick => Ok(Done::default()),
+    /// Draws a site and a schedule state that belong together and are not drawn yet.
+    fn look(&self, decision: &mut Decision<Self>, outputs: &GridOutputs) -> Result<(), Failure> {
+        let Some(newest) = self.pair(Which::Newest) else { return Ok(()) };
+        let site = newest.site.content_hash();
+        if self.in_force.undrawable.as_ref().is_some_and(|undrawable| undrawable.site == site) {
+            return Ok(());
+        }
+        self.draw(decision, outputs)
+    }
+
+    /// Takes other settings.
+    fn set(
+        &self,
+        decision: &mut Decision<Self>,
+        (settings, saves): (DrawingSettings, Vec<Save>),
+        by: Option<Caller>,
+        outputs: &GridOutputs,
+    ) -> Result<(), Failure> {
+        decision.save = saves;
+        let is_other = !settings.draw_alike(self.settings());
+        decision.next.settings = Arc::new(settings);
+        if is_other || by.is_some() {
+            self.draw(decision, outputs)?;
+            decision.history.push(event(&decision.next.settings, by));
+        }
+        Ok(())
+    }
+
+    /// What a client is told once the robot is another.
+    fn answer(&self, now: &Now<'_, Self>) -> RasterizeAnswer {
+        let settings = self.settings();
+        RasterizeAnswer {
+            grids: now.outputs.last().grids,
+            robot: settings.robot_summary(),
+            resolution_m: settings.resolution_m(),
+            setting: settings.robot_in_force(),
+        }
+    }
+}
+
+/// What the history says of settings that come into force.
+fn event(settings: &DrawingSettings, by: Option<Caller>) -> HistoryEvent {
+    let (robot, resolution_m) = (settings.robot_summary(), settings.resolution_m());
+    let from = settings.robot_in_force().value;
+    HistoryEvent { kind: HistoryKind::Robot, by, summary: format!("{robot} ({from}), at {resolution_m} m a cell") }
+}
+
+impl Decide for Rasterize {
+    type Input = RasterizeInput;
+    type Request = RasterizeRequest;
+    type Facts = RasterizeFacts;
+    type InForce = InForce;
+    type Outputs = GridOutputs;
+
+    fn take(&mut self, input: RasterizeInput) {
+        match input {
+            RasterizeInput::ScheduleState(state) => self.newest_state = Some(state),
+            RasterizeInput::Site(site) => match &mut self.drawn {
+                // Its producer repeats itself.
+                Some((drawn, _)) if drawn.content_hash() == site.content_hash() => {
+                    (*drawn, self.newest_site) = (site, None);
+                }
+                _ => self.newest_site = Some(site),
+            },
         }
     }
 
-    fn answer(&mut self, request: RasterizeRequest, asked: &Asked) -> Result<Done<RasterizeAnswer>, Failure> {
-        let RasterizeRequest::SetRobot { profile } = request;
-        let done = self.redraw(self.settings.commanded(profile, asked.by.uid)?)?;
-        self.record(Some(asked.by));
-        let answer = RasterizeAnswer {
-            grids: done.published,
-            robot: self.settings.robot_summary(),
-            resolution_m: self.settings.resolution_m(),
-            setting: self.settings.robot_in_force(),
-        };
-        Ok(done.answered(answer))
+    fn attach(&mut self, _: &Bus) -> Result<(), Failure> {
+        (self.drawn, self.newest_site, self.newest_state) = (None, None, None);
+        Ok(())
     }
 
-    fn standing(&self) -> Standing {
-        Standing { error: self.error.clone(), warning: self.settings.warning().map(str::to_owned) }
+    fn decide(&self, occasion: Occasion<'_, RasterizeRequest>, now: &Now<'_, Self>) -> Result<Decision<Self>, Failure> {
+        let mut decision = Decision::of(InForce { drawn: Which::Drawn, ..self.in_force.clone() });
+        match occasion {
+            Occasion::Look => self.look(&mut decision, now.outputs)?,
+            Occasion::Configuration(config) => {
+                self.set(&mut decision, self.settings().edited(&config.robot)?, None, now.outputs)?;
+            }
+            Occasion::Request(RasterizeRequest::SetRobot { profile }, Asked { by, .. }) => {
+                let commanded = self.settings().commanded(profile, by.uid)?;
+                self.set(&mut decision, commanded, Some(*by), now.outputs)?;
+                return Ok(decision.answered(Self::answer));
+            }
+        }
+        Ok(decision)
     }
 
-    fn facts(&self) -> RasterizeFacts {
+    fn become_in_force(&mut self, next: InForce) {
+        if next.drawn == Which::Newest
+            && let Some(state) = self.newest_state.take()
+        {
+            let drawn = self.drawn.take().map(|(site, _)| site);
+            let of_state = |site: &CheckedSample<topics::Site>| site.content_hash() == state.view().head.site_hash;
+            let site = self.newest_site.take_if(|site| of_state(site)).or(drawn.filter(of_state));
+            self.drawn = site.map(|site| (site, state));
+        }
+        self.in_force = next;
+    }
+
+    fn standing(&self, _: &Now<'_, Self>) -> Standing {
+        let error = self.in_force.undrawable.as_ref().map(|undrawable| undrawable.why.clone());
+        Standing { error, warning: self.settings().warning().map(str::to_owned) }
+    }
+
+    fn facts(&self, now: &Now<'_, Self>) -> RasterizeFacts {
+        let (last, settings) = (now.outputs.last(), self.settings());
+        let [site_epoch, state_epoch] = last.epochs;
+        // Its producer may have repeated it since.
+        let site = self.drawn.as_ref().map(|(site, _)| site).filter(|site| site.content_hash() == last.inputs.site);
         RasterizeFacts {
-            grids: self.last,
-            plan_time_s: Some(self.last_plan_time_s).filter(|at_s| *at_s != ScheduleStateHead::NO_TIME),
-            site_hash: self.last_inputs.site,
-            site_epoch: self.last_epochs[0],
-            state_epoch: self.last_epochs[1],
-            state_hash: self.last_inputs.schedule_state,
-            storeys: self.published.len(),
-            robot: self.settings.robot().name.clone(),
-            resolution_m: self.settings.resolution_m(),
-            settings: self.settings.in_force(),
+            grids: last.grids,
+            plan_time_s: Some(last.plan_time_s).filter(|at_s| *at_s != ScheduleStateHead::NO_TIME),
+            site_hash: last.inputs.site,
+            site_epoch: site.map_or(site_epoch, |site| site.bytes().header().epoch),
+            state_epoch,
+            state_hash: last.inputs.schedule_state,
+            storeys: now.outputs.n_storeys(),
+            robot: settings.robot().name.clone(),
+            resolution_m: settings.resolution_m(),
+            settings: settings.in_force(),
         }
     }
 }

@@ -9,7 +9,7 @@ use bus::{Bus, CheckedSample, Daemon, Domain, Keeper, Origin, Publisher, Subscri
 use daemon::{CurrentActivity, Event, Service, SiteConfig};
 use grid::Class;
 use messages::*;
-use rasterize::service::{RasterizeInput, RasterizeService};
+use rasterize::service::{Rasterize, RasterizeInput};
 use support::House;
 
 #[global_allocator]
@@ -91,7 +91,7 @@ fn walk_twice() {
     let (bus, _waiter) = Bus::join(&domain, Daemon::Rasterize).unwrap();
     let (sites_in, schedule_states_in) =
         (bus.subscriber(topics::Site).unwrap(), bus.subscriber(topics::ScheduleState).unwrap());
-    let mut service = RasterizeService::new(&config, CurrentActivity::default()).unwrap();
+    let mut service = Rasterize::start(&config, CurrentActivity::default()).unwrap();
     service.attach(&bus).unwrap();
     sites.publish(&site);
     service.handle(Event::Input(RasterizeInput::Site(take(&sites_in)))).unwrap();

@@ -4,7 +4,7 @@
 //! A clock that went ahead is not followed if it is more than a day ahead of the time that the machine has been running since
 //! the last reading, or, where the machine was off in between, more than 31 days ahead of that reading.
 
-use crate::machine_time::MachineTime;
+use daemon::MachineTime;
 use jiff::Timestamp;
 use jiff::tz::TimeZone;
 use serde::{Deserialize, Serialize};

@@ -1,9 +1,8 @@
 //! The plan time in force: that of `site.toml`, or the clock that a command set.
 
-use crate::machine_time::MachineTime;
 use crate::plan_time_clock::{PlanTimeClock, ReachedPlanTime};
 use daemon::{
-    Configured, Failure, KeptSetting, OlderSetting, Setting, SettingInForce, SettingKey, SiteConfig, StateFile,
+    Configured, Failure, MachineTime, OlderSetting, Save, Setting, SettingInForce, SettingKey, SiteConfig, StateFile,
 };
 use frames::{PlanTime, PlanTimeError};
 use jiff::tz::TimeZone;
@@ -41,15 +40,9 @@ impl PlanTimeValue {
 }
 
 /// The plan time of a site.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(crate) struct PlanTimeSetting {
     setting: Setting<PlanTimeValue>,
-    clock: PlanTimeClock,
-}
-
-/// A plan time before another one, to go back to it.
-pub(crate) struct EarlierPlanTime {
-    kept: KeptSetting<PlanTimeValue>,
     clock: PlanTimeClock,
 }
 
@@ -78,44 +71,37 @@ impl PlanTimeSetting {
         &self.clock
     }
 
-    /// A clock that a command of this user sets; on disk when this returns.
+    /// Takes a clock that a command of this user sets.
     ///
     /// # Errors
-    /// The file system refuses; the clock stays.
-    pub(crate) fn set(&mut self, clock: PlanTimeClock, by_uid: u32) -> Result<EarlierPlanTime, Failure> {
-        let kept = self.setting.keep(self.setting.commanded(PlanTimeValue::Clock(clock), by_uid))?;
-        Ok(EarlierPlanTime { kept, clock: std::mem::replace(&mut self.clock, clock) })
-    }
-
-    /// The same clock, having got further; on disk when this returns.
-    ///
-    /// # Errors
-    /// The file system refuses.
-    pub(crate) fn move_on(&mut self, clock: PlanTimeClock) -> Result<(), Failure> {
-        self.setting.keep(self.setting.moved_on(PlanTimeValue::Clock(clock)))?;
+    /// A clock that has no JSON.
+    pub(crate) fn set(&mut self, clock: PlanTimeClock, by_uid: u32) -> Result<Option<Save>, Failure> {
         self.clock = clock;
-        Ok(())
+        Ok(self.setting.keep(self.setting.commanded(PlanTimeValue::Clock(clock), by_uid))?)
     }
 
-    /// Goes back to an earlier plan time; on disk when this returns.
+    /// Takes the same clock, having got further.
     ///
     /// # Errors
-    /// The file system refuses.
-    pub(crate) fn go_back(&mut self, earlier: EarlierPlanTime) -> Result<(), Failure> {
-        self.setting.keep(earlier.kept)?;
-        self.clock = earlier.clock;
-        Ok(())
+    /// A clock that has no JSON.
+    pub(crate) fn move_on(&mut self, clock: PlanTimeClock) -> Result<Option<Save>, Failure> {
+        self.clock = clock;
+        Ok(self.setting.keep(self.setting.moved_on(PlanTimeValue::Clock(clock)))?)
     }
 
     /// Takes an edit of the site's file, read in the zone of its rules. True for one that changed the plan time.
     ///
     /// # Errors
-    /// A plan time that is none; the clock stays.
-    pub(crate) fn edit(&mut self, config: &SiteConfig, zone: Option<&TimeZone>) -> Result<bool, Failure> {
+    /// A plan time that is none.
+    pub(crate) fn edit(
+        &mut self,
+        config: &SiteConfig,
+        zone: Option<&TimeZone>,
+    ) -> Result<(bool, Option<Save>), Failure> {
         let edited = self.setting.edited(configured(config, zone))?;
         let clock = edited.value().clock(zone)?;
-        self.setting.keep(edited)?;
-        Ok(std::mem::replace(&mut self.clock, clock) != clock)
+        let save = self.setting.keep(edited)?;
+        Ok((std::mem::replace(&mut self.clock, clock) != clock, save))
     }
 
     /// True if `site.toml` was edited before this start.
@@ -173,16 +159,18 @@ mod tests {
         let mut setting = open(&first).unwrap();
         assert_eq!(in_force(&setting), ("2024-03-01".to_owned(), SettingSource::SiteToml));
         let noon = PlanTimeClock::Fixed { at_s: PlanTime::parse("2024-04-01T12:00", None).unwrap().at.civil_seconds() };
-        let earlier = setting.set(noon, 7).unwrap();
-        assert!(!setting.edit(&first, None).unwrap() && *setting.clock() == noon);
-        setting.go_back(earlier).unwrap();
-        assert_eq!(in_force(&setting).1, SettingSource::SiteToml);
-        setting.set(noon, 7).unwrap();
+        let save = setting.set(noon, 7).unwrap().unwrap();
+        let (is_other, nothing) = setting.edit(&first, None).unwrap();
+        assert!(!is_other && nothing.is_none() && *setting.clock() == noon);
+        assert_eq!(in_force(&open(&first).unwrap()).1, SettingSource::SiteToml, "nothing is written yet");
+        save.write().unwrap();
         let mut setting = open(&first).unwrap();
         assert_eq!(in_force(&setting), ("2024-04-01T12:00:00".to_owned(), SettingSource::Command));
         assert!(setting.edit(&config(home.path(), "soon"), None).is_err());
         assert!(*setting.clock() == noon);
-        assert!(setting.edit(&config(home.path(), "2024-05-01"), None).unwrap());
+        let (is_other, save) = setting.edit(&config(home.path(), "2024-05-01"), None).unwrap();
+        assert!(is_other);
+        save.unwrap().write().unwrap();
         assert_eq!(in_force(&setting), ("2024-05-01".to_owned(), SettingSource::SiteToml));
         let start = |plan_time: &str| open(&config(home.path(), plan_time)).unwrap().was_edited();
         assert_eq!([start("2024-05-01"), start("2024-06-01"), start("2024-06-01")], [false, true, false]);
@@ -194,7 +182,7 @@ mod tests {
         let config = config(home.path(), "2024-03-01");
         let mut setting = open(&config).unwrap();
         let april = PlanTimeClock::Fixed { at_s: PlanTime::parse("2024-04-01", None).unwrap().at.civil_seconds() };
-        setting.set(april, 7).unwrap();
+        setting.set(april, 7).unwrap().unwrap().write().unwrap();
         std::fs::remove_file(config.state.join("settings/schedule.plan_time.json")).unwrap();
         let setting = open(&config).unwrap();
         assert!(*setting.clock() == april && setting.warning().unwrap().contains("was removed"));

@@ -2,11 +2,12 @@
 //!
 //! What is in force is kept in the state folder: a file that is removed or spoilt later changes nothing, and is a warning.
 
-use daemon::{Failure, FileStamp, FileWatch, KeptFile, SiteConfig, WholeFiles, chain, stamps_of};
+use daemon::{Failure, FileStamp, FileWatch, KeptFile, MachineTime, Save, SiteConfig, WholeFiles, chain, stamps_of};
 use jiff::Timestamp;
 use schedule::Rules;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use tasks::{MAX_SCHEDULE_FILE_BYTES, ScheduleFile, TableLink, parse_link_table};
 
 /// The contents in force, in the state folder.
@@ -34,14 +35,15 @@ struct Named {
 }
 
 /// The schedule files of the site.
+#[derive(Clone)]
 pub(crate) struct ScheduleFiles {
     named: Named,
     /// How the files looked when they were read last.
     read_as: Vec<Option<FileStamp>>,
     /// Files that changed, until they are whole.
     watch: FileWatch,
-    contents: Contents,
-    plans: Plans,
+    contents: Arc<Contents>,
+    plans: Arc<Plans>,
     since: Timestamp,
     warning: Option<String>,
     kept: KeptFile,
@@ -61,8 +63,8 @@ impl ScheduleFiles {
         let mut files = Self {
             read_as,
             watch,
-            contents: Contents::default(),
-            plans: Plans::default(),
+            contents: Arc::default(),
+            plans: Arc::default(),
             since: Timestamp::now(),
             warning: None,
             kept,
@@ -71,13 +73,13 @@ impl ScheduleFiles {
         match read {
             Ok((stamps, plans, contents)) => {
                 files.read_as = stamps;
-                files.take(plans, contents)?;
+                files.take(plans, contents)?.iter().try_for_each(Save::write)?;
             }
             Err(why) => {
                 let earlier = read_kept(&files.kept)?.filter(|contents| contents.names() == files.named.names());
                 let Some(contents) = earlier else { return Err(why) };
-                files.plans = contents.plans(rules)?;
-                files.contents = contents;
+                files.plans = Arc::new(contents.plans(rules)?);
+                files.contents = Arc::new(contents);
                 let finding = files.kept.finding().map(str::to_owned);
                 files.warning = Some([stays(why.as_ref())].into_iter().chain(finding).collect::<Vec<_>>().join("; "));
             }
@@ -85,42 +87,39 @@ impl ScheduleFiles {
         Ok(files)
     }
 
-    /// The configuration or the rules are others.
+    /// Takes another configuration or other rules.
     ///
     /// # Errors
-    /// Files that cannot be used: those in force stay.
-    pub(crate) fn configure(&mut self, config: &SiteConfig, rules: &Rules) -> Result<(), Failure> {
+    /// Files that cannot be used.
+    pub(crate) fn configure(&mut self, config: &SiteConfig, rules: &Rules) -> Result<Option<Save>, Failure> {
         let named = Named::of(config);
         let is_read = named == self.named && stamps_of(&named.paths()) == self.read_as;
         let (stamps, contents) =
-            if is_read { (self.read_as.clone(), self.contents.clone()) } else { named.read(&mut self.watch)? };
+            if is_read { (self.read_as.clone(), Contents::clone(&self.contents)) } else { named.read(&mut self.watch)? };
         let plans = contents.plans(rules)?;
-        self.take(plans, contents)?;
+        let save = self.take(plans, contents)?;
         (self.named, self.read_as) = (named, stamps);
-        Ok(())
+        Ok(save)
     }
 
-    /// Looks whether the files have changed, and reads them again once they are whole. True if what they hold is new.
+    /// Looks whether the files have changed, and reads them again once they are whole. What is to be saved, if what they hold is new.
     ///
     /// # Errors
-    /// The state folder cannot be written.
-    pub(crate) fn look(&mut self, rules: &Rules) -> Result<bool, Failure> {
+    /// Contents that cannot be kept.
+    pub(crate) fn look(&mut self, rules: &Rules, now: MachineTime) -> Result<Option<Save>, Failure> {
         let paths = self.named.paths();
         if stamps_of(&paths) == self.read_as {
-            return Ok(false);
+            return Ok(None);
         }
-        let Some(whole) = self.watch.look(&paths) else { return Ok(false) };
+        let Some(whole) = self.watch.look(&paths, now) else { return Ok(None) };
         self.read_as = whole.as_ref().map_or_else(|_| stamps_of(&paths), |whole| whole.stamps.clone());
         let read = whole.map(|whole| self.named.contents(whole));
         match read.and_then(|contents| Ok((contents.plans(rules)?, contents))) {
-            Ok((_, contents)) if contents == self.contents => self.warning = None,
-            Ok((plans, contents)) => {
-                self.take(plans, contents)?;
-                return Ok(true);
-            }
+            Ok((_, contents)) if contents == *self.contents => self.warning = None,
+            Ok((plans, contents)) => return self.take(plans, contents),
             Err(why) => self.warning = Some(stays(why.as_ref())),
         }
-        Ok(false)
+        Ok(None)
     }
 
     /// What the files in force hold.
@@ -143,14 +142,15 @@ impl ScheduleFiles {
         self.since
     }
 
-    /// On disk before it is in force.
-    fn take(&mut self, plans: Plans, contents: Contents) -> Result<(), Failure> {
-        if contents != self.contents || contents.files.is_empty() {
-            keep(&self.kept, &contents)?;
+    /// What is to be saved before this is in force.
+    fn take(&mut self, plans: Plans, contents: Contents) -> Result<Option<Save>, Failure> {
+        let mut save = None;
+        if contents != *self.contents || contents.files.is_empty() {
+            save = Some(saving(&self.kept, &contents)?);
             self.since = Timestamp::now();
         }
-        (self.plans, self.contents, self.warning) = (plans, contents, None);
-        Ok(())
+        (self.plans, self.contents, self.warning) = (Arc::new(plans), Arc::new(contents), None);
+        Ok(save)
     }
 }
 
@@ -210,22 +210,26 @@ fn read_kept(kept: &KeptFile) -> Result<Option<Contents>, Failure> {
     Ok(parsed.map_err(|e| format!("{}: {e}", path.display()))?)
 }
 
-fn keep(kept: &KeptFile, contents: &Contents) -> Result<(), Failure> {
-    let path = kept.path();
+fn saving(kept: &KeptFile, contents: &Contents) -> Result<Save, Failure> {
     if contents.files.is_empty() {
-        return kept.remove().map_err(|e| format!("{} cannot be removed: {e}", path.display()).into());
+        return Ok(kept.removing());
     }
-    let bytes = postcard::to_allocvec(contents).map_err(|e| format!("{}: {e}", path.display()))?;
-    kept.save(&bytes).map_err(|e| format!("{} cannot be written: {e}", path.display()).into())
+    let bytes = postcard::to_allocvec(contents).map_err(|e| format!("{}: {e}", kept.path().display()))?;
+    Ok(kept.saving(bytes))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use daemon::{Clock, MachineClock};
     use std::fs;
     use std::time::{Duration, Instant};
 
     const PLAN: &str = "id,name,start,finish\nA1,Walls,2024-03-04,2024-03-08\n";
+
+    fn now() -> MachineTime {
+        MachineClock::of_this_boot().now()
+    }
 
     fn site(home: &Path) -> SiteConfig {
         let text = "models = []\nstate = \"state\"\n[schedule]\nfiles = [\"plan.csv\"]\n";
@@ -240,11 +244,11 @@ mod tests {
         fs::write(home.path().join("plan.csv"), PLAN).unwrap();
         let mut files = ScheduleFiles::open(&config, &rules).unwrap();
         assert_eq!(files.plans().files[0].plan.tasks.len(), 1);
-        assert!(!files.look(&rules).unwrap());
+        assert!(files.look(&rules, now()).unwrap().is_none());
         fs::write(home.path().join("plan.csv"), format!("{PLAN}A2,Doors,2024-03-11,2024-03-12\n")).unwrap();
-        assert!(!files.look(&rules).unwrap(), "it may not be whole yet");
+        assert!(files.look(&rules, now()).unwrap().is_none(), "it may not be whole yet");
         let begun = Instant::now();
-        while !files.look(&rules).unwrap() {
+        while files.look(&rules, now()).unwrap().is_none() {
             assert!(begun.elapsed() < Duration::from_secs(30));
         }
         assert_eq!(files.plans().files[0].plan.tasks.len(), 2);
@@ -261,7 +265,7 @@ mod tests {
         fs::write(&path, b"%PDF-1.7 no schedule at all").unwrap();
         let begun = Instant::now();
         while files.warning().is_none() {
-            assert!(!files.look(&rules).unwrap() && begun.elapsed() < Duration::from_secs(30));
+            assert!(files.look(&rules, now()).unwrap().is_none() && begun.elapsed() < Duration::from_secs(30));
         }
         assert!(files.plans().files.len() == 1);
         fs::remove_file(&path).unwrap();

@@ -1,208 +1,276 @@
-//! The schedule-eval service: holds the plan time and publishes the schedule state.
+//! What schedule-eval decides: the plan time, and which schedule state is published.
 
 use crate::evaluation::{Evaluated, EvaluationError, evaluated};
-use crate::machine_time::{self, MachineTime};
-use crate::plan_time_clock::{PlanTimeClock, ReachedPlanTime, Reading};
+use crate::in_force::{InForce, KeptRules};
+use crate::outputs::{ScheduleOutputs, ScheduleSample};
+use crate::plan_time_clock::{PlanTimeClock, ReachedPlanTime};
 use crate::plan_time_setting::PlanTimeSetting;
 use crate::schedule_files::ScheduleFiles;
 use bus::{Bus, CheckedSample, topics};
-use daemon::facts::{ProgressRows, ScheduleFacts};
+use daemon::facts::ScheduleFacts;
 use daemon::{
-    ActualsSource, Asked, Caller, Configured, CurrentActivity, Done, Epochs, Event, Failure, FileText, History,
-    HistoryEvent, HistoryKind, LatchedOutput, Published, ReportedProgress, ScheduleAnswer, ScheduleRequest, Service,
-    Setting, SettingInForce, SettingKey, SettingSource, SiteConfig, Standing, StateFile, checked_rate, keep_observed,
-    mend_progress, progress_in_force,
+    ActualsSource, Asked, Caller, Clock, Committed, Configured, CurrentActivity, Decide, Decision, Epochs, Failure,
+    FileText, HistoryEvent, HistoryKind, MachineClock, MachineTime, NewSample, Now, Occasion, ReportedProgress,
+    ScheduleAnswer, ScheduleRequest, Setting, SettingKey, SiteConfig, Standing, StateFile, checked_rate, mend_progress,
+    progress_in_force, saving_observed,
 };
 use frames::PlanTime;
-use jiff::tz::TimeZone;
 use messages::{Activity, Checked, DiagnosticCode, InputHashes, ScheduleStateHead};
 use schedule::{Overrides, Rules, parse_actuals};
-use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
-use std::time::Duration;
+use std::sync::Arc;
 use tracing::{info, warn};
 
 daemon::inputs! {
     /// What the schedule is read from.
-    pub(crate) enum ScheduleInput { Site }
+    pub enum ScheduleInput { Site }
 }
 
 /// A plan time that moves is on disk with each change, and at least this often: the reading by which a clock that went ahead
 /// while the machine was off is noticed.
 const KEPT_EVERY_MS: i64 = 3_600_000;
-/// What is due for longer could not be published.
-const LATE_MS: i64 = 1_000;
 
-/// Holds the plan time, which is restored from its state file after a restart.
+/// Holds the plan time.
 ///
 /// While the plan time moves, the schedule state is that of the last change instant: it does not depend on how often it
-/// is evaluated, and has its validity.
-pub(crate) struct ScheduleService {
-    rules: Rules,
-    synchronised_while: Option<PathBuf>,
-    /// Which boot of the machine this is.
-    boot: Option<u64>,
-    plan_time: PlanTimeSetting,
-    rules_setting: Setting<Option<FileText>>,
-    files: ScheduleFiles,
-    /// The state folder, for the tables of progress.
-    state: PathBuf,
-    overrides: Overrides,
-    epochs: Epochs,
-    activity: CurrentActivity,
-    /// Tasks of schedule files: on the bus before the states that follow them.
-    tasks: LatchedOutput<topics::Tasks>,
-    output: LatchedOutput<topics::ScheduleState>,
+/// is evaluated, and has its validity. A plan time is on disk before it is published, because a map must never go back in time when
+/// a process dies.
+pub struct ScheduleEval {
+    in_force: InForce,
     /// The newest site; kept to evaluate it again when rules or progress change.
     site: Option<CheckedSample<topics::Site>>,
-    /// The last schedule that could be evaluated: of an earlier site, if that of the newest cannot.
-    evaluated: Option<Evaluated>,
-    /// Why the schedule is not that of the newest site, rules and progress.
-    error: Option<String>,
-    history: History,
-    /// Plan time of what was published last, or waits for room; `None` before that.
-    published_at_s: Option<Option<i64>>,
-    /// Plan time of what is on the bus; `None` before that.
-    shown_at_s: Option<Option<i64>>,
-    /// The rules that a site was last evaluated with: they stand in at a start where those in force cannot be used with the site.
-    usable_rules: Option<KeptRules>,
+    activity: CurrentActivity,
+    /// The state folder, for the tables of progress.
+    state: PathBuf,
     usable_rules_file: StateFile,
     /// What an operator should know of tables of progress that were damaged before this start.
     mended_progress: Option<String>,
 }
 
-/// Rules that a site was evaluated with.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-struct KeptRules {
-    rules: Option<FileText>,
-}
-
-impl ScheduleService {
-    /// From the configuration and what survived.
+impl ScheduleEval {
+    /// The daemon on this machine, from the configuration and what survived.
     ///
     /// # Errors
     /// Rules, schedule files, a plan time or state that cannot be used.
-    pub(crate) fn new(config: &SiteConfig, activity: CurrentActivity) -> Result<Self, Failure> {
+    pub fn start(config: &SiteConfig, activity: CurrentActivity) -> Result<Committed<Self>, Failure> {
+        Self::start_at(config, activity, MachineClock::of_this_boot().now())
+    }
+
+    /// The same when a clock tells `now`.
+    ///
+    /// # Errors
+    /// As [`Self::start`].
+    pub fn start_at(
+        config: &SiteConfig,
+        activity: CurrentActivity,
+        now: MachineTime,
+    ) -> Result<Committed<Self>, Failure> {
         let rules_setting = Setting::open(&config.state, SettingKey::Rules, rules_configured(config), || Ok(None))?;
         let rules = parse_rules(rules_setting.value().as_ref())?;
-        let boot = machine_time::boot();
-        let plan_time = PlanTimeSetting::open(config, rules.site_zone.as_ref(), MachineTime::now(boot))?;
-        check_zone(&rules, plan_time.clock())?;
+        let plan_time = PlanTimeSetting::open(config, rules.site_zone.as_ref(), now)?;
         let usable_rules_file = StateFile::at(&config.state, "evaluated-rules.json")?;
         let mended_progress = mend_progress(&config.state)?;
         let [actuals, observed] = progress_in_force(&config.state, parse_actuals)?;
-        let files = ScheduleFiles::open(config, &rules)?;
-        let service = Self {
-            rules,
-            files,
-            synchronised_while: config.clock.synchronised_while.clone(),
-            boot,
-            plan_time,
+        let overrides = Overrides { actuals, observed, is_of_earlier_revision: true, ..Overrides::default() };
+        let in_force = InForce {
+            files: ScheduleFiles::open(config, &rules)?,
+            rules: Arc::new(rules),
             rules_setting,
-            overrides: Overrides { actuals, observed, is_of_earlier_revision: true, ..Overrides::default() },
-            state: config.state.clone(),
-            epochs: Epochs::at(&config.state, "schedule-eval-epochs.json")?,
-            activity,
-            tasks: LatchedOutput::new(topics::Tasks),
-            output: LatchedOutput::new(topics::ScheduleState),
-            site: None,
+            synchronised_while: config.clock.synchronised_while.clone(),
+            plan_time,
+            overrides: Arc::new(overrides),
             evaluated: None,
+            tried_site: None,
             error: None,
-            history: History::at(&config.state),
-            published_at_s: None,
             shown_at_s: None,
             usable_rules: usable_rules_file.load_unless_damaged()?,
-            usable_rules_file,
-            mended_progress,
         };
-        service.record_edits(service.rules_setting.was_edited(), service.plan_time.was_edited());
-        Ok(service)
+        in_force.check_zone()?;
+        let edits = in_force.edits(in_force.rules_setting.was_edited(), in_force.plan_time.was_edited());
+        let (state, epochs) = (config.state.clone(), Epochs::at(&config.state, "schedule-eval-epochs.json")?);
+        let shared = activity.clone();
+        let service = Self { in_force, site: None, activity: shared, state, usable_rules_file, mended_progress };
+        let outputs = ScheduleOutputs::default();
+        Ok(Committed::new(service, outputs, epochs, &config.state, activity).recording(edits))
     }
 
-    /// What was edited in `site.toml`.
-    fn record_edits(&self, has_other_rules: bool, has_other_plan_time: bool) {
-        if has_other_rules {
-            self.record(HistoryKind::Rules, None, format!("rules of {}", self.rules_words()));
+    fn site_hash(&self) -> Option<u64> {
+        self.site.as_ref().map(Checked::content_hash)
+    }
+
+    /// The schedule of the newest site with other overrides; `None` if there is no site yet.
+    fn evaluate(&self, overrides: &Overrides) -> Result<Option<Result<Evaluated, EvaluationError>>, Failure> {
+        match &self.site {
+            Some(site) => Ok(Some(evaluated(site, &self.in_force.rules, self.in_force.files.plans(), overrides))),
+            // The bus was created anew, and the site is on its way.
+            None if self.in_force.evaluated.is_some() => Err("the site is not there at the moment: try again".into()),
+            None => Ok(None),
         }
-        if has_other_plan_time {
-            self.record(HistoryKind::Date, None, format!("plan time {} of site.toml", self.plan_time.in_force().value));
-        }
     }
 
-    /// The settings in force; without schedule files there is no setting of them.
-    fn settings(&self) -> Vec<SettingInForce> {
-        let rules = self.rules_setting.in_force(|_| self.rules_words());
-        let files = self.files.names().map(|names| SettingInForce {
-            since: self.files.since(),
-            ..SettingInForce::now(SettingKey::ScheduleFiles, names, SettingSource::SiteToml, None)
-        });
-        [rules, self.plan_time.in_force()].into_iter().chain(files).collect()
-    }
-
-    /// The zone in which the machine's clock is read.
-    fn zone(&self) -> TimeZone {
-        self.rules.site_zone.clone().unwrap_or(TimeZone::UTC)
-    }
-
-    fn read_clock(&self) -> (Reading, MachineTime) {
-        let now = MachineTime::now(self.boot);
-        let synchronised = self.synchronised_while.as_deref().is_none_or(Path::exists);
-        (self.plan_time.clock().read(now, &self.zone(), synchronised), now)
-    }
-
-    /// Sets a mode: on disk before it is published, because a map must never go back in time when a process dies.
-    fn set_clock(&mut self, clock: PlanTimeClock, by: Caller) -> Result<Done, Failure> {
-        self.check_timeline()?;
-        let earlier = self.plan_time.set(clock, by.uid)?;
-        self.publish().or_else(|why| {
-            self.published_at_s = None;
-            self.plan_time.go_back(earlier)?;
-            Err(why)
-        })
-    }
-
-    /// Refuses to move the plan time along the schedule of a site that is no longer the newest.
-    fn check_timeline(&self) -> Result<(), Failure> {
-        let (Some(site), Some(evaluated)) = (&self.site, &self.evaluated) else { return Ok(()) };
-        match &self.error {
-            Some(why) if evaluated.site_hash != site.content_hash() => {
-                Err(format!("the plan time stands until the newest site has a schedule: {why}").into())
+    /// Evaluates the newest site with the rules, files and progress of the decision. If that cannot be, the last schedule stays, and
+    /// the error stands until one of them is another.
+    fn evaluate_site(&self, decision: &mut Decision<Self>) -> Result<(), Failure> {
+        let next = &mut decision.next;
+        let Some(site) = &self.site else {
+            // The bus was created anew, and the site is on its way.
+            next.tried_site = None;
+            next.error = next.evaluated.as_ref().map(|_| "the site is not there at the moment".to_owned());
+            return Ok(());
+        };
+        self.activity.set(Activity::Reading);
+        next.tried_site = Some(site.content_hash());
+        match evaluated(site, &next.rules, next.files.plans(), &next.overrides) {
+            Ok(evaluated) => {
+                let (tasks, changes) = (evaluated.n_tasks, evaluated.timeline.instants_s().len());
+                info!(service = "schedule-eval", tasks, changes, "schedule evaluated");
+                (next.evaluated, next.error, next.shown_at_s) = (Some(Arc::new(evaluated)), None, None);
+                let kept = KeptRules { rules: next.rules_setting.value().clone() };
+                if next.usable_rules.as_ref() != Some(&kept) {
+                    decision.save.push(self.usable_rules_file.saving(&kept)?);
+                    next.usable_rules = Some(kept);
+                }
             }
-            _ => Ok(()),
+            Err(why) => {
+                next.error = Some(format!("the schedule cannot be used: {}", daemon::chain(&why)));
+                self.activity.set(if next.shown_at_s.is_some() { Activity::Published } else { Activity::Idle });
+                if next.evaluated.is_none() {
+                    Self::evaluate_with_usable_rules(next, site)?;
+                }
+            }
         }
+        Ok(())
     }
 
-    fn follow_wall_clock(&mut self, by: Caller) -> Result<Done, Failure> {
-        if self.rules.site_zone.is_none() {
+    /// After a start there is no schedule that could stay: that of the rules before stands in.
+    fn evaluate_with_usable_rules(next: &mut InForce, site: &CheckedSample<topics::Site>) -> Result<(), Failure> {
+        let Some(KeptRules { rules }) = &next.usable_rules else { return Ok(()) };
+        let rules = parse_rules(rules.as_ref())?;
+        if let Ok(evaluated) = evaluated(site, &rules, next.files.plans(), &next.overrides) {
+            warn!(service = "schedule-eval", "the schedule is evaluated with the rules before");
+            next.evaluated = Some(Arc::new(evaluated));
+        }
+        Ok(())
+    }
+
+    /// The schedule state at the plan time of the decision, if another one is published.
+    fn show(&self, decision: &mut Decision<Self>, now: &Now<'_, Self>) -> Result<(), Failure> {
+        let next = &mut decision.next;
+        let reading = next.read_clock(now.machine);
+        let at_s = next.effective_plan_time_s(reading);
+        let Some(evaluated) = next.evaluated.clone() else { return Ok(()) };
+        let kept_ms = next.plan_time.clock().reached().filter(|kept| kept.plan_time_s.is_some());
+        let is_long_ago = |kept_ms: i64| now.machine.wall_ms.saturating_sub(kept_ms) >= KEPT_EVERY_MS;
+        let is_shown = next.shown_at_s == Some(at_s);
+        if !is_shown || kept_ms.is_some_and(|kept| is_long_ago(kept.machine.wall_ms)) {
+            decision.save.extend(next.keep_clock(reading, now.machine)?);
+        }
+        if is_shown {
+            return Ok(());
+        }
+        let (frame_epoch, site) = (evaluated.frame_epoch, evaluated.site_hash);
+        let inputs = InputHashes { site, ..InputHashes::default() };
+        if let Some(tasks) = evaluated.tasks.as_ref().filter(|tasks| !now.outputs.tasks.is_last(tasks)) {
+            let archive = Arc::new(Checked::new(tasks.clone())?);
+            decision.publish.push(ScheduleSample::Tasks(NewSample { archive, frame_epoch, inputs }));
+        }
+        let archive = Arc::new(Checked::new(evaluated.timeline.schedule_state_at(at_s).finish())?);
+        decision.publish.push(ScheduleSample::State(NewSample { archive, frame_epoch, inputs }));
+        next.shown_at_s = Some(at_s);
+        Ok(())
+    }
+
+    /// Looks at files, inputs and the clock.
+    fn look(&self, decision: &mut Decision<Self>, now: &Now<'_, Self>) -> Result<(), Failure> {
+        let next = &mut decision.next;
+        let has_other_files = next.files.look(&next.rules, now.machine)?;
+        let is_other_site = self.site.is_some() && self.site_hash() != next.tried_site;
+        if let Some(save) = has_other_files {
+            let names = next.files.names().unwrap_or_default();
+            decision.save.push(save);
+            decision.history.push(event(HistoryKind::Rules, None, format!("schedule of {names}, which changed")));
+            self.evaluate_site(decision)?;
+        } else if is_other_site {
+            self.evaluate_site(decision)?;
+        }
+        self.show(decision, now)
+    }
+
+    /// Takes other rules: a site whose schedule could not be used may have one now. Rules that the site has no schedule with
+    /// count for the next site; until then the schedule stays.
+    fn configure(
+        &self,
+        decision: &mut Decision<Self>,
+        config: &SiteConfig,
+        now: &Now<'_, Self>,
+    ) -> Result<(), Failure> {
+        let next = &mut decision.next;
+        let edited = next.rules_setting.edited(rules_configured(config))?;
+        let has_other_rules = edited != next.rules_setting.as_kept();
+        next.rules = Arc::new(parse_rules(edited.value().as_ref())?);
+        next.check_zone()?;
+        decision.save.extend(next.files.configure(config, &next.rules)?);
+        let (has_other_plan_time, save) = next.plan_time.edit(config, next.rules.site_zone.as_ref())?;
+        decision.save.extend(save);
+        decision.save.extend(next.rules_setting.keep(edited)?);
+        decision.history.extend(next.edits(has_other_rules, has_other_plan_time));
+        next.synchronised_while.clone_from(&config.clock.synchronised_while);
+        self.evaluate_site(decision)?;
+        self.show(decision, now)
+    }
+
+    /// Sets a mode of the plan time.
+    fn set_clock(
+        &self,
+        decision: &mut Decision<Self>,
+        clock: PlanTimeClock,
+        by: Caller,
+        now: &Now<'_, Self>,
+    ) -> Result<(), Failure> {
+        let next = &mut decision.next;
+        next.check_timeline(self.site_hash())?;
+        decision.save.extend(next.plan_time.set(clock, by.uid)?);
+        // Who sets a plan time gets its schedule state, also if it is the one that is shown.
+        next.shown_at_s = None;
+        self.show(decision, now)
+    }
+
+    fn next_change(&self, now: &Now<'_, Self>) -> Result<PlanTimeClock, Failure> {
+        self.in_force.check_timeline(self.site_hash())?;
+        let evaluated = self.in_force.evaluated.as_ref().ok_or("there is no site yet")?;
+        let now_s = self.in_force.read_clock(now.machine).plan_time_s.unwrap_or(i64::MIN);
+        let next = evaluated.timeline.instants_s().iter().find(|s| **s > now_s).copied();
+        Ok(PlanTimeClock::Fixed { at_s: next.ok_or("no later change in the schedule")? })
+    }
+
+    fn wall_clock(&self) -> Result<PlanTimeClock, Failure> {
+        if self.in_force.rules.site_zone.is_none() {
             return Err("to follow the clock, set site_zone in the schedule rules".into());
         }
-        self.set_clock(PlanTimeClock::Wall { reached: ReachedPlanTime::default() }, by)
+        Ok(PlanTimeClock::Wall { reached: ReachedPlanTime::default() })
     }
 
-    fn simulate(&mut self, rate: f64, from_s: Option<i64>, by: Caller) -> Result<Done, Failure> {
+    fn simulated(&self, rate: f64, from_s: Option<i64>, now: &Now<'_, Self>) -> Result<PlanTimeClock, Failure> {
         let rate = checked_rate(rate)?;
-        let (reading, now) = self.read_clock();
-        let from_s = from_s.or(reading.plan_time_s).ok_or("there is no plan time to start from: say which")?;
-        let since_ms = now.wall_ms;
-        self.set_clock(PlanTimeClock::Simulated { from_s, rate, since_ms, reached: ReachedPlanTime::default() }, by)
+        let from_s = from_s.or(self.in_force.read_clock(now.machine).plan_time_s);
+        let from_s = from_s.ok_or("there is no plan time to start from: say which")?;
+        let since_ms = now.machine.wall_ms;
+        Ok(PlanTimeClock::Simulated { from_s, rate, since_ms, reached: ReachedPlanTime::default() })
     }
 
-    fn next_change(&mut self, by: Caller) -> Result<Done, Failure> {
-        self.check_timeline()?;
-        let evaluated = self.evaluated.as_ref().ok_or("there is no site yet")?;
-        let now_s = self.read_clock().0.plan_time_s.unwrap_or(i64::MIN);
-        let next = evaluated.timeline.instants_s().iter().find(|s| **s > now_s).copied();
-        let at_s = next.ok_or("no later change in the schedule")?;
-        self.set_clock(PlanTimeClock::Fixed { at_s }, by)
-    }
-
-    /// Progress that was reported, or observed; a file that cannot be used changes nothing.
-    fn set_actuals(&mut self, file: Option<&FileText>, source: ActualsSource) -> Result<Done, Failure> {
+    /// Takes progress that was reported, or observed; a file that cannot be used changes nothing.
+    fn set_actuals(
+        &self,
+        decision: &mut Decision<Self>,
+        file: Option<&FileText>,
+        source: ActualsSource,
+        now: &Now<'_, Self>,
+    ) -> Result<(), Failure> {
         let bytes = file.map_or(NO_PROGRESS, |file| file.text.as_bytes());
         let path = file.map_or(Path::new(""), |file| &file.path);
         let named = |e: &(dyn std::error::Error + 'static)| format!("{}: {}", path.display(), daemon::chain(e));
         let actuals = parse_actuals(bytes).map_err(|e| named(&e))?;
-        let mut overrides = self.overrides.clone();
+        let mut overrides = Overrides::clone(&self.in_force.overrides);
         match (source, file) {
             (ActualsSource::Reported, Some(_)) if actuals.is_empty() => {
                 let file = path.display();
@@ -215,27 +283,20 @@ impl ScheduleService {
             (ActualsSource::Observed, _) => overrides.observed = actuals,
         }
         let evaluated = self.evaluate(&overrides)?.transpose().map_err(|e| named(&e))?;
-        overrides.is_of_earlier_revision = true;
+        let table = bytes.to_vec();
         match source {
-            ActualsSource::Reported => {
-                let tables = ReportedProgress::at(&self.state);
-                tables.add(bytes).map_err(|e| format!("the table cannot be written: {e}"))?;
-                self.take_progress(overrides, evaluated)
-                    .or_else(|why| tables.take_back().map_err(Into::into).and(Err(why)))
-            }
-            ActualsSource::Observed => {
-                keep_observed(&self.state, bytes).map_err(|e| format!("the table cannot be written: {e}"))?;
-                self.take_progress(overrides, evaluated)
-            }
+            ActualsSource::Reported => decision.save.extend(ReportedProgress::at(&self.state).adding(table)?),
+            ActualsSource::Observed => decision.save.push(saving_observed(&self.state, table)),
         }
+        self.take_progress(decision, overrides, evaluated, now)
     }
 
     /// Goes back to the progress that was reported before the last table.
-    fn undo_actuals(&mut self) -> Result<Done, Failure> {
+    fn undo_actuals(&self, decision: &mut Decision<Self>, now: &Now<'_, Self>) -> Result<(), Failure> {
         let tables = ReportedProgress::at(&self.state);
         let [last, before] = tables.tables()?;
-        let last = ReportedProgress::read(&last.ok_or("no progress was reported that could be taken back")?)?;
-        let mut overrides = self.overrides.clone();
+        last.ok_or("no progress was reported that could be taken back")?;
+        let mut overrides = Overrides::clone(&self.in_force.overrides);
         overrides.actuals = match before {
             Some(before) => {
                 let bytes = ReportedProgress::read(&before)?;
@@ -245,262 +306,85 @@ impl ScheduleService {
             None => Vec::new(),
         };
         let evaluated = self.evaluate(&overrides)?.transpose()?;
-        tables.take_back()?;
-        self.take_progress(overrides, evaluated).or_else(|why| tables.add(&last).map_err(Into::into).and(Err(why)))
+        decision.save.extend(tables.taking_back()?);
+        self.take_progress(decision, overrides, evaluated, now)
     }
 
-    /// Publishes the schedule with other progress, which is on disk; what fails leaves the schedule as it was.
-    fn take_progress(&mut self, overrides: Overrides, evaluated: Option<Evaluated>) -> Result<Done, Failure> {
-        let overrides = std::mem::replace(&mut self.overrides, overrides);
-        let evaluated = std::mem::replace(&mut self.evaluated, evaluated);
-        match self.publish() {
-            Ok(done) => {
-                self.error = None;
-                Ok(done)
+    /// Publishes the schedule with other progress.
+    fn take_progress(
+        &self,
+        decision: &mut Decision<Self>,
+        overrides: Overrides,
+        evaluated: Option<Evaluated>,
+        now: &Now<'_, Self>,
+    ) -> Result<(), Failure> {
+        let next = &mut decision.next;
+        next.overrides = Arc::new(Overrides { is_of_earlier_revision: true, ..overrides });
+        (next.evaluated, next.tried_site) = (evaluated.map(Arc::new), self.site_hash());
+        (next.error, next.shown_at_s) = (None, None);
+        self.show(decision, now)
+    }
+
+    /// Carries a request out; `decision` says what follows.
+    fn carry_out(
+        &self,
+        decision: &mut Decision<Self>,
+        request: ScheduleRequest,
+        by: Caller,
+        now: &Now<'_, Self>,
+    ) -> Result<(), Failure> {
+        let changed = request.clone();
+        match request {
+            ScheduleRequest::SetPlanTime { at_s } => {
+                self.set_clock(decision, PlanTimeClock::Fixed { at_s }, by, now)?;
             }
-            Err(why) => {
-                (self.overrides, self.evaluated, self.published_at_s) = (overrides, evaluated, None);
-                Err(why)
+            ScheduleRequest::NextChange => self.set_clock(decision, self.next_change(now)?, by, now)?,
+            ScheduleRequest::FollowWallClock => self.set_clock(decision, self.wall_clock()?, by, now)?,
+            ScheduleRequest::Simulate { rate, from_s } => {
+                self.set_clock(decision, self.simulated(rate, from_s, now)?, by, now)?;
             }
-        }
-    }
-
-    fn progress_rows(&self) -> ProgressRows {
-        ProgressRows { reported: self.overrides.actuals.len(), observed: self.overrides.observed.len() }
-    }
-
-    fn rules_words(&self) -> String {
-        FileText::words(self.rules_setting.value().as_ref(), "the default rules")
-    }
-
-    fn record(&self, kind: HistoryKind, by: Option<Caller>, summary: String) {
-        if let Err(why) = self.history.record(HistoryEvent { kind, by, summary }) {
-            warn!(service = "schedule-eval", error = daemon::chain(&why), "the history cannot be written");
-        }
-    }
-
-    /// Takes other rules: a site whose schedule could not be used may have one now. Rules that the site has no schedule with
-    /// count for the next site; until then the schedule stays.
-    fn configure(&mut self, config: &SiteConfig) -> Result<Done, Failure> {
-        let edited = self.rules_setting.edited(rules_configured(config))?;
-        let rules = parse_rules(edited.value().as_ref())?;
-        check_zone(&rules, self.plan_time.clock())?;
-        self.files.configure(config, &rules)?;
-        let has_other_plan_time = self.plan_time.edit(config, rules.site_zone.as_ref())?;
-        let has_other_rules = edited != self.rules_setting.as_kept();
-        if has_other_rules {
-            self.rules_setting.keep(edited)?;
-        }
-        self.record_edits(has_other_rules, has_other_plan_time);
-        self.rules = rules;
-        self.synchronised_while.clone_from(&config.clock.synchronised_while);
-        self.evaluate_site()
-    }
-
-    /// The schedule of the newest site with other overrides; `None` if there is no site yet.
-    fn evaluate(&self, overrides: &Overrides) -> Result<Option<Result<Evaluated, EvaluationError>>, Failure> {
-        match &self.site {
-            Some(site) => Ok(Some(evaluated(site, &self.rules, self.files.plans(), overrides))),
-            // The bus was created anew, and the site is on its way.
-            None if self.evaluated.is_some() => Err("the site is not there at the moment: try again".into()),
-            None => Ok(None),
-        }
-    }
-
-    fn handle_site(&mut self, site: CheckedSample<topics::Site>) -> Result<Done, Failure> {
-        let is_evaluated = self.evaluated.as_ref().is_some_and(|e| e.site_hash == site.content_hash());
-        self.site = Some(site);
-        if is_evaluated && self.error.is_none() { self.tick() } else { self.evaluate_site() }
-    }
-
-    /// Evaluates the newest site with the newest rules. If that cannot be, the last schedule stays, and the error stands until
-    /// site, rules or progress are others.
-    fn evaluate_site(&mut self) -> Result<Done, Failure> {
-        let Some(site) = &self.site else {
-            // The bus was created anew, and the site is on its way.
-            self.error = self.evaluated.as_ref().map(|_| "the site is not there at the moment".to_owned());
-            return Ok(self.done());
-        };
-        self.activity.set(Activity::Reading);
-        match evaluated(site, &self.rules, self.files.plans(), &self.overrides) {
-            Ok(evaluated) => {
-                let (tasks, changes) = (evaluated.n_tasks, evaluated.timeline.instants_s().len());
-                info!(service = "schedule-eval", tasks, changes, "schedule evaluated");
-                (self.evaluated, self.error) = (Some(evaluated), None);
-                self.keep_usable_rules()?;
-                self.publish()
-            }
-            Err(why) => {
-                self.error = Some(format!("the schedule cannot be used: {}", daemon::chain(&why)));
-                self.activity.set(if self.output.last().is_some() { Activity::Published } else { Activity::Idle });
-                if self.evaluated.is_none() {
-                    self.evaluate_with_usable_rules()?;
-                }
-                self.tick()
-            }
-        }
-    }
-
-    /// The rules in force are some that a site was evaluated with.
-    fn keep_usable_rules(&mut self) -> Result<(), Failure> {
-        let kept = KeptRules { rules: self.rules_setting.value().clone() };
-        if self.usable_rules.as_ref() != Some(&kept) {
-            self.usable_rules_file.save(&kept)?;
-            self.usable_rules = Some(kept);
-        }
-        Ok(())
-    }
-
-    /// After a start there is no schedule that could stay: that of the rules before stands in.
-    fn evaluate_with_usable_rules(&mut self) -> Result<(), Failure> {
-        let (Some(site), Some(KeptRules { rules })) = (&self.site, &self.usable_rules) else { return Ok(()) };
-        let rules = parse_rules(rules.as_ref())?;
-        if let Ok(evaluated) = evaluated(site, &rules, self.files.plans(), &self.overrides) {
-            warn!(service = "schedule-eval", "the schedule is evaluated with the rules before");
-            self.evaluated = Some(evaluated);
-        }
-        Ok(())
-    }
-
-    /// The schedule state at the plan time, if there is a site.
-    fn publish(&mut self) -> Result<Done, Failure> {
-        let (reading, now) = self.read_clock();
-        let at_s = self.effective_plan_time_s(reading);
-        if self.evaluated.is_some() {
-            self.keep_clock(reading, now)?;
-        }
-        self.publish_tasks()?;
-        let Some(evaluated) = &self.evaluated else { return Ok(self.done()) };
-        self.activity.set(Activity::Writing);
-        let schedule_state = Checked::new(evaluated.timeline.schedule_state_at(at_s).finish())?;
-        let (n_bytes, frame_epoch) = (schedule_state.bytes().bytes().len(), evaluated.frame_epoch);
-        let inputs = InputHashes { site: evaluated.site_hash, ..InputHashes::default() };
-        self.published_at_s = Some(at_s);
-        self.output.publish(&mut self.epochs, schedule_state, frame_epoch, inputs)?;
-        self.shown_at_s = Some(at_s);
-        info!(service = "schedule-eval", epoch = self.output.epoch(), bytes = n_bytes, "schedule state published");
-        self.activity.set(Activity::Published);
-        Ok(self.done())
-    }
-
-    /// The tasks of schedule files, if they are others than those on the bus.
-    fn publish_tasks(&mut self) -> Result<(), Failure> {
-        let Some(evaluated) = &self.evaluated else { return Ok(()) };
-        let Some(tasks) = &evaluated.tasks else { return Ok(()) };
-        if self.tasks.is_last(tasks) {
-            return self.tasks.retry(&mut self.epochs);
-        }
-        let inputs = InputHashes { site: evaluated.site_hash, ..InputHashes::default() };
-        self.tasks.publish(&mut self.epochs, Checked::new(tasks.clone())?, evaluated.frame_epoch, inputs)
-    }
-
-    /// Saves how far a plan time that moves got.
-    fn keep_clock(&mut self, reading: Reading, machine: MachineTime) -> Result<(), Failure> {
-        if self.plan_time.clock().is_moving() && reading.distrust.is_none() {
-            let clock =
-                self.plan_time.clock().with_reached(ReachedPlanTime { plan_time_s: reading.plan_time_s, machine });
-            self.plan_time.move_on(clock)?;
-        }
-        Ok(())
-    }
-
-    /// The plan time of the schedule state to be shown: while it moves, the last instant at which anything changed.
-    fn effective_plan_time_s(&self, reading: Reading) -> Option<i64> {
-        let now_s = reading.plan_time_s?;
-        let evaluated = self.evaluated.as_ref().filter(|_| self.plan_time.clock().is_moving());
-        let update_instants_s = evaluated.map_or(&[][..], |e| &e.update_instants_s);
-        let n_past = update_instants_s.partition_point(|s| *s <= now_s);
-        // Before the first change all instants are alike: the second before it stands for them.
-        let before_all = update_instants_s.first().map_or(now_s, |first| first - 1);
-        Some(n_past.checked_sub(1).map_or(before_all, |k| update_instants_s[k]))
-    }
-
-    /// What the history says of a request that was carried out; `None` for one that changes nothing.
-    fn summary(&self, request: ScheduleRequest, plan_time_s: Option<i64>) -> Option<(HistoryKind, String)> {
-        Some(match request {
-            ScheduleRequest::GetPlanTime => return None,
+            ScheduleRequest::GetPlanTime => return Ok(()),
             ScheduleRequest::SetActuals { file, source } => {
-                let source = match source {
-                    ActualsSource::Reported => "reported",
-                    ActualsSource::Observed => "observed",
-                };
-                let from = file.map_or("none".to_owned(), |file| file.path.display().to_string());
-                (HistoryKind::Progress, format!("{source} progress: {from}"))
+                self.set_actuals(decision, file.as_ref(), source, now)?;
             }
-            ScheduleRequest::UndoActuals => {
-                let n = self.overrides.actuals.len();
-                (HistoryKind::Progress, format!("reported progress taken back to the table before, of {n} rows"))
-            }
-            ScheduleRequest::SetPlanTime { .. }
-            | ScheduleRequest::NextChange
-            | ScheduleRequest::FollowWallClock
-            | ScheduleRequest::Simulate { .. } => {
-                let at = plan_time_s.and_then(PlanTime::from_civil_seconds);
-                let at = at.map(|at| format!("{at}, ")).unwrap_or_default();
-                (HistoryKind::Date, format!("plan time {at}{}", self.plan_time.clock().name()))
-            }
-        })
-    }
-
-    /// Evaluates the schedule anew if its files have changed, and publishes if the plan time has passed a change.
-    fn look_and_tick(&mut self) -> Result<Done, Failure> {
-        if !self.files.look(&self.rules)? {
-            return self.tick();
+            ScheduleRequest::UndoActuals => self.undo_actuals(decision, now)?,
         }
-        let names = self.files.names().unwrap_or_default();
-        self.record(HistoryKind::Rules, None, format!("schedule of {names}, which changed"));
-        self.evaluate_site()
-    }
-
-    /// Publishes if the plan time has passed a change.
-    fn tick(&mut self) -> Result<Done, Failure> {
-        let (reading, now) = self.read_clock();
-        let at_s = self.effective_plan_time_s(reading);
-        let kept_ms =
-            self.plan_time.clock().reached().filter(|kept| kept.plan_time_s.is_some()).map(|kept| kept.machine.wall_ms);
-        if kept_ms.is_some_and(|kept_ms| now.wall_ms.saturating_sub(kept_ms) >= KEPT_EVERY_MS) {
-            self.keep_clock(reading, now)?;
-        }
-        match self.published_at_s {
-            Some(published_s) if published_s == at_s && (self.tasks.is_pending() || self.output.is_pending()) => {
-                self.tasks.retry(&mut self.epochs)?;
-                self.output.retry(&mut self.epochs)?;
-                self.shown_at_s = Some(at_s);
-                self.activity.set(Activity::Published);
-                Ok(self.done())
-            }
-            Some(published_s) if published_s == at_s => Ok(Done { published: Published::default(), ..self.done() }),
-            None if self.evaluated.is_none() => Ok(Done::default()),
-            _ => self.publish(),
-        }
-    }
-
-    /// The current state, and when the next change is due. What is late is tried again with each tick.
-    fn done(&self) -> Done {
-        let wait_ms = self.next_update().map(|(wait_ms, _)| wait_ms).filter(|wait_ms| *wait_ms > -LATE_MS);
-        let wake_in = wait_ms.and_then(|wait_ms| u64::try_from(wait_ms.max(1)).ok()).map(Duration::from_millis);
-        Done { answer: (), published: self.output.published(), wake_in }
-    }
-
-    /// The schedule state that follows the one on the bus: in how many milliseconds it is due, and when by the machine's clock,
-    /// milliseconds since 1970 in UTC. `None` if the plan time stands.
-    fn next_update(&self) -> Option<(i64, i64)> {
-        let (reading, now) = self.read_clock();
-        let evaluated = self.evaluated.as_ref().filter(|_| reading.distrust.is_none())?;
-        let shown_s = self.shown_at_s.unwrap_or(reading.plan_time_s)?;
-        let n_past = evaluated.update_instants_s.partition_point(|s| *s <= shown_s);
-        let next_s = evaluated.update_instants_s.get(n_past)?;
-        let wait_ms = self.plan_time.clock().until_ms(*next_s, now.wall_ms, &self.zone())?;
-        Some((wait_ms, now.wall_ms.saturating_add(wait_ms)))
+        let plan_time_s = decision.next.read_clock(now.machine).plan_time_s;
+        let told = summary(&decision.next, changed, plan_time_s);
+        decision.history.extend(told.map(|(kind, summary)| event(kind, Some(by), summary)));
+        Ok(())
     }
 }
 
-/// Refuses rules that do not say in which zone a clock is to be followed.
-fn check_zone(rules: &Rules, clock: &PlanTimeClock) -> Result<(), Failure> {
-    match (clock, &rules.site_zone) {
-        (PlanTimeClock::Wall { .. }, None) => Err("the plan time follows the clock: the rules need site_zone".into()),
-        _ => Ok(()),
-    }
+fn event(kind: HistoryKind, by: Option<Caller>, summary: String) -> HistoryEvent {
+    HistoryEvent { kind, by, summary }
+}
+
+/// What the history says of a request that is carried out; `None` for one that changes nothing.
+fn summary(next: &InForce, request: ScheduleRequest, plan_time_s: Option<i64>) -> Option<(HistoryKind, String)> {
+    Some(match request {
+        ScheduleRequest::GetPlanTime => return None,
+        ScheduleRequest::SetActuals { file, source } => {
+            let source = match source {
+                ActualsSource::Reported => "reported",
+                ActualsSource::Observed => "observed",
+            };
+            let from = file.map_or("none".to_owned(), |file| file.path.display().to_string());
+            (HistoryKind::Progress, format!("{source} progress: {from}"))
+        }
+        ScheduleRequest::UndoActuals => {
+            let n = next.overrides.actuals.len();
+            (HistoryKind::Progress, format!("reported progress taken back to the table before, of {n} rows"))
+        }
+        ScheduleRequest::SetPlanTime { .. }
+        | ScheduleRequest::NextChange
+        | ScheduleRequest::FollowWallClock
+        | ScheduleRequest::Simulate { .. } => {
+            let at = plan_time_s.and_then(PlanTime::from_civil_seconds);
+            let at = at.map(|at| format!("{at}, ")).unwrap_or_default();
+            (HistoryKind::Date, format!("plan time {at}{}", next.plan_time.clock().name()))
+        }
+    })
 }
 
 /// A table without rows.
@@ -515,75 +399,78 @@ fn parse_rules(file: Option<&FileText>) -> Result<Rules, Failure> {
     file.map_or_else(|| Ok(Rules::default()), |file| Ok(file.parse("rules", Rules::parse)?))
 }
 
-impl Service for ScheduleService {
+impl Decide for ScheduleEval {
     type Input = ScheduleInput;
     type Request = ScheduleRequest;
     type Facts = ScheduleFacts;
+    type InForce = InForce;
+    type Outputs = ScheduleOutputs;
 
-    fn attach(&mut self, bus: &Bus) -> Result<(), Failure> {
-        // The sample belongs to a generation of the bus that is gone; it comes again.
+    fn take(&mut self, ScheduleInput::Site(site): ScheduleInput) {
+        self.site = Some(site);
+    }
+
+    fn attach(&mut self, _: &Bus) -> Result<(), Failure> {
         self.site = None;
-        self.tasks.attach(bus, &mut self.epochs)?;
-        self.output.attach(bus, &mut self.epochs)
+        Ok(())
     }
 
-    fn handle(&mut self, event: Event<ScheduleInput>) -> Result<Done, Failure> {
-        match event {
-            Event::Input(ScheduleInput::Site(site)) => self.handle_site(site),
-            Event::Configuration(config) => self.configure(&config),
-            Event::Attached => self.tick(),
-            Event::Tick => self.look_and_tick(),
+    fn decide(&self, occasion: Occasion<'_, ScheduleRequest>, now: &Now<'_, Self>) -> Result<Decision<Self>, Failure> {
+        let mut decision = Decision::of(self.in_force.clone());
+        let is_asked = matches!(occasion, Occasion::Request(..));
+        match occasion {
+            Occasion::Look => self.look(&mut decision, now)?,
+            Occasion::Configuration(config) => self.configure(&mut decision, config, now)?,
+            Occasion::Request(request, Asked { by, .. }) => self.carry_out(&mut decision, request, *by, now)?,
         }
+        decision.wake_in = decision.next.wake_in(now.machine);
+        Ok(if is_asked { decision.answered(Self::answer) } else { decision })
     }
 
-    fn answer(&mut self, request: ScheduleRequest, asked: &Asked) -> Result<Done<ScheduleAnswer>, Failure> {
-        let changed = request.clone();
-        let done = match request {
-            ScheduleRequest::SetPlanTime { at_s } => self.set_clock(PlanTimeClock::Fixed { at_s }, asked.by)?,
-            ScheduleRequest::NextChange => self.next_change(asked.by)?,
-            ScheduleRequest::FollowWallClock => self.follow_wall_clock(asked.by)?,
-            ScheduleRequest::Simulate { rate, from_s } => self.simulate(rate, from_s, asked.by)?,
-            ScheduleRequest::GetPlanTime => self.done(),
-            ScheduleRequest::SetActuals { file, source } => self.set_actuals(file.as_ref(), source)?,
-            ScheduleRequest::UndoActuals => self.undo_actuals()?,
-        };
-        let plan_time_s = self.read_clock().0.plan_time_s;
-        if let Some((kind, summary)) = self.summary(changed, plan_time_s) {
-            self.record(kind, Some(asked.by), summary);
-        }
-        let (clock, progress) = (self.plan_time.clock().name(), self.progress_rows());
-        let answer = ScheduleAnswer { state: done.published, plan_time_s, clock, progress };
-        Ok(done.answered(answer))
+    fn become_in_force(&mut self, next: InForce) {
+        self.in_force = next;
     }
 
-    fn standing(&self) -> Standing {
-        let warning = self.read_clock().0.distrust.map(|distrust| distrust.to_string());
-        let diagnostics = self.evaluated.iter().flat_map(|evaluated| evaluated.timeline.diagnostics());
+    fn standing(&self, now: &Now<'_, Self>) -> Standing {
+        let InForce { evaluated, rules_setting, files, plan_time, error, .. } = &self.in_force;
+        let warning = self.in_force.read_clock(now.machine).distrust.map(|distrust| distrust.to_string());
+        let diagnostics = evaluated.iter().flat_map(|evaluated| evaluated.timeline.diagnostics());
         let mut gone = diagnostics.filter(|diagnostic| diagnostic.code == DiagnosticCode::ReportedProgressGone);
         let gone = gone.next().map(|diagnostic| diagnostic.message.clone());
-        let of_state = [self.rules_setting.warning(), self.files.warning(), self.plan_time.warning()];
+        let of_state = [rules_setting.warning(), files.warning(), plan_time.warning()];
         let [of_rules, of_files, of_plan_time] = of_state.map(|w| w.map(str::to_owned));
         let warnings = [warning, of_rules, of_files, of_plan_time, self.mended_progress.clone(), gone];
         let warnings: Vec<String> = warnings.into_iter().flatten().collect();
-        Standing { error: self.error.clone(), warning: (!warnings.is_empty()).then(|| warnings.join("; ")) }
+        Standing { error: error.clone(), warning: (!warnings.is_empty()).then(|| warnings.join("; ")) }
     }
 
-    fn facts(&self) -> ScheduleFacts {
-        let valid_until_s = self.output.last().map(|state| state.view().head.valid_until_s);
-        let reading = self.read_clock().0;
+    fn facts(&self, now: &Now<'_, Self>) -> ScheduleFacts {
+        let InForce { plan_time, rules, shown_at_s, .. } = &self.in_force;
+        let output = &now.outputs.state;
+        let valid_until_s = output.last().map(|state| state.view().head.valid_until_s);
+        let reading = self.in_force.read_clock(now.machine);
         ScheduleFacts {
-            state: self.output.published(),
-            site_hash: self.output.inputs().site,
-            state_plan_time_s: self.shown_at_s.flatten(),
-            due_plan_time_s: self.effective_plan_time_s(reading),
+            state: output.published(),
+            site_hash: output.inputs().site,
+            state_plan_time_s: shown_at_s.flatten(),
+            due_plan_time_s: self.in_force.effective_plan_time_s(reading),
             plan_time_s: reading.plan_time_s,
-            clock: self.plan_time.clock().name(),
+            clock: plan_time.clock().name(),
             valid_until_s: valid_until_s.filter(|until_s| *until_s != ScheduleStateHead::NO_TIME),
-            next_update_ms: self.next_update().map(|(_, at_ms)| at_ms),
+            next_update_ms: self.in_force.next_update(now.machine).map(|(_, at_ms)| at_ms),
             clock_distrust: reading.distrust.map(|distrust| distrust.to_string()),
-            progress: self.progress_rows(),
-            site_zone: self.rules.site_zone.as_ref().and_then(|zone| zone.iana_name().map(str::to_owned)),
-            settings: self.settings(),
+            progress: self.in_force.progress_rows(),
+            site_zone: rules.site_zone.as_ref().and_then(|zone| zone.iana_name().map(str::to_owned)),
+            settings: self.in_force.settings(),
         }
+    }
+}
+
+impl ScheduleEval {
+    /// What a client is told once its request is carried out.
+    fn answer(&self, now: &Now<'_, Self>) -> ScheduleAnswer {
+        let plan_time_s = self.in_force.read_clock(now.machine).plan_time_s;
+        let (clock, progress) = (self.in_force.plan_time.clock().name(), self.in_force.progress_rows());
+        ScheduleAnswer { state: now.outputs.state.published(), plan_time_s, clock, progress }
     }
 }

@@ -116,7 +116,7 @@ impl MapSetting {
 
     fn keep(&mut self, kept: KeptSetting<Option<StoredMap>>) -> Result<Option<RobotMap>, Failure> {
         let before = self.setting.value().as_ref().map(|stored| stored.content_hash);
-        let kept = self.setting.keep(kept).map_err(Failure::from);
+        let kept = self.setting.keep_now(kept).map_err(Failure::from);
         self.remove_other_copies();
         kept?;
         let now = self.setting.value().as_ref().map(|stored| stored.content_hash);

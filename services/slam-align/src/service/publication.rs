@@ -7,7 +7,9 @@ use crate::newest_inputs::JobInputs;
 use crate::persisted_state::PersistedState;
 use crate::stored_evidence;
 use alignment::AlignmentSources;
-use daemon::{ActualsSource, ConfirmedElement, Failure, FileText, RequestTimeouts, ScheduleRequest, write_durably};
+use daemon::{
+    ActualsSource, ConfirmedElement, Failure, FileText, NewSample, RequestTimeouts, ScheduleRequest, write_durably,
+};
 use deviations::AppliedObservations;
 use messages::{Activity, ArchiveBuffer, Checked, InputHashes, PoseValidity, ScheduleStateHead, payload};
 use std::sync::Arc;
@@ -41,7 +43,9 @@ impl AlignService {
         if !self.alignment.is_last(&alignment) {
             self.pending.wanted_comparison += 1;
             let hashes = InputHashes { slam_map, ..inputs.hashes };
-            self.alignment.publish(&mut self.epochs, Checked::new(alignment)?, inputs.frame_epoch, hashes)?;
+            let archive = Arc::new(Checked::new(alignment)?);
+            let sample = NewSample { archive, frame_epoch: inputs.frame_epoch, inputs: hashes };
+            self.alignment.publish_for_good(&mut self.epochs, sample)?;
             self.activity.set(Activity::Published);
         }
         // The pose must survive this daemon; moves below the threshold are not written.
@@ -97,7 +101,9 @@ impl AlignService {
         let observed = self.persisted.observed.with_additions(&site.view(), &view);
         if is_news {
             let hashes = InputHashes { slam_map, ..inputs.hashes };
-            self.deviations.publish(&mut self.epochs, deviations, inputs.frame_epoch, hashes)?;
+            let archive = Arc::new(deviations);
+            let sample = NewSample { archive, frame_epoch: inputs.frame_epoch, inputs: hashes };
+            self.deviations.publish_for_good(&mut self.epochs, sample)?;
             info!(service = "slam-align", elements, obstacles, "deviations published");
         }
         self.set_observed(observed, &[])

@@ -6,34 +6,60 @@ use serde::{Deserialize, Serialize};
 
 /// The machine's clock at a moment, and the time since its boot, by which a clock that was changed is noticed.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub(crate) struct MachineTime {
+pub struct MachineTime {
     /// What the clock says, milliseconds since 1970 in UTC.
-    pub(crate) wall_ms: i64,
+    pub wall_ms: i64,
     /// Time since the boot, that of suspension included, in milliseconds.
     #[serde(default)]
-    pub(crate) since_boot_ms: i64,
+    pub since_boot_ms: i64,
     /// Which boot; `None` if the system does not tell.
     #[serde(default)]
-    pub(crate) boot: Option<u64>,
+    pub boot: Option<u64>,
 }
 
 impl MachineTime {
-    /// This moment, in the boot that [`boot`] told.
-    pub(crate) fn now(boot: Option<u64>) -> Self {
+    /// This moment, in this boot.
+    fn now(boot: Option<u64>) -> Self {
         let since_boot = clock_gettime(ClockId::Boottime);
         let since_boot_ms = since_boot.tv_sec.saturating_mul(1_000).saturating_add(since_boot.tv_nsec / 1_000_000);
         Self { wall_ms: Timestamp::now().as_millisecond(), since_boot_ms, boot }
     }
 
     /// Time between an earlier reading and this one by the count since the boot; `None` if the machine was off in between.
-    pub(crate) fn running_since_ms(&self, earlier: &Self) -> Option<i64> {
+    pub fn running_since_ms(&self, earlier: &Self) -> Option<i64> {
         let is_same_boot = self.boot.is_some() && self.boot == earlier.boot;
         is_same_boot.then(|| self.since_boot_ms.saturating_sub(earlier.since_boot_ms))
     }
 }
 
+/// Tells the time.
+pub trait Clock: Send {
+    /// This moment.
+    fn now(&self) -> MachineTime;
+}
+
+/// The clock of this machine.
+#[derive(Debug, Clone, Copy)]
+pub struct MachineClock {
+    /// Which boot this is: it does not change while a process runs.
+    boot: Option<u64>,
+}
+
+impl MachineClock {
+    /// The clock in this boot.
+    pub fn of_this_boot() -> Self {
+        Self { boot: boot() }
+    }
+}
+
+impl Clock for MachineClock {
+    fn now(&self) -> MachineTime {
+        MachineTime::now(self.boot)
+    }
+}
+
 /// Which boot of the machine this is.
-pub(crate) fn boot() -> Option<u64> {
+fn boot() -> Option<u64> {
     let text = std::fs::read_to_string("/proc/sys/kernel/random/boot_id").ok()?;
     let digits: String = text.chars().filter(char::is_ascii_hexdigit).take(16).collect();
     u64::from_str_radix(&digits, 16).ok()

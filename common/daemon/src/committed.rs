@@ -1,0 +1,212 @@
+//! Decisions carried out in one order: disk, bus, in force, history, answer. A step that fails undoes those before it.
+
+use crate::decision::{Decide, Decision, Now, Occasion, Outputs, PublicationsOf};
+use crate::failure::{Failure, chain};
+use crate::history::{History, HistoryEvent};
+use crate::machine_time::{Clock, MachineClock};
+use crate::request::{Published, Request};
+use crate::save::Save;
+use crate::service::{AnswerOf, Asked, CurrentActivity, Done, Event, Service, Standing};
+use crate::state::{Epochs, StateError};
+use bus::Bus;
+use messages::Activity;
+use std::path::Path;
+use tracing::warn;
+
+/// The disk of a daemon.
+pub trait Disk: Send {
+    /// Writes a state file; when this returns it is on disk.
+    ///
+    /// # Errors
+    /// The file system refuses; what was saved before stays.
+    fn write(&mut self, save: &Save) -> Result<(), StateError>;
+
+    /// Writes what a state file held before a decision that fails.
+    ///
+    /// # Errors
+    /// As [`Self::write`].
+    fn take_back(&mut self, save: &Save) -> Result<(), StateError> {
+        self.write(save)
+    }
+
+    /// Appends to the history.
+    ///
+    /// # Errors
+    /// The file system refuses.
+    fn record(&mut self, event: HistoryEvent) -> Result<(), StateError>;
+}
+
+/// The file system of the machine.
+#[derive(Debug)]
+pub struct StateFolder {
+    history: History,
+}
+
+impl StateFolder {
+    /// A state folder.
+    pub fn at(state: &Path) -> Self {
+        Self { history: History::at(state) }
+    }
+}
+
+impl Disk for StateFolder {
+    fn write(&mut self, save: &Save) -> Result<(), StateError> {
+        save.write()
+    }
+
+    fn record(&mut self, event: HistoryEvent) -> Result<(), StateError> {
+        self.history.record(event)
+    }
+}
+
+/// A daemon that decides, and what carries its decisions out.
+pub struct Committed<D: Decide> {
+    decider: D,
+    outputs: D::Outputs,
+    epochs: Epochs,
+    disk: Box<dyn Disk>,
+    clock: Box<dyn Clock>,
+    activity: CurrentActivity,
+}
+
+impl<D: Decide> Committed<D> {
+    /// On the disk and with the clock of this machine.
+    pub fn new(decider: D, outputs: D::Outputs, epochs: Epochs, state: &Path, activity: CurrentActivity) -> Self {
+        let (disk, clock) = (Box::new(StateFolder::at(state)), Box::new(MachineClock::of_this_boot()));
+        Self { decider, outputs, epochs, disk, clock, activity }
+    }
+
+    /// The same on another disk, with another clock.
+    #[must_use]
+    pub fn driven_by(mut self, disk: Box<dyn Disk>, clock: Box<dyn Clock>) -> Self {
+        (self.disk, self.clock) = (disk, clock);
+        self
+    }
+
+    /// What is there at the start of the process is told to people, without any other effect.
+    #[must_use]
+    pub fn recording(mut self, events: Vec<HistoryEvent>) -> Self {
+        self.record(events);
+        self
+    }
+
+    fn now(&self) -> Now<'_, D> {
+        Now { machine: self.clock.now(), outputs: &self.outputs }
+    }
+
+    /// Decides and commits. What is told as published is the last sample of the main topic, if one was published.
+    fn act(&mut self, occasion: Occasion<'_, D::Request>) -> Result<Done<Option<AnswerOf<Self>>>, Failure> {
+        self.decider.gather()?;
+        let decision = self.decider.decide(occasion, &self.now())?;
+        let is_published = !decision.publish.is_empty();
+        let Decision { save, publish, next, history, answer, wake_in } = decision;
+        if let Err(why) = self.commit(&save, publish) {
+            self.decider.not_committed(next, &chain(why.as_ref()), self.clock.now());
+            return Err(why);
+        }
+        self.decider.become_in_force(next);
+        self.record(history);
+        let answer = answer.map(|answer| answer(&self.decider, &self.now())).transpose()?;
+        let published = if is_published || answer.is_some() { self.outputs.published() } else { Published::default() };
+        Ok(Done { answer, published, wake_in })
+    }
+
+    /// Writes and publishes all, or leaves disk and bus as they were.
+    fn commit(&mut self, saves: &[Save], publications: PublicationsOf<D>) -> Result<(), Failure> {
+        let way_back = self.save(saves)?;
+        if publications.is_empty() {
+            return Ok(());
+        }
+        self.activity.set(Activity::Writing);
+        for publication in publications {
+            if let Err(why) = self.outputs.publish(publication, &self.decider, &mut self.epochs) {
+                self.outputs.go_back(&self.decider, &mut self.epochs);
+                return Err(self.undone(way_back, why));
+            }
+        }
+        self.outputs.settle();
+        self.activity.set(Activity::Published);
+        Ok(())
+    }
+
+    /// Writes files; the answer goes back to what they held, the last one first.
+    fn save(&mut self, saves: &[Save]) -> Result<Vec<Save>, Failure> {
+        let mut way_back = Vec::new();
+        for save in saves {
+            let written = save.way_back().and_then(|back| self.disk.write(save).map(|()| back));
+            match written {
+                Ok(Some(back)) => way_back.insert(0, back),
+                Ok(None) => {}
+                Err(why) => return Err(self.undone(way_back, why.into())),
+            }
+        }
+        Ok(way_back)
+    }
+
+    /// The failure of a step, once what was saved before it is taken back.
+    fn undone(&mut self, way_back: Vec<Save>, why: Failure) -> Failure {
+        for save in way_back {
+            if let Err(again) = self.disk.take_back(&save) {
+                let (why, again) = (chain(why.as_ref()), chain(&again));
+                return format!("{why}; and what was saved for it cannot be taken back: {again}").into();
+            }
+        }
+        why
+    }
+
+    fn record(&mut self, events: Vec<HistoryEvent>) {
+        for event in events {
+            if let Err(why) = self.disk.record(event) {
+                warn!(service = D::Request::DAEMON.name(), error = chain(&why), "the history cannot be written");
+            }
+        }
+    }
+
+    /// Looks whether anything is to be done, after what waits for room. What has no room yet keeps nothing else from being done.
+    fn look(&mut self) -> Result<Done, Failure> {
+        let late = self.outputs.retry(&self.decider, &mut self.epochs);
+        let done = self.act(Occasion::Look)?.answered(());
+        let is_late = late? && done.published.epoch == 0;
+        if is_late {
+            self.activity.set(Activity::Published);
+            return Ok(Done { published: self.outputs.published(), ..done });
+        }
+        Ok(done)
+    }
+}
+
+impl<D: Decide> Service for Committed<D> {
+    type Input = D::Input;
+    type Request = D::Request;
+    type Facts = D::Facts;
+
+    fn attach(&mut self, bus: &Bus) -> Result<(), Failure> {
+        self.decider.attach(bus)?;
+        self.outputs.attach(bus, &mut self.epochs)
+    }
+
+    fn handle(&mut self, event: Event<D::Input>) -> Result<Done, Failure> {
+        match event {
+            Event::Input(input) => {
+                self.decider.take(input);
+                self.look()
+            }
+            Event::Attached | Event::Tick => self.look(),
+            Event::Configuration(config) => Ok(self.act(Occasion::Configuration(&config))?.answered(())),
+        }
+    }
+
+    fn answer(&mut self, request: D::Request, asked: &Asked) -> Result<Done<AnswerOf<Self>>, Failure> {
+        let Done { answer, published, wake_in } = self.act(Occasion::Request(request, asked))?;
+        let answer = answer.ok_or("the request was carried out without an answer")?;
+        Ok(Done { answer, published, wake_in })
+    }
+
+    fn standing(&self) -> Standing {
+        self.decider.standing(&self.now())
+    }
+
+    fn facts(&self) -> D::Facts {
+        self.decider.facts(&self.now())
+    }
+}

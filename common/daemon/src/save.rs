@@ -1,0 +1,80 @@
+//! A change of one file of the state folder that is decided, and not written yet.
+
+use crate::kept_file::KeptFile;
+use crate::replaced_file::write_durably;
+use crate::state::StateError;
+use std::fmt;
+use std::io;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// What a file of the state folder is to hold; whoever commits a decision writes it.
+#[derive(Debug, Clone)]
+#[must_use = "nothing is on disk before it is written"]
+pub struct Save(Change);
+
+#[derive(Clone)]
+enum Change {
+    /// The file is to hold this; without content it is to be removed.
+    Kept(KeptFile, Option<Vec<u8>>),
+    /// A file that can be made anew, and says itself of what it is.
+    Derived(PathBuf, Arc<dyn AsRef<[u8]> + Send + Sync>),
+}
+
+impl fmt::Debug for Change {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Kept(file, Some(content)) => write!(f, "{} ({} bytes)", file.path().display(), content.len()),
+            Self::Kept(file, None) => write!(f, "{} (removed)", file.path().display()),
+            Self::Derived(path, _) => write!(f, "{}", path.display()),
+        }
+    }
+}
+
+impl Save {
+    /// The file is to hold this.
+    pub(crate) fn content(file: &KeptFile, content: Vec<u8>) -> Self {
+        Self(Change::Kept(file.clone(), Some(content)))
+    }
+
+    /// The file is to be removed, if it is there.
+    pub(crate) fn removal(file: &KeptFile) -> Self {
+        Self(Change::Kept(file.clone(), None))
+    }
+
+    /// A file that can be made anew, and says itself of what it is, is to hold this. There is no way back to what it holds.
+    pub fn derived(path: PathBuf, content: Arc<dyn AsRef<[u8]> + Send + Sync>) -> Self {
+        Self(Change::Derived(path, content))
+    }
+
+    /// Writes it: when this returns it is on disk.
+    ///
+    /// # Errors
+    /// The file system refuses; what was saved before stays.
+    pub fn write(&self) -> Result<(), StateError> {
+        let written = match &self.0 {
+            Change::Kept(file, Some(content)) => file.save(content),
+            Change::Kept(file, None) => file.remove(),
+            Change::Derived(path, content) => write_durably(path, (**content).as_ref()),
+        };
+        written.map_err(|source| self.failed(source))
+    }
+
+    /// The change that goes back to what is there now; none from a file that can be made anew.
+    ///
+    /// # Errors
+    /// A file that cannot be read, or is damaged.
+    pub fn way_back(&self) -> Result<Option<Self>, StateError> {
+        let Change::Kept(file, _) = &self.0 else { return Ok(None) };
+        let found = file.look().map_err(|source| self.failed(source))?;
+        Ok(Some(Self(Change::Kept(file.clone(), found.content))))
+    }
+
+    fn failed(&self, source: io::Error) -> StateError {
+        let path = match &self.0 {
+            Change::Kept(file, _) => file.path(),
+            Change::Derived(path, _) => path.clone(),
+        };
+        StateError::Io { path, source }
+    }
+}

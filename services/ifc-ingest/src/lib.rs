@@ -1,0 +1,9 @@
+//! Decisions on revisions of a site around the `ingest` stage.
+
+mod in_force;
+mod model_files;
+mod output;
+mod revision_reader;
+mod revisions;
+pub mod service;
+mod site_store;

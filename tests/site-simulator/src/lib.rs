@@ -1,0 +1,308 @@
+//! The daemons of a site in one process: their rules and what commits them, on a bus, a disk and a clock that a test drives.
+//!
+//! A process is its rules with a disk of its own. It dies where a test wants it, by a panic that is caught, and starts again with what is
+//! on disk. Nothing happens by itself: a test says who takes a sample, who looks at its clock, who is asked.
+
+use bus::{Bus, Daemon, DeathAtLoan, InProcessBus, RawSubscriber};
+use daemon::{
+    Asked, Caller, Clock, Committed, CurrentActivity, Decide, Disk, Event, Failure, HistoryEvent, Input, MachineTime,
+    Reporter, Request, Save, Service, SiteConfig, StateError, StateFolder,
+};
+use ifc_ingest::service::Ingest;
+use rasterize::service::Rasterize;
+use schedule_eval::service::ScheduleEval;
+use std::panic::{AssertUnwindSafe, catch_unwind, panic_any, resume_unwind};
+use std::path::Path;
+use std::sync::atomic::{AtomicI64, Ordering};
+use std::sync::{Arc, Mutex};
+use waypoint_gen::service::WaypointGen;
+
+/// The end of a process, as a panic.
+struct Death;
+
+/// A clock that a test sets: milliseconds since 1970 in UTC.
+#[derive(Clone)]
+pub struct SimulatedClock(pub Arc<AtomicI64>);
+
+impl SimulatedClock {
+    /// Lets time pass.
+    pub fn pass(&self, ms: i64) {
+        self.0.fetch_add(ms, Ordering::Relaxed);
+    }
+}
+
+impl Clock for SimulatedClock {
+    fn now(&self) -> MachineTime {
+        let wall_ms = self.0.load(Ordering::Relaxed);
+        MachineTime { wall_ms, since_boot_ms: wall_ms, boot: Some(1) }
+    }
+}
+
+/// What happens to a disk.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct DiskFaults {
+    /// No write succeeds.
+    pub is_full: bool,
+    /// The process dies at the write after so many: before it, or right after it.
+    pub death: Option<(u32, bool)>,
+    /// What is taken back after a failure is not written: a fault that the test puts in.
+    pub loses_way_back: bool,
+}
+
+/// The disk of one daemon: files in memory, and what happens to them.
+#[derive(Clone)]
+struct SimulatedDisk {
+    state: Arc<Mutex<StateFolder>>,
+    faults: Arc<Mutex<DiskFaults>>,
+}
+
+impl SimulatedDisk {
+    fn full() -> StateError {
+        StateError::Io { path: "state".into(), source: std::io::ErrorKind::StorageFull.into() }
+    }
+
+    /// A step of the disk, on which the process may die.
+    fn step(&self, write: impl FnOnce() -> Result<(), StateError>) -> Result<(), StateError> {
+        let mut faults = self.faults.lock().unwrap();
+        if faults.is_full {
+            return Err(Self::full());
+        }
+        let dies = match &mut faults.death {
+            Some((0, is_after)) => Some(*is_after),
+            Some((left, _)) => {
+                *left -= 1;
+                None
+            }
+            None => None,
+        };
+        drop(faults);
+        if dies == Some(false) {
+            panic_any(Death);
+        }
+        write()?;
+        if dies == Some(true) {
+            panic_any(Death);
+        }
+        Ok(())
+    }
+}
+
+impl Disk for SimulatedDisk {
+    fn write(&mut self, save: &Save) -> Result<(), StateError> {
+        self.step(|| save.write())
+    }
+
+    fn take_back(&mut self, save: &Save) -> Result<(), StateError> {
+        if self.faults.lock().unwrap().loses_way_back { Ok(()) } else { self.step(|| save.write()) }
+    }
+
+    fn record(&mut self, event: HistoryEvent) -> Result<(), StateError> {
+        self.step(|| self.state.lock().unwrap().record(event))
+    }
+}
+
+/// What came of an event.
+#[derive(Debug)]
+pub enum End<T> {
+    /// It was done.
+    Done(T),
+    /// It was refused or failed; why.
+    Failed(String),
+    /// The process died.
+    Died,
+}
+
+/// A daemon that runs.
+struct Running<D: Decide> {
+    service: Committed<D>,
+    subscribers: Vec<RawSubscriber>,
+}
+
+/// A process that may run, and its disk.
+pub struct Process<D: Decide> {
+    start: fn(&SiteConfig, CurrentActivity, MachineTime) -> Result<Committed<D>, Failure>,
+    running: Option<Running<D>>,
+    /// What happens to its disk.
+    pub faults: Arc<Mutex<DiskFaults>>,
+}
+
+impl<D: Decide> Process<D> {
+    fn new(start: fn(&SiteConfig, CurrentActivity, MachineTime) -> Result<Committed<D>, Failure>) -> Self {
+        Self { start, running: None, faults: Arc::default() }
+    }
+
+    /// True while it runs.
+    pub fn is_alive(&self) -> bool {
+        self.running.is_some()
+    }
+
+    /// It dies.
+    pub fn kill(&mut self) {
+        self.running = None;
+    }
+
+    /// Starts the process if it does not run; it joins the bus.
+    fn start(&mut self, site: &Circumstances) -> End<()> {
+        if self.running.is_some() {
+            return End::Done(());
+        }
+        let (start, faults) = (self.start, Arc::clone(&self.faults));
+        let disk = SimulatedDisk { state: Arc::new(Mutex::new(StateFolder::at(&site.config.state))), faults };
+        let made = start(&site.config, CurrentActivity::default(), site.clock.now());
+        let service = match made {
+            Ok(service) => service.driven_by(Box::new(disk), Box::new(site.clock.clone())),
+            Err(why) => return End::Failed(daemon::chain(why.as_ref())),
+        };
+        self.running = Some(Running { service, subscribers: Vec::new() });
+        self.join(&site.bus)
+    }
+
+    /// Joins a generation of the bus.
+    fn join(&mut self, bus: &InProcessBus) -> End<()> {
+        self.step(|running| {
+            let bus = Bus::in_process(bus, D::Request::DAEMON);
+            running.subscribers =
+                D::Input::TOPICS.iter().map(|topic| bus.raw_subscriber(*topic)).collect::<Result<_, _>>()?;
+            running.service.attach(&bus)?;
+            running.service.handle(Event::Attached).map(drop)
+        })
+    }
+
+    /// Something that the process does; it may die of it.
+    fn step<T>(&mut self, act: impl FnOnce(&mut Running<D>) -> Result<T, Failure>) -> End<T> {
+        let Some(running) = &mut self.running else { return End::Died };
+        match catch_unwind(AssertUnwindSafe(|| act(running))) {
+            Ok(Ok(done)) => End::Done(done),
+            Ok(Err(why)) => End::Failed(daemon::chain(why.as_ref())),
+            Err(panic) if panic.is::<Death>() || panic.is::<DeathAtLoan>() => {
+                self.faults.lock().unwrap().death = None;
+                self.running = None;
+                End::Died
+            }
+            Err(panic) => resume_unwind(panic),
+        }
+    }
+
+    /// Gives it the newest sample of one of its inputs; true if there was one.
+    pub fn deliver(&mut self, input: usize) -> End<bool> {
+        self.step(|running| {
+            let n = running.subscribers.len().max(1);
+            let Some(subscriber) = running.subscribers.get(input % n) else { return Ok(false) };
+            let Some(sample) = subscriber.take()? else { return Ok(false) };
+            let input = D::Input::check(sample)?;
+            running.service.handle(Event::Input(input)).map(|_| true)
+        })
+    }
+
+    /// A heartbeat has passed.
+    pub fn tick(&mut self) -> End<()> {
+        self.step(|running| running.service.handle(Event::Tick).map(drop))
+    }
+
+    /// Asks it for something.
+    pub fn ask(&mut self, request: D::Request) -> End<<D::Request as Request>::Answer> {
+        let asked = Asked { by: Caller { uid: 7 }, reporter: Reporter::default() };
+        self.step(|running| Ok(running.service.answer(request, &asked)?.answer))
+    }
+
+    /// What it tells of itself; nothing if it is dead.
+    pub fn facts(&self) -> Option<D::Facts> {
+        self.running.as_ref().map(|running| running.service.facts())
+    }
+}
+
+/// What all daemons of a site share.
+pub struct Circumstances {
+    /// The configuration.
+    pub config: SiteConfig,
+    /// The bus.
+    pub bus: InProcessBus,
+    /// The machine's clock.
+    pub clock: SimulatedClock,
+}
+
+/// The daemons of a site.
+pub struct Daemons {
+    /// What they share.
+    pub shared: Circumstances,
+    /// Reads models.
+    pub ingest: Process<Ingest>,
+    /// Holds the plan time.
+    pub schedule: Process<ScheduleEval>,
+    /// Draws grids.
+    pub rasterize: Process<Rasterize>,
+    /// Plans waypoints.
+    pub waypoints: Process<WaypointGen>,
+}
+
+/// Those that take part.
+pub const DAEMONS: [Daemon; 4] =
+    [Daemon::IfcIngest, Daemon::ScheduleEval, Daemon::Rasterize, Daemon::WaypointGen];
+
+/// The same step of a daemon, whichever it is.
+macro_rules! each {
+    ($daemons:ident, $daemon:expr, |$process:ident| $step:expr) => {
+        match $daemon {
+            Daemon::IfcIngest => { let $process = &mut $daemons.ingest; $step }
+            Daemon::ScheduleEval => { let $process = &mut $daemons.schedule; $step }
+            Daemon::Rasterize => { let $process = &mut $daemons.rasterize; $step }
+            Daemon::WaypointGen => { let $process = &mut $daemons.waypoints; $step }
+            other => panic!("{other} does not take part"),
+        }
+    };
+}
+
+impl Daemons {
+    /// A site whose configuration lies in this folder, with all daemons stopped.
+    pub fn of(toml: &str, home: &Path, clock: SimulatedClock) -> Self {
+        let config = SiteConfig::parse(toml, home).unwrap();
+        Self {
+            shared: Circumstances { config, bus: InProcessBus::new(), clock },
+            ingest: Process::new(|config, activity, _| Ingest::start(config, activity)),
+            schedule: Process::new(ScheduleEval::start_at),
+            rasterize: Process::new(|config, activity, _| Rasterize::start(config, activity)),
+            waypoints: Process::new(|config, activity, _| WaypointGen::start(config, activity)),
+        }
+    }
+
+    /// True while a daemon runs.
+    pub fn is_alive(&mut self, daemon: Daemon) -> bool {
+        each!(self, daemon, |process| process.is_alive())
+    }
+
+    /// Starts a daemon, if it does not run.
+    pub fn start(&mut self, daemon: Daemon) -> End<()> {
+        let Self { shared, .. } = self;
+        each!(self, daemon, |process| process.start(shared))
+    }
+
+    /// A daemon dies.
+    pub fn kill(&mut self, daemon: Daemon) {
+        each!(self, daemon, |process| process.kill());
+    }
+
+    /// Gives a daemon the newest sample of one of its inputs; true if there was one.
+    pub fn deliver(&mut self, daemon: Daemon, input: usize) -> End<bool> {
+        each!(self, daemon, |process| process.deliver(input))
+    }
+
+    /// A heartbeat of a daemon has passed.
+    pub fn tick(&mut self, daemon: Daemon) -> End<()> {
+        each!(self, daemon, |process| process.tick())
+    }
+
+    /// Sets what happens to the disk of a daemon.
+    pub fn set_faults(&mut self, daemon: Daemon, faults: DiskFaults) {
+        each!(self, daemon, |process| *process.faults.lock().unwrap() = faults);
+    }
+
+    /// The keeper has died: all join the next generation of the bus.
+    pub fn renew_bus(&mut self) {
+        self.shared.bus = self.shared.bus.next_generation();
+        let bus = &self.shared.bus;
+        for daemon in DAEMONS {
+            let joined: End<()> = each!(self, daemon, |process| process.join(bus));
+            assert!(!matches!(joined, End::Failed(_)), "{daemon}: {joined:?}");
+        }
+    }
+}
