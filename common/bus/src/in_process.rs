@@ -366,7 +366,7 @@ mod tests {
     }
 
     #[test]
-    fn a_late_joiner_gets_the_last_sample_while_its_publisher_lives() {
+    fn a_late_joiner_gets_the_last_sample_until_its_publisher_is_dropped() {
         let bus = InProcessBus::new();
         let states = publisher(&bus);
         publish(&states, 1).unwrap();
@@ -440,7 +440,7 @@ mod tests {
     }
 
     #[test]
-    fn memory_is_lent_again_when_nobody_holds_its_sample() {
+    fn memory_is_lent_again_once_its_sample_is_dropped() {
         let bus = InProcessBus::new();
         let (states, subscriber) = (publisher(&bus), subscriber(&bus));
         let is_used = |length: usize| states.loan(length).unwrap().bytes_mut().iter().any(|byte| *byte != 0);
