@@ -3,11 +3,18 @@
 //! A [`Diagnostic`] has a [`Severity`], a [`DiagnosticCode`] for programs, the entity that it is about, and a sentence for
 //! people. A [`Report`] collects them with a limit per code. Codes are one enumeration for all stages, because files and
 //! archives show them side by side.
+//!
+//! What sentences for people have in common is here, too: counts with their noun ([`counted`]), and the names that come nearest
+//! to a mistyped one ([`nearest_names`]).
 
 mod code;
+mod counted;
+mod nearest_names;
 mod report;
 
 pub use code::DiagnosticCode;
+pub use counted::counted;
+pub use nearest_names::{nearest_names, nearest_names_hint};
 pub use report::Report;
 
 use bytemuck::{CheckedBitPattern, NoUninit};

@@ -61,7 +61,7 @@ impl FloorReach {
         self.parts.iter().any(|p| !p.reached).then(|| {
             // Areas that round to the same number would seem to be reached.
             let decimals = usize::from(missing_m2 < 1.0 || self.standing_m2 < 10.0);
-            let parts = frames::counted(self.parts.len(), "part");
+            let parts = diagnostics::counted(self.parts.len(), "part");
             let Self { standing_m2: standing, reached_m2: reached, .. } = self;
             format!("{reached:.decimals$} of {standing:.decimals$} m2 reached, {parts}")
         })

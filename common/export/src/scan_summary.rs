@@ -1,7 +1,7 @@
 //! Summary of the scans of a mission plan: how many there are, what they see, how long they take.
 
 use crate::text::rounded;
-use frames::counted;
+use diagnostics::counted;
 use messages::MissionPlan;
 use serde::{Deserialize, Serialize};
 

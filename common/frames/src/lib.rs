@@ -5,7 +5,6 @@
 
 mod angle;
 mod bent_motion;
-mod counted;
 mod earth;
 mod plan_time;
 mod point;
@@ -16,7 +15,6 @@ pub mod written_date;
 
 pub use angle::wrapped;
 pub use bent_motion::BentMotion;
-pub use counted::counted;
 pub use earth::{Earth, EarthFromWorld};
 pub use plan_time::{PlanTime, PlanTimeError, WrittenPlanTime};
 pub use point::{Point2, Point3};

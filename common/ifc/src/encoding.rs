@@ -58,12 +58,12 @@ pub(crate) fn as_utf_8<'a>(bytes: Cow<'a, [u8]>, report: &mut Report) -> Cow<'a,
 }
 
 fn message(encoding: &'static Encoding, n_decoded: usize, n_lossy: usize, example: &str) -> String {
-    let texts = frames::counted(n_decoded, "text") + if n_decoded == 1 { " is" } else { " are" };
+    let texts = diagnostics::counted(n_decoded, "text") + if n_decoded == 1 { " is" } else { " are" };
     let name = encoding.name();
     let lossy = if n_lossy == 0 {
         String::new()
     } else {
-        format!("; {} with bytes that are no character of it", frames::counted(n_lossy, "text"))
+        format!("; {} with bytes that are no character of it", diagnostics::counted(n_lossy, "text"))
     };
     format!(
         "{texts} not in UTF-8; the encoding is not written in it and was guessed to be {name}, in which the first \

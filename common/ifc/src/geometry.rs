@@ -428,8 +428,11 @@ fn describe(file: &File<'_>, lost: &[u32], why: &str) -> String {
     };
     let entity =
         file.schema.lineage(record.keyword).first().map_or(record.keyword.to_owned(), |name| (*name).to_owned());
-    let others =
-        if lost.len() > 1 { format!(" and {}", frames::counted(lost.len() - 1, "other item")) } else { String::new() };
+    let others = if lost.len() > 1 {
+        format!(" and {}", diagnostics::counted(lost.len() - 1, "other item"))
+    } else {
+        String::new()
+    };
     format!("{entity} #{}{others} cannot be meshed ({why})", file.written_id(record.id))
 }
 

@@ -42,7 +42,6 @@ mod map_grids;
 mod mission_plan;
 mod mission_plan_records;
 mod moving_leaves;
-mod nearest_names;
 mod packed_grid;
 pub mod payload;
 #[cfg(test)]
@@ -89,7 +88,6 @@ pub use map_grids::{ChosenGrids, MapGrids};
 pub use mission_plan::{MissionPlan, MissionPlanBuilder};
 pub use mission_plan_records::*;
 pub use moving_leaves::{LeafPanel, MovingLeaves};
-pub use nearest_names::{nearest_names, nearest_names_hint};
 pub use packed_grid::HeldGrid;
 pub use payload::Payload;
 pub use robot::{DoorCapability, RobotLimitError, RobotProfile};

@@ -1,7 +1,7 @@
 //! Compares a revision of a site with the one before, and says what about it an operator has to confirm.
 
 use crate::site_outline::{ElementOutline, GeoreferenceOutline, MapStoreyOutline, SiteOutline, StoreyOutline};
-use frames::counted;
+use diagnostics::counted;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 

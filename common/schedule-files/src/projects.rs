@@ -76,7 +76,7 @@ impl WrittenPlan {
             let message = format!(
                 "project {:?} is in the file for its relationships with others only: {} left out",
                 self.projects[k].name,
-                frames::counted(n, "activity") + if n == 1 { " is" } else { " are" }
+                diagnostics::counted(n, "activity") + if n == 1 { " is" } else { " are" }
             );
             self.find(None, FindingKind::MissingReference, message);
         }

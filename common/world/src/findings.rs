@@ -1,8 +1,8 @@
 //! Diagnostics of a world: elements that are not in it, and pieces for which others stand in.
 
 use crate::collision_meshes::Replacement;
+use diagnostics::counted;
 use export::ExportInput;
-use frames::counted;
 use messages::{Diagnostic, DiagnosticCode, Named, Severity};
 use std::collections::BTreeMap;
 

@@ -3,8 +3,8 @@
 use crate::date_argument::optional_text;
 use alignment::{HOLDS_M, Scale};
 use daemon::facts::Pose;
+use diagnostics::counted;
 use export::rounded;
-use frames::counted;
 use messages::{
     Alignment, AlignmentVerdict, DecidingPlaceRecord, HintRecord, LocalPoses, LocalPosesHead, NONE, PlacedRecord,
     PoseEvidence, PosePairRecord, PoseRecord, PoseValidity, SampleHeader,

@@ -2,7 +2,7 @@
 
 use crate::graph::RosGraph;
 use daemon::facts::RosPeers;
-use frames::counted;
+use diagnostics::counted;
 
 /// What others have to do with the topics of the bridge.
 pub(crate) struct Rivals {

@@ -81,7 +81,7 @@ impl std::fmt::Display for ClockDistrust {
             Self::NotSynchronised => write!(f, "clock_untrusted: the machine's clock is not synchronised")?,
             Self::WentBack => write!(f, "clock_untrusted: the machine's clock went back")?,
             Self::WentAhead { by_ms } => {
-                let days = frames::counted(usize::try_from(by_ms / DAY_MS).unwrap_or(0), "day");
+                let days = diagnostics::counted(usize::try_from(by_ms / DAY_MS).unwrap_or(0), "day");
                 write!(
                     f,
                     "clock_untrusted: the machine's clock went ahead by {days}; if it is right, set the date again"

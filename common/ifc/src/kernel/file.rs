@@ -1,10 +1,9 @@
 //! Index of a STEP file: position of each record, and records by entity class.
 
+use diagnostics::counted;
 use rustc_hash::FxHashMap;
 
 use ifc_lite_core::EntityScanner;
-
-use frames::counted;
 
 use super::record_index::{RecordIndex, Row, Span};
 use super::{Record, Schema, record_order, references};

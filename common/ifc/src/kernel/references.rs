@@ -2,8 +2,8 @@
 
 use super::record_index::RecordIndex;
 use crate::wide_ids::WrittenIds;
+use diagnostics::counted;
 use diagnostics::{DiagnosticCode, Named, Report, Severity};
-use frames::counted;
 
 /// Reports every record that refers to ids without a record. A file of which the writing has not ended, or whose parts are of two
 /// versions, has such references.

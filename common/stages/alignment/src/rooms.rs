@@ -1,7 +1,8 @@
 //! Rooms of a site, by which places are named.
 
+use diagnostics::nearest_names_hint;
 use frames::metres;
-use messages::{NONE, Site, SpaceRecord, nearest_names_hint, space_flags};
+use messages::{NONE, Site, SpaceRecord, space_flags};
 
 /// A room of a map storey.
 #[derive(Debug, Clone, Default, PartialEq)]

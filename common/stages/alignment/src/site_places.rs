@@ -2,9 +2,10 @@
 
 use crate::place_hints::{Area, PlaceHint};
 use crate::rooms::{Room, UnknownRoom, rooms_named};
-use frames::{counted, metres};
+use diagnostics::{counted, nearest_names_hint};
+use frames::metres;
 use grid::Class;
-use messages::{ElementRecord, Site, nearest_names_hint};
+use messages::{ElementRecord, Site};
 
 /// A stair, a ramp or a lift.
 #[derive(Debug, Clone, PartialEq)]

@@ -8,7 +8,7 @@ use crate::thresholds::{
     MAX_CONTRAST, MAX_ELSEWHERE_PROBABILITY, MAX_TRACKED_PROBABILITY, MAX_WRONG_PROBABILITY, MIN_CORNERS_PER_M,
     MIN_DISTINCT_M, MIN_WALL_POINTS, RIVAL_LEAD, SURE_GAIN, SURE_LOGIT,
 };
-use frames::counted;
+use diagnostics::counted;
 use messages::{AlignmentVerdict, PoseEvidence};
 
 /// A verdict with its reasons.

@@ -1,6 +1,7 @@
 //! Errors of rasterisation, and the check for blank maps.
 
-use frames::{counted, metres};
+use diagnostics::counted;
+use frames::metres;
 use grid::{Class, GridSpecError};
 use messages::{Grid, MapGrids, MapStoreyRecord, Site, element_flags};
 

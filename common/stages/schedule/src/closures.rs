@@ -5,7 +5,8 @@ use crate::diagnostics::{Entity, ScheduleDiagnostics};
 use crate::property_dates::ScheduleProperties;
 use crate::rules::{Rules, RulesMode};
 use crate::task_effects::TaskEffects;
-use messages::{DiagnosticCode, Severity, Site, SpaceRecord, nearest_names_hint};
+use diagnostics::nearest_names_hint;
+use messages::{DiagnosticCode, Severity, Site, SpaceRecord};
 use wildmatch::WildMatch;
 
 /// A space must not be entered from `start_s` until before `finish_s`.

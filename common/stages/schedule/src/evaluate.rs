@@ -12,11 +12,10 @@ use crate::rules::{Rules, RulesMode};
 use crate::task_effects::{Effect, TaskEffects, task_effects};
 use crate::tasks::{self, Floats, TaskDates, TaskTimes, Tasks, WorkStarts, WrittenTaskTimes};
 use crate::timeline::{Steps, Timeline};
-use frames::counted;
+use diagnostics::{counted, nearest_names_hint};
 use frames::written_date::WrittenDate;
 use messages::{
     DateSource, DiagnosticCode, ElementScheduleRecord, NONE, ScheduleStateHead, Severity, Site, SpaceState,
-    nearest_names_hint,
 };
 use std::collections::BTreeMap;
 

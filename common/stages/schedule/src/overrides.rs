@@ -3,8 +3,9 @@
 use crate::durations::{WrittenDuration, parse_shift};
 use crate::error::EvaluateError;
 use crate::rules::Rules;
+use diagnostics::nearest_names_hint;
 use frames::written_date::{self, DateOrder, WrittenDate};
-use messages::{Site, nearest_names_hint};
+use messages::Site;
 use serde::Deserialize;
 
 /// Overrides of a schedule.

@@ -1,7 +1,7 @@
 //! Findings about a schedule file: those of its reader, and contradictions of its tasks.
 
 use crate::task_values::{shown_dates, three_point_record};
-use frames::counted;
+use diagnostics::counted;
 use messages::*;
 use schedule_files::{FindingKind, PlanDate, PlanFile, PlanTask, PlanTaskKind};
 use std::collections::BTreeMap;

@@ -7,7 +7,8 @@ use crate::schedule_file::ScheduleFile;
 use crate::selector::Selector;
 use crate::target_values::TargetValue;
 use crate::task_values::{PlannedTask, TaskValue, all_tasks, is_work, task_ids};
-use messages::{NONE, Site, nearest_names};
+use diagnostics::nearest_names;
+use messages::{NONE, Site};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Most tasks without elements whose values are compared by their spelling.

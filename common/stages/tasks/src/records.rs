@@ -10,7 +10,7 @@ use crate::schedule_file::ScheduleFile;
 use crate::task_dates::{civil_date, date_records};
 use crate::task_values::{all_tasks, is_work, task_ids, three_point_record};
 use bytemuck::Zeroable;
-use frames::counted;
+use diagnostics::counted;
 use messages::*;
 use schedule_files::{
     Constraint, ConstraintKind, Dependency, DependencyKind, LagCalendar, PlanDate, PlanFile, PlanLag, PlanTask,

@@ -1,7 +1,8 @@
 //! Checks the names in options against the site.
 
 use crate::options::MissionPlanOptions;
-use messages::{Site, nearest_names_hint};
+use diagnostics::nearest_names_hint;
+use messages::Site;
 use wildmatch::WildMatch;
 
 /// Names in options that match nothing in the site.

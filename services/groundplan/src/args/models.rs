@@ -2,9 +2,10 @@
 
 use crate::failure::Failure;
 use crate::progress_line::ProgressLine;
+use diagnostics::nearest_names_hint;
 use ingest::{FilePlacement, IngestOptions, MAX_MODEL_BYTES, MeshPool, SiteFrame, SourceFile};
 use input_files::read_regular_file;
-use messages::{ArchiveBuffer, nearest_names_hint};
+use messages::ArchiveBuffer;
 use std::num::NonZero;
 use std::path::PathBuf;
 

@@ -6,7 +6,7 @@ use crate::run::{Outcome, Run};
 use crate::wait::{ask, join, wait_for_schedule_state};
 use daemon::facts::ProgressRows;
 use daemon::{ActualsSource, FileText, MAX_TABLE_BYTES, ScheduleAnswer, ScheduleRequest};
-use frames::counted;
+use diagnostics::counted;
 use std::path::PathBuf;
 
 /// Arguments of `actuals`.

@@ -5,7 +5,7 @@ use crate::failure::Failure;
 use crate::run::{Outcome, Run};
 use bus::{ReportKind, names_of_users, relayed_report};
 use daemon::{History, HistoryEntry, HistoryKind, parse_history};
-use frames::counted;
+use diagnostics::counted;
 use std::collections::BTreeMap;
 
 /// Arguments of `log`.

@@ -11,7 +11,7 @@ use daemon::facts::{
     AlignFacts, AlignmentSummary, IngestFacts, ModelFile, RasterizeFacts, ScheduleFacts, WaypointFacts,
 };
 use daemon::{Report, SettingInForce, SettingSource, SiteConfig, SiteProcess, StatusBoard};
-use frames::counted;
+use diagnostics::counted;
 use schemars::JsonSchema;
 use serde::Serialize;
 use serde::de::{DeserializeOwned, IgnoredAny};

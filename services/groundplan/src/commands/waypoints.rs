@@ -6,7 +6,7 @@ use crate::failure::Failure;
 use crate::run::{Outcome, Run};
 use crate::wait::{ask, join};
 use daemon::{FileText, WaypointAnswer, WaypointRequest};
-use frames::counted;
+use diagnostics::counted;
 use input_files::MAX_CONFIGURATION_BYTES;
 use std::path::PathBuf;
 

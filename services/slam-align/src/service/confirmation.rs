@@ -4,8 +4,9 @@ use super::AlignService;
 use crate::compared_elements::ComparedElement;
 use crate::persisted_state::listed;
 use daemon::{Caller, Confirmations, Confirmed, ConfirmedElement, Failure, HistoryEvent, HistoryKind, Published};
+use diagnostics::nearest_names_hint;
 use jiff::Timestamp;
-use messages::{Observation, PoseRecord, nearest_names_hint};
+use messages::{Observation, PoseRecord};
 use tracing::{info, warn};
 
 impl AlignService {

@@ -6,7 +6,7 @@ use crate::clock::{CalendarWork, Calendars, longest_s};
 use crate::diagnostics::{Entity, ScheduleDiagnostics};
 use crate::durations::WrittenDuration;
 use crate::rules::Rules;
-use frames::counted;
+use diagnostics::counted;
 use frames::written_date::WrittenDate;
 use messages::{
     DateSource, DiagnosticCode, DurationKind, NONE, ScheduleDate, ScheduleDateKind, ScheduleLength, Severity, Site,

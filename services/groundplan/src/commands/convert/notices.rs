@@ -1,7 +1,8 @@
 //! Notices on standard output after a conversion, one per kind of diagnostic; `report.json` and `world/lookup.json` have all.
 
+use diagnostics::counted;
 use export::ExportInput;
-use frames::{counted, metres};
+use frames::metres;
 use messages::{Diagnostic, DiagnosticRecord, DoorPassageRecord, FloorKind, Grid, NONE, ScheduleState, Severity, Site};
 
 /// The notice about a model from which no floor can be made.

@@ -2,8 +2,9 @@
 
 use super::notices::notices;
 use super::rooms::RoomLine;
+use diagnostics::counted;
 use export::{ExportInput, FloorReach, ScanSummary, text_or_null};
-use frames::{counted, metres};
+use frames::metres;
 use messages::{Diagnostic, DoorPassageRecord, Grid};
 use serde::Serialize;
 

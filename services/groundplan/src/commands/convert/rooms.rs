@@ -1,7 +1,7 @@
 //! Rooms that are on no map, as JSON and as lines of the summary.
 
+use diagnostics::counted;
 use export::{NotMapped, RoomNotMapped, space_name};
-use frames::counted;
 use messages::Site;
 use serde::Serialize;
 

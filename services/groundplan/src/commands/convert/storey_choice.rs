@@ -1,7 +1,8 @@
 //! `--storeys`: selection of the map storeys that are written.
 
 use crate::failure::Failure;
-use messages::{NONE, Site, nearest_names_hint};
+use diagnostics::nearest_names_hint;
+use messages::{NONE, Site};
 use wildmatch::WildMatch;
 
 /// The indices of the map storeys that are asked for, ascending; of all if nothing is.

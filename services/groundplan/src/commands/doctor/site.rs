@@ -7,7 +7,7 @@ use crate::supervise::running;
 use bus::{Bus, Daemon};
 use daemon::facts::RosBridgeFacts;
 use daemon::{Report, Robot, SettingKey, SiteConfig, StatusBoard};
-use frames::counted;
+use diagnostics::counted;
 use rustix::fs::statfs;
 use std::os::unix::fs::MetadataExt;
 use std::path::Path;

@@ -1,7 +1,7 @@
 //! The report of `groundplan link` for people.
 
 use super::document::{ElementEntry, LinkReport, NearMissEntry, TaskEntry};
-use frames::counted;
+use diagnostics::counted;
 use std::fmt::Write;
 
 /// Most lines of a list; all are in the JSON document.

@@ -1,7 +1,7 @@
 //! Probabilities of states at a date, as JSON and for people.
 
 use crate::date_argument;
-use frames::counted;
+use diagnostics::counted;
 use frames::written_date::DAY_S;
 use messages::Site;
 use schedule::{Period, Probabilities, SafeDay, Uncertainty};

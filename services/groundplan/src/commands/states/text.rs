@@ -3,7 +3,7 @@
 use super::document::{WholeDay, counts};
 use crate::date_argument;
 use crate::task_name::task_name;
-use frames::counted;
+use diagnostics::counted;
 use messages::{DateSource, Diagnostic, ScheduleState, ScheduleStateHead, Severity, Site, TaskRecord};
 use schedule::{Period, Timeline};
 use std::collections::HashSet;

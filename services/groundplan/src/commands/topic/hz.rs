@@ -4,7 +4,7 @@ use super::samples::{POLL_INTERVAL, stoppable};
 use crate::args::SiteArgs;
 use crate::failure::Failure;
 use bus::{Stamp, TopicName};
-use frames::counted;
+use diagnostics::counted;
 use serde::Serialize;
 use std::time::{Duration, Instant};
 

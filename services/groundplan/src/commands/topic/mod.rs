@@ -10,7 +10,7 @@ use crate::args::SiteArgs;
 use crate::failure::Failure;
 use crate::run::{Outcome, Run};
 use bus::TopicName;
-use messages::nearest_names_hint;
+use diagnostics::nearest_names_hint;
 
 /// Arguments of `topic`.
 #[derive(Debug, Clone, clap::Args)]
