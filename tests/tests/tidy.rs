@@ -4,8 +4,11 @@
 
 #[path = "support/imports.rs"]
 mod imports;
+#[path = "support/page_imports.rs"]
+mod page_imports;
 
 use imports::{circles, imports, modules, named_paths as paths_of_code, names};
+use page_imports::{page_imports, page_modules};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -215,6 +218,34 @@ fn modules_import_one_way() {
             None => assert!(circles.is_empty(), "modules of {name} import each other:\n{}", circles.join("\n")),
         }
     }
+}
+
+#[test]
+fn modules_of_the_page_import_one_way() {
+    let modules = page_modules(&root().join("services/web/page/src"));
+    let imports = page_imports(&modules);
+    // Who reads nothing finds no circle.
+    let from_main = imports[&vec!["main.js".to_owned()]].keys().filter(|from| from[0] == "plan.js").count();
+    assert_eq!((from_main, modules.contains_key("plan.js")), (1, true));
+    let circles = circles(&imports);
+    assert!(circles.is_empty(), "modules of the page import each other:\n{}", circles.join("\n"));
+}
+
+#[test]
+fn a_circle_of_the_page_is_found_through_all_kinds_of_imports() {
+    let circles_of = |texts: &[(&str, &str)]| {
+        circles(&page_imports(&texts.iter().map(|(name, text)| (format!("{name}.js"), (*text).to_owned())).collect()))
+    };
+    let a = (
+        "a",
+        "import L from \"leaflet\";\nimport {\n  f as g,\n  h,\n} from \"./b.js\";\nexport const x = \"./a.js\";",
+    );
+    assert_eq!(
+        circles_of(&[a, ("b", "export { x } from './c.js';"), ("c", "const later = () => import(\"./a.js\");")]),
+        ["a.js names f, h of b.js", "b.js names x of c.js", "c.js names (module) of a.js",]
+    );
+    let comments = "// import { x } from \"./a.js\";\n/* as\n * import \"./a.js\" */\nexport const f = 1, h = 2;";
+    assert_eq!(circles_of(&[a, ("b", comments)]), Vec::<String>::new());
 }
 
 /// The circles of a crate of these modules; `lib` is the crate itself.

@@ -56,8 +56,8 @@ mod tests {
             let found: String = Sha256::digest(&bytes).iter().map(|byte| format!("{byte:02x}")).collect();
             assert_eq!(found, *sum, "{path} has changed: scripts/build_page makes the bundle anew");
         }
-        let mut sources: Vec<PathBuf> =
-            ["index.html", "style.css", "package.json", "package-lock.json"].into_iter().map(PathBuf::from).collect();
+        let at_the_top = ["index.html", "style.css", "package.json", "package-lock.json", "tsconfig.json"];
+        let mut sources: Vec<PathBuf> = at_the_top.into_iter().map(PathBuf::from).collect();
         let scripts = std::fs::read_dir(folder().join("src")).unwrap();
         sources.extend(scripts.map(|entry| Path::new("src").join(entry.unwrap().file_name())));
         for source in sources.into_iter().chain(FILES.map(|file| Path::new("bundle").join(file.path))) {

@@ -2,7 +2,7 @@
 // date shown alone: there the strips say what the schedule says. It has the same scale
 // as the slider below it. A click on a strip goes to the date there.
 
-import { byId, h, show, svg } from "./dom.js";
+import { byId, closestTo, h, show, svg } from "./dom.js";
 import { hasCalendar } from "./changes.js";
 import { onChange, state, update } from "./state.js";
 import { nameOf, space } from "./site.js";
@@ -15,7 +15,7 @@ export function createCalendar(setStop) {
   const rows = byId("calendar-rows");
   byId("calendar-toggle").addEventListener("click", () => update({ calendarOpen: !state.calendarOpen }));
   rows.addEventListener("click", (event) => {
-    const strip = event.target.closest(".strip");
+    const strip = closestTo(event, ".strip");
     if (strip) setStop(stopAt(strip, event.clientX));
   });
   rows.addEventListener("keydown", byKey);
@@ -101,7 +101,7 @@ function spoken(steps) {
 function byKey(event) {
   const by = { ArrowUp: -1, ArrowDown: 1 }[event.key];
   const buttons = [...byId("calendar-rows").querySelectorAll("button")];
-  const now = buttons.indexOf(document.activeElement);
+  const now = buttons.findIndex((button) => button === document.activeElement);
   const next = buttons[now + by];
   if (by === undefined || !next) return;
   event.preventDefault();
@@ -116,7 +116,7 @@ function showNow() {
 }
 
 function showChosen() {
-  for (const line of byId("calendar-rows").children) {
+  for (const line of /** @type {Iterable<HTMLElement>} */ (byId("calendar-rows").children)) {
     line.classList.toggle("chosen", line.dataset.room !== undefined && line.dataset.room === state.select);
   }
 }

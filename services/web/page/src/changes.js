@@ -124,7 +124,7 @@ function byTask(elements) {
     if (!groups.has(task)) groups.set(task, []);
     groups.get(task).push(change);
   }
-  return new Map([...groups].sort(([a], [b]) => (a === null) - (b === null) || byName(String(a), String(b))));
+  return new Map([...groups].sort(([a], [b]) => Number(a === null) - Number(b === null) || byName(String(a), String(b))));
 }
 
 function taskBlock(task, elements) {

@@ -26,7 +26,7 @@ export function createDetails() {
 function showSelected(changed) {
   const panel = byId("panel-details");
   const { select: id } = state;
-  const open = [...panel.querySelectorAll("details[open]")].map((node) => node.dataset.part);
+  const open = [.../** @type {NodeListOf<HTMLElement>} */ (panel.querySelectorAll("details[open]"))].map((node) => node.dataset.part);
   show(
     panel,
     h(
@@ -49,7 +49,7 @@ function showSelected(changed) {
 // Rooms and elements of the storey, by name.
 function showLists(changed) {
   const panel = byId("panel-details");
-  const open = panel.querySelector('details[data-part="elements"]')?.open ?? false;
+  const open = /** @type {HTMLDetailsElement | null} */ (panel.querySelector('details[data-part="elements"]'))?.open ?? false;
   const rooms = namesOf("room");
   const nElements = featuresOf(state.storey).filter((f) => f.kind === "element").length;
   // The long list is made when it is opened, not at every step in time.
@@ -72,13 +72,23 @@ function showLists(changed) {
   panel.scrollTop = scroll;
 }
 
+/**
+ * @param {"room" | "element"} kind
+ * @returns {[string, string][]} GlobalIds and names
+ */
 function namesOf(kind) {
-  return featuresOf(state.storey)
+  /** @type {[string, string][]} */
+  const names = featuresOf(state.storey)
     .filter((f) => f.kind === kind)
-    .map(({ id }) => [id, nameOf(id)])
-    .sort(([, a], [, b]) => byName(a, b));
+    .map(({ id }) => [id, nameOf(id)]);
+  return names.sort(([, a], [, b]) => byName(a, b));
 }
 
+/**
+ * @param {[string, string][]} items GlobalIds and names
+ * @param {(id: string) => string} stateOf
+ * @param {(id: string) => string | null} noteOf
+ */
 function list(items, stateOf, noteOf = () => null) {
   return h(
     "ul",

@@ -4,11 +4,11 @@ import { slamUrl } from "./source.js";
 import { state } from "./state.js";
 import { featuresOf } from "./site.js";
 import { outline } from "./draw_site.js";
-import { redraw } from "./drawing.js";
 
 const pictures = new Map(); // hash -> Image, only the newest two are kept
 
-function pictureOf(hash) {
+// The picture of a hash once it is loaded; until then null, and `redraw` is called when it is.
+function pictureOf(hash, redraw) {
   if (!pictures.has(hash)) {
     const image = new Image();
     image.addEventListener("load", redraw);
@@ -20,11 +20,14 @@ function pictureOf(hash) {
   return image.complete && image.naturalWidth > 0 ? image : null;
 }
 
-// The picture lies by three corners: rows go down from the upper left.
+/**
+ * The picture lies by three corners: rows go down from the upper left.
+ * @param {import("./types.js").Pen} pen
+ */
 export function drawSlam(pen) {
   const { slam } = state;
   if (!slam || !state.slamShown || slam.storey !== state.storey) return;
-  const image = pictureOf(slam.hash);
+  const image = pictureOf(slam.hash, pen.redraw);
   if (!image) return;
   const [[lx, ly], [rx, ry], [ux, uy]] = slam.corners_m.map(([x, y]) => [pen.x(x), pen.y(y)]);
   const [width, height] = [image.naturalWidth, image.naturalHeight];
@@ -45,6 +48,7 @@ export function inkOf(verdict) {
   return verdict === "displaced" ? "deviation-displaced" : "deviation-unknown";
 }
 
+/** @param {import("./types.js").Pen} pen */
 export function drawDeviations(pen) {
   const told = state.deviations?.elements;
   if (!told) return;
@@ -55,7 +59,10 @@ export function drawDeviations(pen) {
   }
 }
 
-// The robot as an arrow head of its size; the ellipse is two sigma wide and never smaller than a few pixels.
+/**
+ * The robot as an arrow head of its size; the ellipse is two sigma wide and never smaller than a few pixels.
+ * @param {import("./types.js").Pen} pen
+ */
 export function drawRobot(pen) {
   const { robot } = state;
   if (!robot || robot.storey !== state.storey) return;

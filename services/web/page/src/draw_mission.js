@@ -3,7 +3,7 @@
 import { hasLayer, state } from "./state.js";
 import { outline } from "./draw_site.js";
 import { featuresOf } from "./site.js";
-import { seenBy } from "./missions.js";
+import { seenBy } from "./scan_view.js";
 import { currentWay } from "./way.js";
 
 function line(pen, points) {
@@ -11,6 +11,7 @@ function line(pen, points) {
   points.forEach(([x, y], i) => (i === 0 ? pen.ctx.moveTo(pen.x(x), pen.y(y)) : pen.ctx.lineTo(pen.x(x), pen.y(y))));
 }
 
+/** @param {import("./types.js").Pen} pen */
 export function drawGraph(pen) {
   if (!hasLayer("graph") || !state.doc?.graph) return;
   const { ctx } = pen;
@@ -34,7 +35,10 @@ export function drawGraph(pen) {
   }
 }
 
-// The tour in its order; a leg that leaves the storey ends at its last stop there.
+/**
+ * The tour in its order; a leg that leaves the storey ends at its last stop there.
+ * @param {import("./types.js").Pen} pen
+ */
 export function drawTour(pen) {
   if (!hasLayer("tour")) return;
   const { ctx } = pen;
@@ -70,6 +74,7 @@ function arrow(pen, a, b) {
   ctx.fill();
 }
 
+/** @param {import("./types.js").Pen} pen */
 export function drawScan(pen) {
   const chosen = state.doc?.waypoints.find((w) => w.id === state.waypoint);
   if (!chosen || chosen.kind !== "scan" || chosen.storey !== state.storey) return;
@@ -86,6 +91,7 @@ export function drawScan(pen) {
   ctx.globalAlpha = 1;
 }
 
+/** @param {import("./types.js").Pen} pen */
 export function drawWaypoints(pen) {
   for (const waypoint of state.doc?.waypoints ?? []) {
     if (waypoint.storey !== state.storey || !hasLayer(waypoint.kind === "scan" ? "scans" : "waypoints")) continue;
@@ -130,11 +136,12 @@ function drawWaypoint(pen, waypoint, chosen) {
   ctx.fillText(String(waypoint.order + 1), x, y + 0.5);
 }
 
+/** @param {import("./types.js").Pen} pen */
 export function drawWay(pen) {
   const way = currentWay();
   if (way === null) return;
   if (!way.edges) {
-    const closed = new Set((way.obstacles ?? []).map((obstacle) => obstacle.id));
+    const closed = new Set((way.obstacles ?? []).flatMap((obstacle) => (obstacle.kind === "edge" ? [] : [obstacle.id])));
     outline(
       pen,
       featuresOf(state.storey).filter((feature) => closed.has(feature.id)),
@@ -147,10 +154,10 @@ export function drawWay(pen) {
   const { ctx } = pen;
   pen.pixels();
   ctx.lineJoin = ctx.lineCap = "round";
-  for (const [ink, width] of [
+  for (const [ink, width] of /** @type {const} */ ([
     ["mark-edge", 7],
     ["way", 4],
-  ]) {
+  ])) {
     ctx.strokeStyle = pen.colour(ink);
     ctx.lineWidth = width;
     for (const { edge, storeys } of way.edges) {
@@ -161,17 +168,14 @@ export function drawWay(pen) {
   }
   ctx.lineJoin = "miter";
   ctx.lineCap = "butt";
-  for (const [node, ink] of [
-    [way.nodes[0], "way"],
-    [way.nodes.at(-1), "way"],
-  ]) {
+  for (const node of [way.nodes[0], way.nodes.at(-1)]) {
     if (node.storey !== state.storey) continue;
     ctx.beginPath();
     ctx.arc(pen.x(node.x_m), pen.y(node.y_m), 6, 0, 2 * Math.PI);
     ctx.fillStyle = pen.colour("mark-edge");
     ctx.fill();
     ctx.lineWidth = 3;
-    ctx.strokeStyle = pen.colour(ink);
+    ctx.strokeStyle = pen.colour("way");
     ctx.stroke();
   }
 }

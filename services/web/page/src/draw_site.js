@@ -34,6 +34,7 @@ function visible(pen, kind) {
 // Inks of the states of rooms.
 export const ROOM_INKS = { reached: "room-open", no_way: "room-no-way", blocked: "room-blocked", open: "room-unjudged" };
 
+/** @param {import("./types.js").Pen} pen */
 export function drawRooms(pen) {
   if (!hasLayer("rooms")) return;
   const { ctx } = pen;
@@ -50,6 +51,7 @@ export function drawRooms(pen) {
 // Classes that lie over or under a room: only their outline, or they would hide everything.
 const FLAT = new Set(["slab", "beam", "other"]);
 
+/** @param {import("./types.js").Pen} pen */
 export function drawElements(pen) {
   if (!hasLayer("elements")) return;
   const { ctx } = pen;
@@ -86,7 +88,10 @@ function styleOf(feature) {
   return { ink: feature.class.replace("_", "-"), fill: flat ? 0 : 0.45, line: flat ? 0.35 : 0.9, dash: false };
 }
 
-// A halo around what changed since the previous stop.
+/**
+ * A halo around what changed since the previous stop.
+ * @param {import("./types.js").Pen} pen
+ */
 export function drawChanges(pen) {
   const ids = changedIds();
   if (ids.size === 0) return;
@@ -99,6 +104,7 @@ export function drawChanges(pen) {
   );
 }
 
+/** @param {import("./types.js").Pen} pen */
 export function drawSelection(pen) {
   if (state.select === null) return;
   const features = featuresOf(state.storey).filter((f) => f.id === state.select);
@@ -124,7 +130,10 @@ export function outline(pen, features, ink, width, line, fill = 0) {
   ctx.lineJoin = "miter";
 }
 
-// Names where they fit into the room: both lines, or the short one, or none.
+/**
+ * Names where they fit into the room: both lines, or the short one, or none.
+ * @param {import("./types.js").Pen} pen
+ */
 export function drawLabels(pen) {
   if (!hasLayer("rooms")) return;
   const { ctx } = pen;

@@ -29,7 +29,9 @@ const PAINTERS = [
 const CPU = { willReadFrequently: true };
 const PRINT_RATIO = 2.5; // 240 dots per inch on paper
 
+/** @type {any} Leaflet's classes made by `extend` have no type */
 let layer = null;
+/** @type {Record<string, string>} */
 let colours = {};
 
 export function createDrawing(map) {
@@ -78,13 +80,16 @@ function readColours() {
   colours = new Proxy(
     {},
     {
+      /** @type {(known: Record<string, string>, name: string) => string} */
       get: (known, name) => (known[name] ??= style.getPropertyValue(`--ink-${name}`).trim() || "#888"),
     },
   );
 }
 
-// Leaflet's own renderer base moves and scales the canvas while the map is dragged or zoomed.
-const Canvas = L.Renderer.extend({
+// Leaflet's own renderer base moves and scales the canvas while the map is dragged or zoomed; what is inside of it has no types.
+/** @type {any} */
+const Renderer = L.Renderer;
+const Canvas = Renderer.extend({
   _initContainer() {
     this._container = document.createElement("canvas");
     this._container.setAttribute("aria-hidden", "true");
@@ -96,7 +101,7 @@ const Canvas = L.Renderer.extend({
   _updatePaths() {},
   _update() {
     if (this._map._animatingZoom && this._bounds) return;
-    L.Renderer.prototype._update.call(this);
+    Renderer.prototype._update.call(this);
     this.paint();
   },
   paint() {
@@ -120,7 +125,7 @@ const Canvas = L.Renderer.extend({
   },
 });
 
-// What painters draw with: pixels of the canvas, or metres from the tiles' origin (y up).
+/** @returns {import("./types.js").Pen} */
 function penOf(map, ctx, bounds, ratio) {
   const [left, top] = state.site.tiles.origin_m;
   const scale = 2 ** map.getZoom() / state.site.resolution_m;
@@ -135,6 +140,7 @@ function penOf(map, ctx, bounds, ratio) {
     y,
     size,
     colour: (name) => colours[name],
+    redraw,
     pixels: () => ctx.setTransform(ratio, 0, 0, ratio, 0, 0),
     metres: () => ctx.setTransform(scale * ratio, 0, 0, -scale * ratio, -corner.x * ratio, -corner.y * ratio),
     box: {

@@ -1,6 +1,10 @@
 // Plane geometry of footprints and rooms, in metres of the map frame.
 // A MultiPolygon is a list of polygons, a polygon a list of rings (the first outside, holes after it).
 
+/**
+ * @param {import("./types.js").MultiPolygon} multiPolygon
+ * @returns {import("./types.js").Box}
+ */
 export function boundsOf(multiPolygon) {
   const box = { x0: Infinity, y0: Infinity, x1: -Infinity, y1: -Infinity };
   for (const [x, y] of multiPolygon.flat(2)) {
@@ -12,6 +16,7 @@ export function boundsOf(multiPolygon) {
   return box;
 }
 
+/** @param {import("./types.js").MultiPolygon} multiPolygon */
 export function areaOf(multiPolygon) {
   const ring = (points) => {
     let sum = 0;
@@ -26,7 +31,12 @@ export function areaOf(multiPolygon) {
   );
 }
 
-// True if the point is inside, by the even-odd rule over all rings.
+/**
+ * True if the point is inside, by the even-odd rule over all rings.
+ * @param {import("./types.js").MultiPolygon} multiPolygon
+ * @param {number} x
+ * @param {number} y
+ */
 export function contains(multiPolygon, x, y) {
   let inside = false;
   for (const ring of multiPolygon.flat(1)) {
@@ -39,7 +49,11 @@ export function contains(multiPolygon, x, y) {
   return inside;
 }
 
-// Segments [ax, ay, bx, by] of all rings, closed whether or not the file repeats the first point.
+/**
+ * Segments [ax, ay, bx, by] of all rings, closed whether or not the file repeats the first point.
+ * @param {import("./types.js").MultiPolygon} multiPolygon
+ * @returns {[number, number, number, number][]}
+ */
 export function segmentsOf(multiPolygon) {
   const segments = [];
   for (const ring of multiPolygon.flat(1)) {
@@ -52,7 +66,15 @@ export function segmentsOf(multiPolygon) {
   return segments;
 }
 
-// What a scanner at (x, y) sees: the polygon of the ends of `n` rays, each cut off by the first segment or at `range`.
+/**
+ * What a scanner at (x, y) sees: the polygon of the ends of `n` rays, each cut off by the first segment or at `range`.
+ * @param {number} x
+ * @param {number} y
+ * @param {number} range
+ * @param {[number, number, number, number][]} segments
+ * @param {number} n
+ * @returns {import("./types.js").Point[]}
+ */
 export function visiblePolygon(x, y, range, segments, n = 720) {
   const near = segments.filter(
     ([ax, ay, bx, by]) =>
@@ -82,8 +104,13 @@ export function visiblePolygon(x, y, range, segments, n = 720) {
 
 const LABEL_GRID = 20; // points per side that are tried for a label
 
-// Where a name is best written: the point inside that is farthest from the outline, with `half` the free width to
-// either side. Wide rooms want their name in the middle, so that height counts more than width.
+/**
+ * Where a name is best written: the point inside that is farthest from the outline, with `half` the free width to
+ * either side. Wide rooms want their name in the middle, so that height counts more than width.
+ * @param {import("./types.js").MultiPolygon} multiPolygon
+ * @param {import("./types.js").Box} box
+ * @returns {import("./types.js").LabelPlace}
+ */
 export function labelPoint(multiPolygon, box) {
   const segments = segmentsOf(multiPolygon);
   let best = null;

@@ -54,14 +54,24 @@ function pop(heap) {
   }
 }
 
-// Nodes at which a room is entered into the graph: its own node, else any that lies in it.
+/**
+ * Nodes at which a room is entered into the graph: its own node, else any that lies in it.
+ * @param {import("./types.js").Graph} graph
+ * @param {string} room
+ */
 export function nodesOf(graph, room) {
   const own = graph.nodes.filter((node) => node.kind === "space" && node.of === room);
   return own.length > 0 ? own : graph.nodes.filter((node) => node.space === room);
 }
 
-// The shortest way between two rooms over usable edges:
-// {length_m, nodes, edges: [{edge, storeys}], doors: [gid], rooms: [gid]} or null.
+/**
+ * The shortest way between two rooms over usable edges:
+ * {length_m, nodes, edges: [{edge, storeys}], doors: [gid], rooms: [gid]} or null.
+ * @param {import("./types.js").Graph} graph
+ * @param {string} from
+ * @param {string} to
+ * @returns {import("./types.js").Way | null}
+ */
 export function findWay(graph, from, to) {
   const nodes = new Map(graph.nodes.map((node) => [node.id, node]));
   const links = new Map();
@@ -88,8 +98,15 @@ export function findWay(graph, from, to) {
 
 const OBSTACLE_COST = 1000; // a way around is better than a closed door, however long
 
-// What keeps a robot from getting from one room to the other, on the way with the fewest obstacles:
-// [{kind: "door", id, passage} | {kind: "room", id} | {kind: "edge", edge, a, b}], or null if no way is modelled at all.
+/**
+ * What keeps a robot from getting from one room to the other, on the way with the fewest obstacles:
+ * [{kind: "door", id, passage} | {kind: "room", id} | {kind: "edge", edge, a, b}], or null if no way is modelled at all.
+ * @param {import("./types.js").Site} site
+ * @param {import("./types.js").Graph} graph
+ * @param {string} from
+ * @param {string} to
+ * @returns {import("./types.js").Obstacle[] | null}
+ */
 export function findObstacles(site, graph, from, to) {
   const links = new Map();
   const add = (at, link) => (links.has(at) ? links.get(at).push(link) : links.set(at, [link]));

@@ -1,6 +1,6 @@
 // The list of storeys and the switches of the layers.
 
-import { byId, h, show } from "./dom.js";
+import { byId, closestTo, h, inputById, show } from "./dom.js";
 import { hasLayer, LAYERS, onChange, state, toggleLayer, update } from "./state.js";
 import { entryOf, storeyName } from "./site.js";
 import { number, t, word } from "./texts.js";
@@ -11,7 +11,7 @@ export function createLayers() {
   const list = byId("storeys");
   list.addEventListener("keydown", chooseByKey);
   list.addEventListener("click", (event) => {
-    const option = event.target.closest("[role=option]");
+    const option = closestTo(event, "[role=option]");
     if (option) update({ storey: Number(option.dataset.storey) });
   });
   onChange(["storey", "site", "doc"], showStoreys);
@@ -101,5 +101,5 @@ function makeLayers() {
 }
 
 function showLayers() {
-  for (const layer of LAYERS) byId(`layer-${layer}`).checked = hasLayer(layer);
+  for (const layer of LAYERS) inputById(`layer-${layer}`).checked = hasLayer(layer);
 }

@@ -3,8 +3,15 @@
 import { h } from "./dom.js";
 import { state, update } from "./state.js";
 
-// A button that selects a room or an element, with its state at the right.
-// `note` is a line below the name.
+/**
+ * A button that selects a room or an element, with its state at the right.
+ * `note` is a line below the name.
+ * @param {string} id GlobalId
+ * @param {string} name
+ * @param {string | null} tag
+ * @param {string | null} kind
+ * @param {string | null} note
+ */
 export function link(id, name, tag = null, kind = null, note = null) {
   return h(
     "button",

@@ -1,6 +1,6 @@
 // What only a live site has: the state of the daemons, alerts, the connection, deviations to confirm, and the date.
 
-import { byId, h, icon, show } from "./dom.js";
+import { byId, closestTo, h, icon, show } from "./dom.js";
 import { onChange, state, update } from "./state.js";
 import { nameOf } from "./site.js";
 import { followEvents, postConfirm, postDate } from "./source.js";
@@ -24,7 +24,7 @@ export function createLive({ onDate, onSite }) {
     toggle.focus();
   });
   document.addEventListener("pointerdown", (event) => {
-    if (!event.target.closest("#live")) open(false);
+    if (closestTo(event, "#live") === null) open(false);
   });
   onChange(["select"], () => open(false));
   if (!state.site.live) return;
@@ -165,7 +165,7 @@ export function say(text, lasting = false) {
 // Asks in the dialog; resolves to true if the person agrees. A question that is open is given up for a new one.
 let answer = null;
 function ask(title, text, action) {
-  const dialog = byId("dialog");
+  const dialog = /** @type {HTMLDialogElement} */ (byId("dialog"));
   if (dialog.open) dialog.close();
   closed();
   byId("dialog-title").textContent = title;
@@ -178,7 +178,7 @@ function ask(title, text, action) {
 
 // The event comes later than the end of its question: by then the next one may be open, and waits for its own end.
 function closed() {
-  const dialog = byId("dialog");
+  const dialog = /** @type {HTMLDialogElement} */ (byId("dialog"));
   if (dialog.open) return;
   answer?.(dialog.returnValue === "ok");
   answer = null;

@@ -65,7 +65,11 @@ function sayIfGone(wanted) {
   if (gone) say(t(site.live ? "linkDateLive" : "linkDateGone", { date: wanted }), true);
 }
 
-// What the link says, else the storey with the entrance, or the lowest one that is not below ground, and what stands today.
+/**
+ * What the link says, else the storey with the entrance, or the lowest one that is not below ground, and what stands today.
+ * @param {import("./types.js").Site} site
+ * @returns {Partial<import("./types.js").State>}
+ */
 function firstState(site) {
   const wanted = fromFragment(site);
   const entrance = site.storeys.find((s) => s.index === site.entrance);

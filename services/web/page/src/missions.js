@@ -1,13 +1,10 @@
-// The mission panel: coverage, duration, the stops of the tour; and what a scan sees.
+// The mission panel: coverage, duration, the stops of the tour.
 
 import { byId, fact, h, show, svg } from "./dom.js";
-import { segmentsOf, visiblePolygon } from "./geometry.js";
 import { onChange, state, update } from "./state.js";
-import { element, featuresOf, isClosed, isStanding, nameOf, passageOf } from "./site.js";
+import { nameOf } from "./site.js";
 import { number, t, word } from "./texts.js";
 import { panTo } from "./plan.js";
-
-const DEFAULT_RANGE_M = 10; // where the robot's profile gives no range
 
 export function createMissions() {
   onChange(["doc", "tab", "sheet", "waypoint", "storey"], showMission);
@@ -15,28 +12,6 @@ export function createMissions() {
   // Ids belong to a date: the choice does not outlive it.
   onChange(["doc"], () => update({ waypoint: null }));
   showMission();
-}
-
-let seen = { waypoint: null, polygon: null };
-
-// The polygon a scan sees: rays over the footprints of what stands at the height of the sensor. Doors that a robot
-// passes are taken as open.
-export function seenBy(waypoint) {
-  if (seen.waypoint === waypoint) return seen.polygon;
-  const { robot } = state.site;
-  const z = waypoint.sensor_z_m ?? waypoint.z_m + (robot?.sensor_height_m ?? 1);
-  const stands = ({ id, kind }) => {
-    if (kind !== "element" || !isStanding(id)) return false;
-    const { class: cls, aabb_m: box } = element(id);
-    if (box && (box.min[2] > z || box.max[2] < z)) return false;
-    return cls !== "door" || isClosed(passageOf(id, waypoint.storey));
-  };
-  const segments = featuresOf(waypoint.storey)
-    .filter(stands)
-    .flatMap((feature) => segmentsOf(feature.polygon));
-  const polygon = visiblePolygon(waypoint.x_m, waypoint.y_m, robot?.lidar_range_m ?? DEFAULT_RANGE_M, segments);
-  seen = { waypoint, polygon };
-  return polygon;
 }
 
 function goToWaypoint() {

@@ -6,7 +6,11 @@ import { elementState, featuresOf } from "./site.js";
 
 const WAYPOINT_RADIUS_PX = 14;
 
-// Features under a point, the one people mean first: the smallest, and a room before what covers most of it.
+/**
+ * Features under a point, the one people mean first: the smallest, and a room before what covers most of it.
+ * @param {number} x
+ * @param {number} y
+ */
 export function pick(x, y) {
   const hits = featuresOf(state.storey).filter((feature) => {
     const { box, kind } = feature;
@@ -20,7 +24,11 @@ export function pick(x, y) {
   return hits.sort((a, b) => rank(a) - rank(b));
 }
 
-// The waypoint within a finger's width, if waypoints are shown.
+/**
+ * The waypoint within a finger's width, if waypoints are shown.
+ * @param {import("leaflet").Map} map
+ * @param {import("leaflet").LatLng} latlng
+ */
 export function pickWaypoint(map, latlng) {
   const at = map.latLngToContainerPoint(latlng);
   let best = null;

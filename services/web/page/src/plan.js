@@ -8,11 +8,13 @@ import { createDrawing } from "./drawing.js";
 import { pick, pickWaypoint } from "./pick.js";
 import { onChange, state, update } from "./state.js";
 import { featuresOf, nameOf, storeyFor, storeyOf } from "./site.js";
+import { boundsOfStorey } from "./storey_bounds.js";
 import { number } from "./texts.js";
 import { currentWay } from "./way.js";
 
 const ZOOM_MAX = 4;
 
+/** @type {import("leaflet").Map} */
 let map = null;
 
 // Pixels from metres as the tiles are cut: right from the left edge, down from the top edge.
@@ -24,12 +26,6 @@ function crsOf(site) {
     scale: (zoom) => 2 ** zoom,
     zoom: (scale) => Math.log2(scale),
   });
-}
-
-export function boundsOfStorey(storey) {
-  const [x, y] = storey.origin_m;
-  const [width, height] = storey.size_cells.map((cells) => cells * state.site.resolution_m);
-  return L.latLngBounds([y, x], [y + height, x + width]);
 }
 
 export function createPlan() {
@@ -198,6 +194,7 @@ function bringIntoView(latlng) {
 // Pixels of the plan that an open sheet covers, and the rectangle that is left.
 function visiblePart() {
   const size = map.getSize();
+  /** @type {HTMLElement | null} */
   const sheet = document.querySelector("[data-sheet=maps] #left, [data-sheet=tabs] #right");
   const covered = sheet !== null && getComputedStyle(byId("sheet-bar")).display !== "none" ? sheet.offsetHeight : 0;
   return { covered, free: L.bounds([24, 24], [size.x - 24, size.y - covered - 24]) };

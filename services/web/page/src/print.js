@@ -4,9 +4,10 @@
 
 import { byId, fact, h, show } from "./dom.js";
 import { drawForPrint } from "./drawing.js";
-import { boundsOfStorey, planMap } from "./plan.js";
+import { planMap } from "./plan.js";
 import { state } from "./state.js";
 import { storeyName, storeyOf } from "./site.js";
+import { boundsOfStorey } from "./storey_bounds.js";
 import { sheetReady } from "./tiles.js";
 import { longDate, shortDate, t, today } from "./texts.js";
 

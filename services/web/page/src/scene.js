@@ -21,7 +21,7 @@ const ZOOM_STEP = 1.2;
 const NAME = "3D view. Arrow keys move, with Shift they turn, plus and minus zoom, Home shows the whole building.";
 const NO_WEBGL = "This browser cannot show the 3D view: it has no WebGL.";
 
-window.groundplanScene = function groundplanScene(container, options = {}) {
+globalThis.groundplanScene = function groundplanScene(container, options = {}) {
   const { onPick = () => {}, onCamera = () => {}, name = NAME, noWebgl = NO_WEBGL } = options;
   const canvas = document.createElement("canvas");
   const context = canvas.getContext("webgl2", { antialias: true, alpha: true });
@@ -99,8 +99,8 @@ window.groundplanScene = function groundplanScene(container, options = {}) {
     if (!model || wantedCamera === null) return;
     if (!framed) showAll();
     if (wantedCamera.every((value, k) => Math.abs(value - cameraNow()[k]) < 0.002)) return;
-    camera.position.set(...wantedCamera.slice(0, 3));
-    controls.target.set(...wantedCamera.slice(3));
+    camera.position.fromArray(wantedCamera);
+    controls.target.fromArray(wantedCamera, 3);
     controls.update();
     drawSoon();
   }

@@ -1,6 +1,6 @@
 // Search of rooms and elements by name, class, type, task, material or GlobalId, in small or capital letters.
 
-import { byId, h, show } from "./dom.js";
+import { byId, closestTo, h, inputById, show } from "./dom.js";
 import { onChange, state, update } from "./state.js";
 import { nameOf, taskName } from "./site.js";
 import { t, word } from "./texts.js";
@@ -29,7 +29,7 @@ export function createSearch() {
     }
   });
   document.addEventListener("pointerdown", (event) => {
-    if (!event.target.closest(".search")) close();
+    if (closestTo(event, ".search") === null) close();
   });
   onChange(["site"], () => (index = null));
 }
@@ -51,7 +51,7 @@ const plain = (text) => text.normalize("NFD").replace(/\p{M}/gu, "").toLowerCase
 function entries() {
   const { spaces, elements } = state.site;
   index ??= [
-    ...Object.keys(spaces).map((id) => ({ id, name: nameOf(id), kind: t("room") })),
+    ...Object.keys(spaces).map((id) => ({ id, name: nameOf(id), kind: t("room"), more: [] })),
     ...Object.entries(elements).map(([id, part]) => ({
       id,
       name: nameOf(id),
@@ -62,7 +62,7 @@ function entries() {
     ...entry,
     text: plain(entry.name),
     lower: entry.id.toLowerCase(),
-    more: (entry.more ?? []).filter(Boolean).map((text) => [plain(text), text]),
+    more: entry.more.filter(Boolean).map((text) => [plain(text), text]),
   }));
   return index;
 }
@@ -92,7 +92,7 @@ function find(typed) {
 }
 
 function showResults() {
-  const typed = byId("search").value.trim();
+  const typed = inputById("search").value.trim();
   if (typed === "") return close();
   const found = find(typed);
   const list = byId("results");
@@ -127,7 +127,7 @@ function showResults() {
 
 function choose(id) {
   close();
-  byId("search").value = "";
+  inputById("search").value = "";
   update({ select: id, tab: "details", sheet: "details" });
   byId("plan").focus({ preventScroll: true });
 }

@@ -1,6 +1,6 @@
 // The frame around the plan: tabs, sheets on phones, theme, link and the north arrow.
 
-import { byId } from "./dom.js";
+import { byId, closestTo } from "./dom.js";
 import { onChange, state, TABS, update } from "./state.js";
 import { say } from "./live.js";
 import { t } from "./texts.js";
@@ -20,7 +20,7 @@ function showTitle() {
   document.title = `${title} – groundplan`;
   byId("ignored").hidden = !ignored;
   const angle = northAngle(state.site.frames);
-  for (const arrow of document.querySelectorAll(".north")) {
+  for (const arrow of /** @type {NodeListOf<HTMLElement>} */ (document.querySelectorAll(".north"))) {
     arrow.hidden = arrow.parentElement.hidden = false;
     arrow.toggleAttribute("hidden", angle === null);
     if (angle !== null)
@@ -38,7 +38,7 @@ function northAngle(frames) {
 function createTabs() {
   const list = byId("tabs");
   list.addEventListener("click", (event) => {
-    const tab = event.target.closest("[role=tab]");
+    const tab = closestTo(event, "[role=tab]");
     if (tab) update({ tab: tab.dataset.tab });
   });
   list.addEventListener("keydown", (event) => {
@@ -61,9 +61,12 @@ function createTabs() {
   showTab();
 }
 
+/** @type {() => NodeListOf<HTMLButtonElement>} */
+const sheetButtons = () => document.querySelectorAll("#sheet-bar button");
+
 // On phones one panel at a time lies over the lower part of the plan: the maps, one of the tabs, or the calendar.
 function createSheets() {
-  for (const button of document.querySelectorAll("#sheet-bar button")) {
+  for (const button of sheetButtons()) {
     button.addEventListener("click", () => {
       const { sheet } = button.dataset;
       if (sheet === "rooms") update({ calendarOpen: !state.calendarOpen, sheet: null });
@@ -83,7 +86,7 @@ function createSheets() {
   const showSheet = () => {
     byId("sheet-title").textContent = t(state.tab);
     document.body.dataset.sheet = state.sheet === null ? "" : state.sheet === "maps" ? "maps" : "tabs";
-    for (const button of document.querySelectorAll("#sheet-bar button")) {
+    for (const button of sheetButtons()) {
       const { sheet } = button.dataset;
       button.setAttribute("aria-pressed", String(sheet === "rooms" ? state.calendarOpen : sheet === state.sheet));
     }

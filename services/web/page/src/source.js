@@ -9,7 +9,7 @@ const waiting = new Map(); // name -> {resolve, reject}, scripts on their way
 const dates = new Map(); // key -> promise of the document, oldest first
 
 if (FILES) {
-  window.groundplanData = (name, value) => waiting.get(name)?.resolve(value);
+  globalThis.groundplanData = (name, value) => waiting.get(name)?.resolve(value);
 }
 
 function byScript(name) {
@@ -66,22 +66,31 @@ async function document_(name) {
 
 let siteText = null; // as it came, to see whether a site changed
 
+/** @returns {Promise<import("./types.js").Site>} */
 export async function loadSite() {
   if (FILES) return byScript("site");
   siteText = await (await byFetch("site.json")).text();
   return JSON.parse(siteText);
 }
 
-// The site document of a live site if it is another one than before, else null.
+/**
+ * The site document of a live site if it is another one than before, else null.
+ * @returns {Promise<import("./types.js").Site | null>}
+ */
 export async function loadChangedSite() {
   const before = siteText;
   const site = await loadSite();
   return siteText === before ? null : site;
 }
 
+/** @type {() => Promise<import("./types.js").Calendar>} */
 export const loadCalendar = () => document_("calendar");
 
-// The document of a date. Documents stay loaded, up to a limit; one that failed is asked for again.
+/**
+ * The document of a date. Documents stay loaded, up to a limit; one that failed is asked for again.
+ * @param {string} key
+ * @returns {Promise<import("./types.js").DateDocument>}
+ */
 export function loadDate(key) {
   let promise = dates.get(key);
   dates.delete(key);
@@ -99,22 +108,39 @@ export function forgetDates() {
   dates.clear();
 }
 
-// The GLB of a model as an ArrayBuffer.
+/**
+ * The GLB of a model as an ArrayBuffer.
+ * @param {string} hash
+ * @returns {Promise<ArrayBuffer>}
+ */
 export async function loadModel(hash) {
   if (!FILES) return (await byFetch(`models/${hash}.glb`)).arrayBuffer();
   const text = atob(await byScript(`models/${hash}`));
   return Uint8Array.from(text, (letter) => letter.charCodeAt(0)).buffer;
 }
 
+/**
+ * @param {number} storey
+ * @param {string} layer
+ * @param {string} hash
+ * @param {number} level
+ * @param {number} column
+ * @param {number} row
+ */
 export function tileUrl(storey, layer, hash, level, column, row) {
   return `data/tiles/${storey}/${layer}/${hash}/${level}/${column}/${row}.png`;
 }
 
+/** @type {(hash: string) => string} */
 export const slamUrl = (hash) => `data/slam/${hash}.png`;
 
-// Live events: `on(name, value)` for each, `connected(bool, full)` when the connection is lost or there again; `full` if there
-// are too many viewers for this one.
-// EventSource tries again by itself, except after an answer that is not a stream: then we open a new one.
+/**
+ * Live events: `on(name, value)` for each, `connected(bool, full)` when the connection is lost or there again; `full` if there
+ * are too many viewers for this one.
+ * EventSource tries again by itself, except after an answer that is not a stream: then we open a new one.
+ * @param {(name: string, value: any) => void} on
+ * @param {(connected: boolean, full: boolean) => void} connected
+ */
 export function followEvents(on, connected) {
   const retryMs = 2000;
   const open = () => {
@@ -156,5 +182,7 @@ async function post(path, body) {
   throw new Error(told.error ?? `${answer.status}`);
 }
 
+/** @type {(at: string) => Promise<void>} */
 export const postDate = (at) => post("date", { at });
+/** @type {(globalId: string) => Promise<void>} */
 export const postConfirm = (globalId) => post("confirm", { global_id: globalId });

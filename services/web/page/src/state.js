@@ -19,30 +19,31 @@ export const LAYERS = [
 
 export const TABS = ["details", "changes", "way", "mission", "findings"];
 
+/** @type {import("./types.js").State} what is shown, and what is loaded */
 export const state = {
-  site: null, // data/site.json
-  calendar: null, // data/calendar.json
-  doc: null, // document of the date shown
-  previousDoc: null, // the one shown before it (live: there the calendar may be empty)
+  site: null,
+  calendar: null,
+  doc: null,
+  previousDoc: null,
   storey: null,
-  date: null, // key of the date wanted; doc.key once it is loaded
-  stop: null, // index into site.dates, null between the stops of a live site
+  date: null,
+  stop: null,
   layers: ["planning", "rooms", "elements"],
-  select: null, // GlobalId of a room or an element
-  waypoint: null, // id of the waypoint chosen in the mission
+  select: null,
+  waypoint: null,
   view: "plan",
-  centre: null, // [x, y] of the middle of the plan in metres; null while all of the storey is shown
+  centre: null,
   zoom: null,
-  camera: null, // 3D: [x, y, z] of the camera and of what it looks at; null before anybody moved it
-  cut: null, // 3D: height of the cut that was chosen; null for that of the storey
+  camera: null,
+  cut: null,
   from: null,
   to: null,
   tab: "details",
-  sheet: null, // phones: which panel is open below the plan
+  sheet: null,
   calendarOpen: false,
   playing: false,
-  connected: true, // live: what the events told last
-  full: false, // live: there are too many viewers for this one
+  connected: true,
+  full: false,
   status: null,
   robot: null,
   slam: null,
@@ -54,12 +55,19 @@ const listeners = [];
 const queue = [];
 let delivering = false;
 
-// Calls `listener(changedKeys)` after an update that touches any of `keys`.
+/**
+ * Calls `listener(changedKeys)` after an update that touches any of `keys`.
+ * @param {(keyof import("./types.js").State)[]} keys
+ * @param {(changed: string[]) => void} listener
+ */
 export function onChange(keys, listener) {
   listeners.push({ keys, listener });
 }
 
-// Changes the store. Updates made by listeners are delivered after the running one.
+/**
+ * Changes the store. Updates made by listeners are delivered after the running one.
+ * @param {Partial<import("./types.js").State>} patch
+ */
 export function update(patch) {
   const changed = Object.keys(patch).filter((key) => state[key] !== patch[key]);
   if (changed.length === 0) return;
@@ -88,9 +96,13 @@ export function toggleLayer(layer, on) {
   update({ layers: LAYERS.filter((name) => (name === layer ? on : state.layers.includes(name))) });
 }
 
-// What the fragment says, as a patch; wrong values are left out.
+/**
+ * What the fragment says, as a patch; wrong values are left out.
+ * @param {import("./types.js").Site} site
+ */
 export function fromFragment(site) {
   const fields = new URLSearchParams(location.hash.slice(1));
+  /** @type {Partial<import("./types.js").State>} */
   const patch = {};
   const storey = Number(fields.get("storey"));
   if (fields.has("storey") && site.storeys.some((s) => s.index === storey)) patch.storey = storey;
@@ -111,7 +123,7 @@ export function fromFragment(site) {
     const list = fields.has(key) ? fields.get(key).split(",").map(Number) : [];
     return list.length === n && list.every(Number.isFinite) ? list : null;
   };
-  patch.centre = numbers("centre", 2);
+  patch.centre = /** @type {[number, number] | null} */ (numbers("centre", 2));
   patch.zoom = patch.centre && (numbers("zoom", 1)?.[0] ?? null);
   patch.camera = numbers("camera", 6);
   patch.cut = numbers("cut", 1)?.[0] ?? null;
@@ -120,7 +132,7 @@ export function fromFragment(site) {
 
 export function toFragment() {
   const fields = new URLSearchParams();
-  fields.set("storey", state.storey);
+  fields.set("storey", String(state.storey));
   const shown = state.site.live ? state.doc : state.site.dates[state.stop];
   if (shown) fields.set("date", linkDate(shown.at));
   fields.set("layers", state.layers.join(","));
@@ -128,9 +140,9 @@ export function toFragment() {
   fields.set("view", state.view);
   if (state.tab !== "details") fields.set("tab", state.tab);
   if (state.centre !== null) fields.set("centre", state.centre.join(","));
-  if (state.centre !== null && state.zoom !== null) fields.set("zoom", state.zoom);
+  if (state.centre !== null && state.zoom !== null) fields.set("zoom", String(state.zoom));
   if (state.view === "3d" && state.camera !== null) fields.set("camera", state.camera.join(","));
-  if (state.view === "3d" && state.cut !== null) fields.set("cut", state.cut);
+  if (state.view === "3d" && state.cut !== null) fields.set("cut", String(state.cut));
   // Commas, colons and the $ of GlobalIds are allowed in a fragment, and read better than %2C, %3A and %24.
   return `#${fields.toString().replaceAll("%2C", ",").replaceAll("%3A", ":").replaceAll("%24", "$")}`;
 }
@@ -138,6 +150,7 @@ export function toFragment() {
 // Writes the fragment after every change of what it keeps, without filling the history.
 // `onLink(date)` is told of a link that was followed in this page, with the date that it names.
 export function keepFragment(onLink) {
+  /** @type {(keyof import("./types.js").State)[]} */
   const kept = ["storey", "date", "stop", "doc", "layers", "select", "view", "tab", "from", "to", "centre", "zoom", "camera", "cut"];
   onChange(kept, () => {
     const fragment = toFragment();

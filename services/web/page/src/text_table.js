@@ -371,6 +371,7 @@ export const TABLE = {
 
 // Sentences of the reports in German: they come in English, with names and numbers in them ($1, ..). One that is not
 // here stays as it is.
+/** @type {[RegExp, string][]} */
 export const SENTENCES = [
   [/^it does not run$/, "läuft nicht"],
   [/^it hangs$/, "hängt"],

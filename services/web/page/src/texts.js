@@ -6,6 +6,10 @@ const wanted = new URLSearchParams(location.search).get("lang") ?? navigator.lan
 const language = wanted.toLowerCase().startsWith("de") ? "de" : "en";
 const column = language === "de" ? 1 : 0;
 
+/**
+ * @param {string} key
+ * @param {Record<string, any>} values
+ */
 export function t(key, values = {}) {
   return TABLE[key][column].replace(/\{(\w+)\}/g, (_, name) => values[name] ?? "");
 }
@@ -13,13 +17,21 @@ export function t(key, values = {}) {
 // Whether the table has a text.
 export const has = (key) => Object.hasOwn(TABLE, key);
 
-// The word for a value of the files; a value the table does not know is shown as it is.
+/**
+ * The word for a value of the files; a value the table does not know is shown as it is.
+ * @param {string} prefix
+ * @param {string | null} value
+ */
 export function word(prefix, value) {
   const key = `${prefix}_${value}`;
   return Object.hasOwn(TABLE, key) ? t(key) : String(value).replaceAll("_", " ");
 }
 
-// A sentence of the reports in the reader's language; what stands in it is translated too.
+/**
+ * A sentence of the reports in the reader's language; what stands in it is translated too.
+ * @param {string} text
+ * @returns {string}
+ */
 export function sentence(text) {
   if (language !== "de") return text;
   for (const [pattern, german] of SENTENCES) {
@@ -65,9 +77,13 @@ const SHORT = format({ day: "numeric", month: "short", year: "numeric", hour: "2
 const DAY = format({ day: "numeric", month: "short" });
 const MONTH = format({ month: "short", year: "numeric" });
 
+/** @type {(at: string) => number} */
 export const milliseconds = (at) => Date.parse(at.endsWith("Z") ? at : `${at}Z`);
+/** @type {(at: string | null) => string} */
 export const longDate = (at) => (at === null ? t("everythingBuilt") : LONG.format(milliseconds(at)));
+/** @type {(at: string | null) => string} */
 export const mediumDate = (at) => (at === null ? t("everythingBuilt") : MEDIUM.format(milliseconds(at)));
+/** @type {(at: string | null) => string} */
 export const shortDate = (at) => (at === null ? t("everythingBuilt") : SHORT.format(milliseconds(at)));
 export const today = () =>
   new Date().toLocaleDateString(language === "de" ? "de-DE" : "en-GB", {
@@ -82,6 +98,10 @@ export const monthDate = (ms) => MONTH.format(ms);
 export const byName = new Intl.Collator(language, { numeric: true }).compare;
 
 const numbers = new Map();
+/**
+ * @param {number} value
+ * @param {number} digits
+ */
 export function number(value, digits = 1) {
   if (!numbers.has(digits)) {
     numbers.set(

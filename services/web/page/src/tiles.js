@@ -5,10 +5,11 @@ import L from "leaflet";
 import { hasLayer, onChange, state } from "./state.js";
 import { loadDate, reloadIfChanged, tileUrl } from "./source.js";
 import { storeyOf } from "./site.js";
-import { boundsOfStorey } from "./plan.js";
+import { boundsOfStorey } from "./storey_bounds.js";
 
 const MAPS = ["planning", "semantic", "keepout", "localization"]; // drawn in this order
 
+/** @type {any} what Leaflet's `extend` makes has no types */
 const Tiles = L.GridLayer.extend({
   // `level` 0 is one pixel per cell; Leaflet counts zooms up, levels count down.
   createTile({ x, y, z }, done) {
@@ -138,7 +139,10 @@ function tilesOfSheet(name, hash) {
   return tiles;
 }
 
-// Draws the maps on the sheet.
+/**
+ * Draws the maps on the sheet.
+ * @param {import("./types.js").Pen} pen
+ */
 export function drawSheet(pen) {
   if (!document.body.classList.contains("printing")) return;
   loadSheet();

@@ -1,7 +1,7 @@
 // The slider over the dates at which something changes, its marks, and play, previous and next.
 // The track is true to time: a stop lies where its date lies, so that the calendar below lines up with it.
 
-import { byId, show, h, icon } from "./dom.js";
+import { buttonById, byId, h, icon, inputById, show } from "./dom.js";
 import { stopValidAt } from "./link_date.js";
 import { say } from "./live.js";
 import { onChange, state, update } from "./state.js";
@@ -10,6 +10,7 @@ import { dayDate, longDate, mediumDate, milliseconds, monthDate, shortDate, t } 
 const PLAY_MS = 900;
 
 let places = []; // 0..1 along the track for each stop
+/** @type {(stop: number) => void} */
 let goTo = () => {};
 
 // Places of the stops: by time, or evenly where dates are missing. The last stop keeps room to its right, because
@@ -186,7 +187,7 @@ function monthsOf(dates) {
   cursor.setUTCDate(1);
   for (
     cursor.setUTCMonth(cursor.getUTCMonth() + 1);
-    cursor <= last;
+    cursor.getTime() <= last;
     cursor.setUTCMonth(cursor.getUTCMonth() + months)
   ) {
     labels.push([place(cursor.getTime()), monthDate(cursor.getTime())]);
@@ -207,7 +208,7 @@ function showStop() {
   slider.setAttribute("aria-valuenow", String(stopNow()));
   slider.setAttribute("aria-valuetext", [longDate(shown.at), until, slider.title].filter(Boolean).join(", "));
   slider.setAttribute("aria-disabled", String(isFixed()));
-  const field = byId("date-field");
+  const field = inputById("date-field");
   field.hidden = shown.at === null;
   field.disabled = isFixed();
   if (shown.at !== null && document.activeElement !== field) field.value = shown.at.slice(0, 16);
@@ -215,7 +216,7 @@ function showStop() {
   byId("until").textContent = until;
   byId("stop-number").textContent =
     stop === null || isBetween() ? "" : t("stopOf", { k: stop + 1, n: site.dates.length });
-  byId("previous").disabled = isFixed() || (stop === 0 && !isBetween());
-  byId("next").disabled = isFixed() || stopNow() >= lastStop();
-  byId("play").disabled = site.live || site.dates.length < 2;
+  buttonById("previous").disabled = isFixed() || (stop === 0 && !isBetween());
+  buttonById("next").disabled = isFixed() || stopNow() >= lastStop();
+  buttonById("play").disabled = site.live || site.dates.length < 2;
 }

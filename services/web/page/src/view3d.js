@@ -1,7 +1,7 @@
 // The 3D view: loads scene.js (three.js and the scene) when it is opened first, and keeps it on the date, the
 // selection, the changes, the robot and the waypoints of the plan.
 
-import { byId } from "./dom.js";
+import { byId, inputById } from "./dom.js";
 import { changedIds } from "./changes.js";
 import { hasLayer, onChange, state, update } from "./state.js";
 import { loadModel } from "./source.js";
@@ -19,7 +19,7 @@ export function createView3d() {
   byId("view-3d").addEventListener("click", () => update({ view: "3d" }));
   byId("cut").addEventListener("input", () => {
     cutFromSlider();
-    update({ cut: Number(byId("cut").value) });
+    update({ cut: Number(inputById("cut").value) });
   });
   onChange(["view"], showView);
   onChange(["doc", "calendar"], showModel);
@@ -75,8 +75,8 @@ async function loadScene() {
   });
   const onCamera = (camera) => update({ camera });
   const onPick = (id) => update({ select: id, tab: "details", sheet: id ? "details" : null });
-  scene = window.groundplanScene(byId("scene-canvas"), { onPick, onCamera, name: t("sceneName"), noWebgl: t("noWebgl") });
-  window.groundplanView3d = scene; // for tests: where an element is on the screen
+  scene = globalThis.groundplanScene(byId("scene-canvas"), { onPick, onCamera, name: t("sceneName"), noWebgl: t("noWebgl") });
+  globalThis.groundplanView3d = scene; // for tests: where an element is on the screen
   tell("");
 }
 
@@ -142,7 +142,7 @@ function range() {
 function cutAtStorey() {
   if (!scene || !isOpen()) return;
   const [low, high] = range();
-  const slider = byId("cut");
+  const slider = inputById("cut");
   slider.min = low.toFixed(1);
   slider.max = (high + 0.5).toFixed(1);
   const ofStorey = (storeyOf(state.storey)?.floor_z_m ?? low) + CUT_ABOVE_FLOOR_M;
@@ -151,7 +151,7 @@ function cutAtStorey() {
 }
 
 function cutFromSlider() {
-  const slider = byId("cut");
+  const slider = inputById("cut");
   const z = Number(slider.value);
   const whole = z >= Number(slider.max) - 0.05;
   const text = whole ? t("cutNone") : t("cutAt", { m: number(z) });

@@ -1,6 +1,6 @@
 // "Way from here to there": two rooms, the length and the doors passed, or what closes the way.
 
-import { byId, h, icon, show } from "./dom.js";
+import { byId, h, icon, inputById, show } from "./dom.js";
 import { findObstacles, findWay, nodesOf } from "./graph.js";
 import { link } from "./link.js";
 import { doorReasons, reachReason, roomReasons } from "./reasons.js";
@@ -41,7 +41,10 @@ function makePanel() {
   );
 }
 
-// The way asked for at the date shown: {length_m, edges, ...}, {obstacles} or null.
+/**
+ * The way asked for at the date shown: {length_m, edges, ...}, {obstacles} or null.
+ * @returns {(Partial<import("./types.js").Way> & {obstacles?: import("./types.js").Obstacle[] | null}) | null}
+ */
 export function currentWay() {
   const { doc, from, to } = state;
   if (!doc?.graph || from === null || to === null || from === to) return null;
@@ -55,7 +58,7 @@ export function currentWay() {
 
 function showWay() {
   if (state.tab !== "way" && state.sheet !== "way") return;
-  for (const end of ["from", "to"]) byId(`way-${end}`).value = state[end] ?? "";
+  for (const end of ["from", "to"]) inputById(`way-${end}`).value = state[end] ?? "";
   show(byId("way-result"), result());
 }
 
