@@ -2,7 +2,7 @@
 
 use crate::input::ExportInput;
 use crate::text::rounded;
-use crate::waypoints::{kind, space_id, space_name};
+use crate::waypoints::{space_id, space_name};
 use std::fmt::Write;
 
 /// One line per waypoint: pose with quaternion (x, y, z, w), space, clearance.
@@ -17,7 +17,7 @@ pub(crate) fn waypoints(input: &ExportInput<'_>) -> String {
             "{},{},{},{},{x},{y},{z},{},{},0,0,{qz},{qw},{space},{},{},{},{},{}",
             w.id,
             w.order,
-            kind(w),
+            w.purpose().name(),
             w.map_storey,
             rounded(w.sensor_z_m),
             w.yaw_rad,

@@ -14,7 +14,7 @@ use embedded_graphics::primitives::{Circle, Line, PointsIter, PrimitiveStyle, St
 use embedded_graphics::text::{Baseline, Text};
 use frames::Point2;
 use grid::{Class, GridSpec, LineOfSight};
-use messages::{Grid, WaypointKind};
+use messages::{Grid, WaypointPurpose};
 use std::convert::Infallible;
 
 const SOLID: Rgb = [100, 100, 100];
@@ -67,7 +67,7 @@ fn seen_cells(input: &ExportInput<'_>, grid: &Grid<'_>) -> Vec<bool> {
     let spec = grid.spec();
     let mut seen = vec![false; spec.n_cells()];
     let scans = input.mission_plan.waypoints.iter().filter(|w| w.map_storey == grid.head.map_storey);
-    let mut scans = scans.filter(|w| w.kind == WaypointKind::Scan).peekable();
+    let mut scans = scans.filter(|w| w.purpose().scan().is_some()).peekable();
     if scans.peek().is_none() {
         return seen;
     }
@@ -115,20 +115,20 @@ fn draw_stops(input: &ExportInput<'_>, grid: &Grid<'_>, image: &mut Image) {
     {
         let [x, y, _] = stop.position_in_map_m;
         let at = pixel(&spec, [x, y]);
-        let is_scan = stop.kind == WaypointKind::Scan;
-        let ink = match (is_scan, stop.connects()) {
-            (false, _) => CENTRE,
-            (true, false) => SCAN,
-            (true, true) => CONNECTING,
-        };
-        // Drawing into memory does not fail.
-        if is_scan {
-            let _ = Circle::with_center(at, 7).draw_styled(&PrimitiveStyle::with_fill(ink), image);
-        } else {
-            for arm in [Point::new(3, 3), Point::new(3, -3)] {
-                draw_line(image, at - arm, at + arm, ink);
+        let ink = match stop.purpose() {
+            WaypointPurpose::Centre => {
+                for arm in [Point::new(3, 3), Point::new(3, -3)] {
+                    draw_line(image, at - arm, at + arm, CENTRE);
+                }
+                CENTRE
             }
-        }
+            WaypointPurpose::Scan(scan) => {
+                let ink = if scan.joins.is_some() { CONNECTING } else { SCAN };
+                // Drawing into memory does not fail.
+                let _ = Circle::with_center(at, 7).draw_styled(&PrimitiveStyle::with_fill(ink), image);
+                ink
+            }
+        };
         let letters = MonoTextStyle::new(&FONT_4X6, ink);
         let _ = Text::with_baseline(&number.to_string(), at + Point::new(5, -8), letters, Baseline::Top).draw(image);
     }

@@ -4,7 +4,7 @@ use crate::coverage_curve::{CurvePoint, coverage_curve};
 use crate::input::ExportInput;
 use crate::scan_summary::ScanSummary;
 use crate::text::{rounded, text_or_null};
-use messages::{MissionPlan, MissionPlanStoreyRecord, NoWaypoint, ScanSensor, Site, WaypointKind, WaypointRecord};
+use messages::{MissionPlan, MissionPlanStoreyRecord, NoWaypoint, ScanSensor, Site, WaypointRecord};
 use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -275,11 +275,13 @@ fn share(n: u32, of: u32) -> Option<f64> {
 
 fn waypoint(input: &ExportInput<'_>, w: &WaypointRecord) -> Waypoint {
     let [x_m, y_m, z_m] = w.position_in_map_m.map(rounded);
-    let is_scan = w.kind == WaypointKind::Scan;
+    let purpose = w.purpose();
+    let scan = purpose.scan();
+    let joins = scan.and_then(|scan| scan.joins);
     Waypoint {
         id: w.id,
         order: w.order,
-        kind: kind(w),
+        kind: purpose.name(),
         storey: w.map_storey,
         space: space_id(input, w.space),
         name: space_name(input.site, w.space),
@@ -293,11 +295,11 @@ fn waypoint(input: &ExportInput<'_>, w: &WaypointRecord) -> Waypoint {
         covers_m2: rounded(w.covers_m2),
         faces: w.n_faces,
         overlap: rounded(w.overlap),
-        connects: w.connects(),
-        joins: Some(w.joins).filter(|_| w.connects()),
-        joins_overlap_without: w.connects().then(|| rounded(w.overlap_without)),
-        registration_order: is_scan.then_some(w.registration_order),
-        registration_overlap: is_scan.then(|| rounded(w.registration_overlap)),
+        connects: joins.is_some(),
+        joins: joins.map(|joined| joined.waypoint),
+        joins_overlap_without: joins.map(|joined| rounded(joined.overlap_without)),
+        registration_order: scan.map(|scan| scan.registration_order),
+        registration_overlap: scan.map(|scan| rounded(scan.registration_overlap)),
         leg_m: rounded(w.leg_m),
     }
 }
@@ -305,13 +307,6 @@ fn waypoint(input: &ExportInput<'_>, w: &WaypointRecord) -> Waypoint {
 /// GlobalId of a space; `None` for none.
 pub(crate) fn space_id(input: &ExportInput<'_>, space: u32) -> Option<String> {
     input.site.spaces.get(space as usize).map(|s| input.site.text(s.global_id).to_owned())
-}
-
-pub(crate) fn kind(w: &WaypointRecord) -> &'static str {
-    match w.kind.get() {
-        WaypointKind::Scan => "scan",
-        WaypointKind::Centre => "centre",
-    }
 }
 
 /// Name and long name of a space; `None` for none, or if it has neither.

@@ -132,9 +132,64 @@ pub struct WaypointRecord {
 const _: () = assert!(size_of::<WaypointRecord>() == 144);
 
 impl WaypointRecord {
-    /// True for a scan that is there to join others, not for what it sees.
-    pub fn connects(&self) -> bool {
-        self.joins != NONE
+    /// What it is for, with what only such a waypoint has.
+    pub fn purpose(&self) -> WaypointPurpose {
+        match self.kind.get() {
+            WaypointKind::Centre => WaypointPurpose::Centre,
+            WaypointKind::Scan => WaypointPurpose::Scan(WaypointScan {
+                registration_order: self.registration_order,
+                registration_overlap: self.registration_overlap,
+                joins: (self.joins != NONE)
+                    .then_some(JoinedScan { waypoint: self.joins, overlap_without: self.overlap_without }),
+            }),
+        }
+    }
+}
+
+/// What a waypoint is for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum WaypointPurpose {
+    /// The robot comes to the centre of a space.
+    Centre,
+    /// The robot scans there.
+    Scan(WaypointScan),
+}
+
+/// What only a scan has.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WaypointScan {
+    /// Place in the order in which the scans of the storey register, from 0.
+    pub registration_order: u32,
+    /// The share of its faces that scans registered before it see; 0 for the first.
+    pub registration_overlap: f64,
+    /// The scan for whose sake it is there, if it is there to join others and not for what it sees.
+    pub joins: Option<JoinedScan>,
+}
+
+/// A scan that does not register without the one that joins it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct JoinedScan {
+    /// Number of its waypoint.
+    pub waypoint: u32,
+    /// The share of its faces that scans registered without the joining one saw.
+    pub overlap_without: f64,
+}
+
+impl WaypointPurpose {
+    /// Its name in files.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Centre => "centre",
+            Self::Scan(_) => "scan",
+        }
+    }
+
+    /// The scan; `None` for a centre.
+    pub fn scan(&self) -> Option<WaypointScan> {
+        match self {
+            Self::Centre => None,
+            Self::Scan(scan) => Some(*scan),
+        }
     }
 }
 

@@ -4,7 +4,7 @@ use super::drawing::{BLOCKED, CHANGING, Drawing, OPEN, WAY, point};
 use crate::msg::builtin_interfaces::Time;
 use crate::msg::std_msgs::ColorRGBA;
 use crate::msg::visualization_msgs::MarkerArray;
-use messages::{MissionPlan, NoWaypoint, Site, WaypointKind, WaypointRecord};
+use messages::{MissionPlan, NoWaypoint, Site, WaypointPurpose, WaypointRecord, WaypointScan};
 
 /// A scan.
 const SCAN: ColorRGBA = ColorRGBA { r: 0.75, g: 0.2, b: 0.75, a: 1.0 };
@@ -46,10 +46,10 @@ pub fn waypoints(
 }
 
 fn colour(waypoint: &WaypointRecord) -> ColorRGBA {
-    match (waypoint.kind.get(), waypoint.connects()) {
-        (WaypointKind::Centre, _) => OPEN,
-        (WaypointKind::Scan, false) => SCAN,
-        (WaypointKind::Scan, true) => CHANGING,
+    match waypoint.purpose() {
+        WaypointPurpose::Centre => OPEN,
+        WaypointPurpose::Scan(WaypointScan { joins: None, .. }) => SCAN,
+        WaypointPurpose::Scan(WaypointScan { joins: Some(_), .. }) => CHANGING,
     }
 }
 

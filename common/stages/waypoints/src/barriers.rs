@@ -3,9 +3,9 @@
 use crate::floor_parts::parts_at;
 use crate::free_space::FreeSpace;
 use crate::input::MissionPlanInput;
-use crate::portal::Portal;
+use crate::portal::{Portal, PortalKind};
 use crate::reachability::Reachability;
-use messages::{DoorPassageRecord, EdgeKind, NONE, Site};
+use messages::{DoorPassageRecord, NONE, Site};
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
@@ -17,7 +17,7 @@ pub(crate) enum Obstacle {
     /// A space that is closed by the schedule.
     Space(usize),
     /// A stair, ramp, lift or step that the robot does not use, by element.
-    Portal(EdgeKind, usize),
+    Portal(PortalKind, usize),
 }
 
 /// Obstacles on the way to each part of a storey, that nearest to it first; empty for a part that is reached, and for one to
@@ -146,14 +146,13 @@ fn cheapest(
 }
 
 /// A portal that the robot does not use, in words.
-pub(crate) fn portal_text(site: &Site<'_>, kind: EdgeKind, element: usize) -> String {
+pub(crate) fn portal_text(site: &Site<'_>, kind: PortalKind, element: usize) -> String {
     let id = site.text(site.elements[element].global_id);
     match kind {
-        EdgeKind::Stair => format!("this robot does not climb the stair {id}"),
-        EdgeKind::Ramp => format!("the ramp {id} is too steep for this robot"),
-        EdgeKind::Lift => format!("this robot does not take the lift {id}"),
-        EdgeKind::Escalator => format!("this robot does not use the escalator {id}"),
-        EdgeKind::Step => format!("the step at {id} is too high for this robot"),
-        EdgeKind::Floor | EdgeKind::Door => format!("this robot does not pass {id}"),
+        PortalKind::Stair => format!("this robot does not climb the stair {id}"),
+        PortalKind::Ramp { .. } => format!("the ramp {id} is too steep for this robot"),
+        PortalKind::Lift => format!("this robot does not take the lift {id}"),
+        PortalKind::Escalator => format!("this robot does not use the escalator {id}"),
+        PortalKind::Step => format!("the step at {id} is too high for this robot"),
     }
 }

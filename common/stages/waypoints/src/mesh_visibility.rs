@@ -7,7 +7,7 @@ use crate::tour_stops::{StoreyRequest, TourStop};
 use frames::{Map, Point2, metres};
 use geometry::{SurfacePoint, Surfaces, surface_points};
 use grid::Class;
-use messages::{ElementState, WaypointKind};
+use messages::ElementState;
 use rayon::prelude::*;
 use std::f64::consts::FRAC_PI_2;
 
@@ -140,7 +140,7 @@ fn viewpoints(
 ) -> Vec<Viewpoint> {
     let StoreyInputs { site, robot, .. } = *storey;
     let floor_m = metres(storey.grid.head.floor_z_tenths);
-    let chosen = stops.iter().filter(|s| s.kind == WaypointKind::Scan);
+    let chosen = stops.iter().filter(|s| s.scan().is_some());
     let chosen = chosen.map(|s| (s.at, s.space, s.yaw_rad, true));
     let others = scans.poses.iter().map(|&(place, yaw_rad)| (scans.places[place].at, None, yaw_rad, false));
     chosen

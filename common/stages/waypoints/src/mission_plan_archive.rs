@@ -2,8 +2,9 @@
 
 use crate::free_space::FreeSpace;
 use crate::input::MissionPlanInput;
-use crate::portal::Portal;
+use crate::portal::{Portal, PortalKind};
 use crate::reachability::Reachability;
+use crate::route_graph::NodePlace;
 use crate::scan_budget::{merged, mission_s};
 use crate::scan_growth::GrownScan;
 use crate::space_centre::sensor_height_m;
@@ -11,7 +12,7 @@ use crate::spaces::Refusal;
 use crate::stair_traversal::stair_traversal;
 use crate::start_pose::why_blocked;
 use crate::storey_planner::PlannedStorey;
-use crate::tour_stops::TourStop;
+use crate::tour_stops::{StopPurpose, TourStop};
 use frames::{Map, Point2, metres};
 use messages::{
     Diagnostic, DiagnosticCode, DiagnosticRecord, EdgeKind, ElementRecord, FloorPartRecord, GridHead, GrownScanRecord,
@@ -193,36 +194,38 @@ fn add_stops(builder: &mut MissionPlanBuilder, input: &MissionPlanInput<'_>, hea
     let floor_m = metres(head.floor_z_tenths);
     let first_id = builder.waypoints.len() as u32;
     let id_of_scan = |set: u32| {
-        let is_it = |stop: &TourStop| stop.scan.is_some_and(|planned| planned.scan.set == set);
+        let is_it = |stop: &TourStop| stop.scan().is_some_and(|scan| scan.planned.scan.set == set);
         planned.stops.iter().position(is_it).map_or(NONE, |at| first_id + at as u32)
     };
     for stop in &planned.stops {
         let space = stop.space.map(|s| &input.site.spaces[s]);
         let centroid = space.map_or(stop.at.coordinates_m(), |s| s.centroid_m);
         let id = builder.waypoints.len() as u32;
-        if let (Some(space), WaypointKind::Centre) = (stop.space, stop.kind) {
+        if let (Some(space), StopPurpose::Centre) = (stop.space, &stop.purpose) {
             builder.spaces[space].centre = id;
         }
-        let joins = stop.scan.and_then(|planned| planned.scan.joins);
+        let (scan, planned) = (stop.scan(), stop.scan().map(|scan| scan.planned));
+        let joins = planned.and_then(|planned| planned.scan.joins);
+        let kind = if scan.is_some() { WaypointKind::Scan } else { WaypointKind::Centre };
         builder.waypoints.push(WaypointRecord {
             position_in_map_m: [stop.at.x_m(), stop.at.y_m(), floor_m],
             sensor_z_m: floor_m + sensor_height_m(input.site, &input.index.head.robot, input.options, stop.space),
             yaw_rad: stop.yaw_rad,
             centroid_in_map_m: [centroid[0], centroid[1], floor_m],
             clearance_m: stop.clearance_m,
-            covers_m2: stop.covers_m2,
-            overlap: stop.overlap,
+            covers_m2: scan.map_or(0.0, |scan| scan.covers_m2),
+            overlap: scan.map_or(0.0, |scan| scan.overlap),
             leg_m: stop.leg_m,
             id,
             order: id,
-            kind: stop.kind.into(),
+            kind: kind.into(),
             map_storey: head.map_storey,
             space: stop.space.map_or(NONE, |s| s as u32),
             joins: joins.map_or(NONE, |joined| id_of_scan(joined.set)),
-            n_faces: stop.n_faces,
-            registration_overlap: stop.scan.map_or(0.0, |planned| planned.scan.overlap),
+            n_faces: scan.map_or(0, |scan| scan.n_faces),
+            registration_overlap: planned.map_or(0.0, |planned| planned.scan.overlap),
             overlap_without: joins.map_or(0.0, |joined| joined.overlap_without),
-            registration_order: stop.scan.map_or(NONE, |planned| planned.registration_order),
+            registration_order: planned.map_or(NONE, |planned| planned.registration_order),
         });
     }
 }
@@ -230,7 +233,7 @@ fn add_stops(builder: &mut MissionPlanBuilder, input: &MissionPlanInput<'_>, hea
 fn storey_record(tour_points: &mut Vec<[f64; 2]>, map_storey: u32, planned: &PlannedStorey) -> MissionPlanStoreyRecord {
     let first_tour_point = tour_points.len() as u32;
     tour_points.extend(planned.tour.iter().map(|p| p.coordinates_m()));
-    let scans = || planned.stops.iter().filter(|s| s.kind == WaypointKind::Scan);
+    let scans = || planned.stops.iter().filter_map(TourStop::scan);
     MissionPlanStoreyRecord {
         tour_m: planned.tour_m,
         tour_bound_m: planned.bound_m,
@@ -242,7 +245,7 @@ fn storey_record(tour_points: &mut Vec<[f64; 2]>, map_storey: u32, planned: &Pla
         n_seen: planned.space_coverage.iter().map(|s| s.n_seen).sum(),
         n_places: planned.n_places,
         n_scans: scans().count() as u32,
-        n_connecting: scans().filter(|s| s.scan.is_some_and(|planned| planned.scan.joins.is_some())).count() as u32,
+        n_connecting: scans().filter(|scan| scan.planned.scan.joins.is_some()).count() as u32,
         n_parts: planned.n_parts,
         n_mesh_points: planned.mesh.n_points,
         n_mesh_seen: planned.mesh.n_seen,
@@ -263,7 +266,7 @@ fn add_graph(
     for (at, planned) in planned_storeys.iter().enumerate() {
         let first = builder.nodes.len();
         for node in &planned.graph.nodes {
-            builder.nodes.push(node_record(input.grids.head(at), node.at, node.kind, node.of, node.clearance_m));
+            builder.nodes.push(node_record(input.grids.head(at), node.at, node.place, node.clearance_m));
         }
         for edge in &planned.graph.edges {
             let first_point = builder.points.len() as u32;
@@ -275,8 +278,8 @@ fn add_graph(
                 slope_rad: 0.0,
                 clear_width_m: 0.0,
                 nodes: edge.nodes.map(|n| (first + n) as u32),
-                kind: edge.kind.into(),
-                of: edge.door,
+                kind: edge.door.map_or(EdgeKind::Floor, |_| EdgeKind::Door).into(),
+                of: edge.door.unwrap_or(NONE),
                 first_point,
                 n_points: edge.line.len() as u32,
                 usable: 1,
@@ -299,8 +302,8 @@ fn add_graph(
             builder.nodes.iter().position(is_it).unwrap_or_else(|| {
                 // Not reachable for this robot.
                 let clearance_m = free_spaces[end.storey].clearance_of(end.cell);
-                let of = portal.element as u32;
-                builder.nodes.push(node_record(head, at, NodeKind::Staging, of, clearance_m));
+                let place = NodePlace::Staging(portal.element as u32);
+                builder.nodes.push(node_record(head, at, place, clearance_m));
                 builder.nodes.len() - 1
             }) as u32
         });
@@ -309,7 +312,7 @@ fn add_graph(
             let at = free_spaces[end.storey].middle(end.cell);
             [at.x_m(), at.y_m(), metres(input.grids.head(end.storey).floor_z_tenths)]
         });
-        let is_stepped = matches!(portal.kind, EdgeKind::Stair | EdgeKind::Escalator);
+        let is_stepped = matches!(portal.kind, PortalKind::Stair | PortalKind::Escalator);
         let traversal =
             is_stepped.then(|| stair_traversal(input.site, input.schedule_state, portal.element, ends)).flatten();
         let line = traversal.as_ref().map_or(ends.as_slice(), |traversal| &traversal.line);
@@ -318,21 +321,29 @@ fn add_graph(
         builder.edges.push(RouteEdgeRecord {
             length_m: traversal.as_ref().map_or(portal.length_m, |traversal| traversal.length_m),
             clearance_m: 0.0,
-            slope_rad: portal.slope_rad,
+            slope_rad: portal.slope_rad(),
             clear_width_m: traversal.as_ref().map_or(0.0, |traversal| traversal.clear_width_m),
             nodes,
-            kind: portal.kind.into(),
+            kind: portal.kind.edge_kind().into(),
             of: portal.element as u32,
             first_point,
             n_points,
             usable: u32::from(portal.usable),
-            n_risers: traversal.filter(|_| portal.kind == EdgeKind::Stair).map_or(NONE, |traversal| traversal.n_risers),
+            n_risers: traversal
+                .filter(|_| portal.kind == PortalKind::Stair)
+                .map_or(NONE, |traversal| traversal.n_risers),
         });
     }
 }
 
 /// A node whose space is not known yet.
-fn node_record(head: &GridHead, at: Point2<Map>, kind: NodeKind, of: u32, clearance_m: f64) -> RouteNodeRecord {
+fn node_record(head: &GridHead, at: Point2<Map>, place: NodePlace, clearance_m: f64) -> RouteNodeRecord {
+    let (kind, of) = match place {
+        NodePlace::Space(space) => (NodeKind::Space, space),
+        NodePlace::Door(door) => (NodeKind::Door, door),
+        NodePlace::Junction => (NodeKind::Junction, NONE),
+        NodePlace::Staging(element) => (NodeKind::Staging, element),
+    };
     RouteNodeRecord {
         position_in_map_m: [at.x_m(), at.y_m(), metres(head.floor_z_tenths)],
         clearance_m,

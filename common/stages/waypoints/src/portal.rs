@@ -10,15 +10,50 @@ use messages::{EdgeKind, RobotProfile, Site};
 pub(crate) struct Portal {
     /// Element of the site: the stair, ramp or lift as a whole.
     pub(crate) element: usize,
-    pub(crate) kind: EdgeKind,
+    pub(crate) kind: PortalKind,
     /// The lower and the upper end.
     pub(crate) ends: [Staging; 2],
     /// Length of the straight line between the ends.
     pub(crate) length_m: f64,
-    /// Maximum slope of a ramp; 0 for other portals.
-    pub(crate) slope_rad: f64,
     /// True if this robot can use it.
     pub(crate) usable: bool,
+}
+
+/// How a portal leads to another storey.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum PortalKind {
+    Stair,
+    Ramp {
+        /// The maximum.
+        slope_rad: f64,
+    },
+    Lift,
+    Escalator,
+    /// Floor at another height beside floor.
+    Step,
+}
+
+impl PortalKind {
+    /// Its edge in the route graph.
+    pub(crate) fn edge_kind(self) -> EdgeKind {
+        match self {
+            Self::Stair => EdgeKind::Stair,
+            Self::Ramp { .. } => EdgeKind::Ramp,
+            Self::Lift => EdgeKind::Lift,
+            Self::Escalator => EdgeKind::Escalator,
+            Self::Step => EdgeKind::Step,
+        }
+    }
+}
+
+impl Portal {
+    /// Maximum slope of a ramp; 0 for other portals.
+    pub(crate) fn slope_rad(&self) -> f64 {
+        match self.kind {
+            PortalKind::Ramp { slope_rad } => slope_rad,
+            PortalKind::Stair | PortalKind::Lift | PortalKind::Escalator | PortalKind::Step => 0.0,
+        }
+    }
 }
 
 /// A staging pose before a portal.

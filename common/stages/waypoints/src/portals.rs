@@ -2,12 +2,12 @@
 
 use crate::free_space::FreeSpace;
 use crate::options::MissionPlanOptions;
-use crate::portal::{Portal, Staging, length_m, plan_area_m2, slope_rad, staging};
+use crate::portal::{Portal, PortalKind, Staging, length_m, plan_area_m2, slope_rad, staging};
 use crate::sloped_slabs::sloped_slabs;
 use crate::stair_ends::{ends_at, is_flight, stair_treads};
 use frames::{Map, Point2, TENTHS_PER_M, metres};
 use geometry::upward_triangles;
-use messages::{EdgeKind, ElementState, NONE, RobotProfile, ScheduleState, Site, element_flags};
+use messages::{ElementState, NONE, RobotProfile, ScheduleState, Site, element_flags};
 use std::collections::BTreeMap;
 
 /// Maximum distance in height of treads and landings from the floor of their storey, in tenths of a millimetre.
@@ -27,6 +27,15 @@ const SLOPE_TOLERANCE_RAD: f64 = 1e-3;
 
 /// Maximum distance of a landing door from its lift, in metres.
 const LANDING_DOOR_M: f64 = 1.0;
+
+/// What an element that leads to other storeys is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum VerticalKind {
+    Stair,
+    Ramp,
+    Lift,
+    Escalator,
+}
 
 /// The portals between neighbouring storeys, by element; only of built elements.
 pub(crate) fn portals(
@@ -58,10 +67,14 @@ pub(crate) fn portals(
             if let Some(below) = below {
                 let ends = [below, here];
                 let length_m = length_m(site, free_spaces, ends);
-                let slope_rad =
-                    if kind == EdgeKind::Ramp { slope_rad(site, &elements, free_spaces, ends) } else { 0.0 };
-                let usable = usable(site, robot, options, whole, kind, slope_rad);
-                portals.push(Portal { element: whole, kind, ends, length_m, slope_rad, usable });
+                let kind = match kind {
+                    VerticalKind::Stair => PortalKind::Stair,
+                    VerticalKind::Ramp => PortalKind::Ramp { slope_rad: slope_rad(site, &elements, free_spaces, ends) },
+                    VerticalKind::Lift => PortalKind::Lift,
+                    VerticalKind::Escalator => PortalKind::Escalator,
+                };
+                let usable = usable(site, robot, options, whole, kind);
+                portals.push(Portal { element: whole, kind, ends, length_m, usable });
             }
             below = Some(here);
         }
@@ -84,19 +97,19 @@ fn whole_of(site: &Site<'_>, element: usize) -> usize {
     at
 }
 
-fn kind_of(site: &Site<'_>, element: usize) -> Option<EdgeKind> {
+fn kind_of(site: &Site<'_>, element: usize) -> Option<VerticalKind> {
     let record = &site.elements[element];
     let is_a = |entity: &str| site.is_a(record, entity);
     let predefined = site.text(record.predefined_type);
     if is_a("IfcStair") || is_a("IfcStairFlight") {
-        Some(EdgeKind::Stair)
+        Some(VerticalKind::Stair)
     } else if is_a("IfcRamp") || is_a("IfcRampFlight") {
-        Some(EdgeKind::Ramp)
+        Some(VerticalKind::Ramp)
     } else if is_a("IfcTransportElement") {
         match predefined {
-            "ESCALATOR" | "MOVINGWALKWAY" => Some(EdgeKind::Escalator),
+            "ESCALATOR" | "MOVINGWALKWAY" => Some(VerticalKind::Escalator),
             "CRANEWAY" | "LIFTINGGEAR" => None,
-            _ => Some(EdgeKind::Lift),
+            _ => Some(VerticalKind::Lift),
         }
     } else {
         None
@@ -104,13 +117,13 @@ fn kind_of(site: &Site<'_>, element: usize) -> Option<EdgeKind> {
 }
 
 /// Entrances of a portal on a storey: its points at that level; for a lift its doors, else its outline.
-fn entrances(site: &Site<'_>, elements: &[usize], kind: EdgeKind, storey: usize) -> Vec<Point2<Map>> {
+fn entrances(site: &Site<'_>, elements: &[usize], kind: VerticalKind, storey: usize) -> Vec<Point2<Map>> {
     let floor = i64::from(site.map_storeys[storey].floor_z_tenths);
     let point = |x: i32, y: i32| Point2::new(metres(x), metres(y));
     let is_here = |z: i64| (z - floor).abs() <= LEVEL_TENTHS && is_nearest(site, storey, z);
-    if kind != EdgeKind::Lift {
+    if kind != VerticalKind::Lift {
         let levels = levels_beside(site, storey);
-        if kind != EdgeKind::Ramp {
+        if kind != VerticalKind::Ramp {
             let steps = stair_treads(site, elements);
             let ends = ends_at(&steps, site.map_storeys[storey].floor_z_tenths, &levels);
             if !ends.is_empty() || !levels.is_empty() && is_flight(&steps) {
@@ -176,19 +189,12 @@ fn stops_at(site: &Site<'_>, element: usize, floor: i64, is_here: impl Fn(i64) -
     level.map(|t| plan_area_m2(&t)).sum::<f64>() >= MIN_LANDING_M2
 }
 
-fn usable(
-    site: &Site<'_>,
-    robot: &RobotProfile,
-    options: &MissionPlanOptions,
-    whole: usize,
-    kind: EdgeKind,
-    slope_rad: f64,
-) -> bool {
+fn usable(site: &Site<'_>, robot: &RobotProfile, options: &MissionPlanOptions, whole: usize, kind: PortalKind) -> bool {
     match kind {
-        EdgeKind::Stair => robot.climbs_stairs == 1,
-        EdgeKind::Ramp => slope_rad <= robot.max_slope_rad + SLOPE_TOLERANCE_RAD,
-        EdgeKind::Lift => options.takes_lift(site, whole),
-        EdgeKind::Escalator | EdgeKind::Floor | EdgeKind::Door | EdgeKind::Step => false,
+        PortalKind::Stair => robot.climbs_stairs == 1,
+        PortalKind::Ramp { slope_rad } => slope_rad <= robot.max_slope_rad + SLOPE_TOLERANCE_RAD,
+        PortalKind::Lift => options.takes_lift(site, whole),
+        PortalKind::Escalator | PortalKind::Step => false,
     }
 }
 
@@ -283,7 +289,7 @@ mod tests {
     }
 
     fn kinds(portals: &[Portal]) -> Vec<(EdgeKind, bool)> {
-        portals.iter().map(|p| (p.kind, p.usable)).collect()
+        portals.iter().map(|p| (p.kind.edge_kind(), p.usable)).collect()
     }
 
     #[test]
@@ -369,7 +375,7 @@ mod tests {
             let (robot, options) = (RobotProfile::DEFAULT, MissionPlanOptions::default());
             let ends = [end(0, 1.05), end(1, 3.05)];
             let slope_rad = slope_rad(&site, &[0], &[&free_space, &free_space], ends);
-            usable(&site, &robot, &options, 0, EdgeKind::Ramp, slope_rad)
+            usable(&site, &robot, &options, 0, PortalKind::Ramp { slope_rad })
         };
         // The default robot drives up a slope of 0.1 rad: 0.2 m in two metres.
         assert!(slope(0.19) && slope(0.0));

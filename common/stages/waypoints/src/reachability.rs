@@ -92,7 +92,8 @@ impl Reachability {
 mod tests {
     use super::*;
     use crate::free_space::tests::drawn;
-    use messages::{EdgeKind, Grid};
+    use crate::portal::PortalKind;
+    use messages::Grid;
 
     /// Two rooms, the left one larger: parts are numbered from the lowest row, so the left one is 1.
     const TWO_ROOMS: &str = "###########\n#......#..#\n#......#..#\n#......#..#\n###########";
@@ -120,10 +121,9 @@ mod tests {
             .iter()
             .map(|&(a, b, usable)| Portal {
                 element: 0,
-                kind: EdgeKind::Stair,
+                kind: PortalKind::Stair,
                 ends: [end(a), end(b)],
                 length_m: 1.0,
-                slope_rad: 0.0,
                 usable,
             })
             .collect();

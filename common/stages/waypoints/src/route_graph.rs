@@ -4,25 +4,35 @@ use crate::path_search::{PathGrid, length_m};
 use crate::skeleton::{Chain, skeleton, trace};
 use crate::space_centre::StoreyInputs;
 use frames::{Map, Point2, TENTHS_PER_M};
-use messages::{DoorPassageRecord, EdgeKind, NONE, NodeKind};
+use messages::DoorPassageRecord;
 
 /// A node of the route graph.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct RouteNode {
     pub(crate) at: Point2<Map>,
-    pub(crate) kind: NodeKind,
-    /// Space, door or element of the site.
-    pub(crate) of: u32,
+    pub(crate) place: NodePlace,
     pub(crate) clearance_m: f64,
+}
+
+/// What is at a node.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum NodePlace {
+    /// The centre of a space of the site.
+    Space(u32),
+    /// The middle of a door of the site.
+    Door(u32),
+    /// Ways meet.
+    Junction,
+    /// The robot stands before an element of the site: a door, stair, ramp or lift.
+    Staging(u32),
 }
 
 /// An edge between two nodes.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct RouteEdge {
     pub(crate) nodes: [usize; 2],
-    pub(crate) kind: EdgeKind,
-    /// Door of the site.
-    pub(crate) door: u32,
+    /// The door of the site through which it leads; none over floor.
+    pub(crate) door: Option<u32>,
     pub(crate) line: Vec<Point2<Map>>,
     pub(crate) length_m: f64,
     pub(crate) clearance_m: f64,
@@ -38,8 +48,7 @@ pub(crate) struct RouteGraph {
 /// A place that must become a node.
 pub(crate) struct Anchor {
     pub(crate) at: Point2<Map>,
-    pub(crate) kind: NodeKind,
-    pub(crate) of: u32,
+    pub(crate) place: NodePlace,
 }
 
 /// Tolerance of line simplification, in cells.
@@ -63,18 +72,13 @@ pub(crate) fn graph(storey: &StoreyInputs<'_>, path_grid: &PathGrid, anchors: Ve
         let Some(cell) = beside.into_iter().find(|c| path_grid.open[*c] && !cells.contains(c)) else { continue };
         cells.push(cell);
         let clearance_m = storey.free_space.clearance_m(anchor.at);
-        nodes.push(RouteNode { at: anchor.at, kind: anchor.kind, of: anchor.of, clearance_m });
+        nodes.push(RouteNode { at: anchor.at, place: anchor.place, clearance_m });
     }
     let line = skeleton(path_grid, &cells);
     let (cells, chains) = trace(path_grid, &line, &cells);
     for &cell in &cells[nodes.len()..] {
         let at = path_grid.middle(cell);
-        nodes.push(RouteNode {
-            at,
-            kind: NodeKind::Junction,
-            of: NONE,
-            clearance_m: storey.free_space.clearance_m(at),
-        });
+        nodes.push(RouteNode { at, place: NodePlace::Junction, clearance_m: storey.free_space.clearance_m(at) });
     }
     let mut graph = RouteGraph { nodes, edges: Vec::new() };
     for chain in chains {
@@ -123,7 +127,7 @@ fn door_anchor(
             }
         }
     }
-    best.map(|(_, cell)| (cell, Anchor { at: path_grid.middle(cell), kind: NodeKind::Door, of: door }))
+    best.map(|(_, cell)| (cell, Anchor { at: path_grid.middle(cell), place: NodePlace::Door(door) }))
 }
 
 /// Adds a chain as edges. The piece next to a door is the edge through it, from a node at its side.
@@ -131,13 +135,11 @@ fn add_way(storey: &StoreyInputs<'_>, path_grid: &PathGrid, graph: &mut RouteGra
     let Chain { mut nodes, mut cells, .. } = chain;
     for end in [0, 1] {
         let node = graph.nodes[nodes[end]];
-        if node.kind != NodeKind::Door {
-            continue;
-        }
+        let NodePlace::Door(door) = node.place else { continue };
         if end == 1 {
             cells.reverse();
         }
-        let plan = storey.site.doors[node.of as usize].passage.to_box();
+        let plan = storey.site.doors[door as usize].passage.to_box();
         let beside_m = plan.half[1] / f64::from(TENTHS_PER_M) + storey.robot.radius_m;
         let far = |cell: &usize| {
             let p = path_grid.middle(*cell);
@@ -146,23 +148,23 @@ fn add_way(storey: &StoreyInputs<'_>, path_grid: &PathGrid, graph: &mut RouteGra
         let at = cells.iter().position(far).filter(|at| at + 2 < cells.len());
         if let Some(at) = at {
             let side = path_grid.middle(cells[at]);
-            let element = storey.site.doors[node.of as usize].element;
+            let element = storey.site.doors[door as usize].element;
             let clearance_m = storey.free_space.clearance_m(side);
-            graph.nodes.push(RouteNode { at: side, kind: NodeKind::Staging, of: element, clearance_m });
+            graph.nodes.push(RouteNode { at: side, place: NodePlace::Staging(element), clearance_m });
             let side = graph.nodes.len() - 1;
-            add_edge(storey, path_grid, graph, [nodes[end], side], &cells[..=at], node.of);
+            add_edge(storey, path_grid, graph, [nodes[end], side], &cells[..=at], Some(door));
             cells.drain(..at);
             nodes[end] = side;
         } else {
             // The chain is only the edge through the door.
-            add_edge(storey, path_grid, graph, [nodes[end], nodes[1 - end]], &cells, node.of);
+            add_edge(storey, path_grid, graph, [nodes[end], nodes[1 - end]], &cells, Some(door));
             return;
         }
         if end == 1 {
             cells.reverse();
         }
     }
-    add_edge(storey, path_grid, graph, nodes, &cells, NONE);
+    add_edge(storey, path_grid, graph, nodes, &cells, None);
 }
 
 fn add_edge(
@@ -171,7 +173,7 @@ fn add_edge(
     graph: &mut RouteGraph,
     nodes: [usize; 2],
     cells: &[usize],
-    door: u32,
+    door: Option<u32>,
 ) {
     let mut line = vec![path_grid.middle(cells[0])];
     simplify(path_grid, cells, &mut line);
@@ -186,9 +188,8 @@ fn add_edge(
         line.push(at);
         line.reverse();
     }
-    let kind = if door == NONE { EdgeKind::Floor } else { EdgeKind::Door };
     let (length_m, clearance_m) = (length_m(&line), clearance_m(storey, &line));
-    graph.edges.push(RouteEdge { nodes, kind, door, line, length_m, clearance_m });
+    graph.edges.push(RouteEdge { nodes, door, line, length_m, clearance_m });
 }
 
 /// Minimum clearance along a line, sampled twice per cell.
@@ -328,12 +329,20 @@ mod tests {
             barriers: &vec![Vec::new(); reached.len()],
         };
         let Some(path_grid) = PathGrid::of(&free_space, |_| true) else { return RouteGraph::default() };
-        let anchor = |(at, of): (&[f64; 2], u32)| Anchor { at: Point2::new(at[0], at[1]), kind: NodeKind::Space, of };
+        let anchor = |(at, of): (&[f64; 2], u32)| Anchor { at: Point2::new(at[0], at[1]), place: NodePlace::Space(of) };
         graph(&storey, &path_grid, anchors.iter().zip(0..).map(anchor).collect())
     }
 
-    fn of_kind(graph: &RouteGraph, kind: NodeKind) -> Vec<usize> {
-        (0..graph.nodes.len()).filter(|&n| graph.nodes[n].kind == kind).collect()
+    fn nodes_at(graph: &RouteGraph, is_it: impl Fn(NodePlace) -> bool) -> Vec<usize> {
+        (0..graph.nodes.len()).filter(|&n| is_it(graph.nodes[n].place)).collect()
+    }
+
+    fn is_door(place: NodePlace) -> bool {
+        matches!(place, NodePlace::Door(_))
+    }
+
+    fn is_staging(place: NodePlace) -> bool {
+        matches!(place, NodePlace::Staging(_))
     }
 
     const ANCHORS: [[f64; 2]; 2] = [[1.1, 1.1], [3.3, 1.1]];
@@ -341,7 +350,7 @@ mod tests {
     #[test]
     fn the_way_through_a_door_begins_and_ends_beside_it() {
         let (graph, _) = graph_of(DoorPassage::Passable, ANCHORS);
-        let (doors, sides) = (of_kind(&graph, NodeKind::Door), of_kind(&graph, NodeKind::Staging));
+        let (doors, sides) = (nodes_at(&graph, is_door), nodes_at(&graph, is_staging));
         assert_eq!((graph.nodes.len(), doors.len(), sides.len()), (5, 1, 2));
         let door = graph.nodes[doors[0]];
         assert!((door.at.x_m() - 2.2).abs() < 0.11 && (door.at.y_m() - 1.1).abs() < 0.11, "{door:?}");
@@ -350,30 +359,28 @@ mod tests {
             // Half the wall and the robot's radius away.
             let far_m = node.at.distance_m(&door.at);
             assert!(0.3 < far_m && far_m < 0.5, "{far_m}");
-            assert_eq!(node.of, 1, "the door's element");
-            let kinds: Vec<EdgeKind> = graph.edges.iter().filter(|e| e.nodes.contains(&side)).map(|e| e.kind).collect();
-            assert_eq!(kinds.len(), 2);
-            assert!(kinds.contains(&EdgeKind::Door) && kinds.contains(&EdgeKind::Floor));
-        }
-        for edge in &graph.edges {
-            assert_eq!(edge.door, if edge.kind == EdgeKind::Door { 0 } else { NONE });
+            assert_eq!(node.place, NodePlace::Staging(1), "the door's element");
+            let mut doors: Vec<Option<u32>> =
+                graph.edges.iter().filter(|e| e.nodes.contains(&side)).map(|e| e.door).collect();
+            doors.sort_unstable();
+            assert_eq!(doors, [None, Some(0)], "one edge over floor, one through the door");
         }
     }
 
     #[test]
     fn an_anchor_before_a_door_leaves_no_place_beside_it() {
         let (graph, _) = graph_of(DoorPassage::Passable, [[1.95, 1.1], [3.3, 1.1]]);
-        let nodes = graph.edges.iter().filter(|e| e.kind == EdgeKind::Door).map(|e| e.nodes);
+        let nodes = graph.edges.iter().filter(|e| e.door.is_some()).map(|e| e.nodes);
         let anchored: Vec<[usize; 2]> = nodes.filter(|n| n.contains(&0)).collect();
-        assert_eq!((anchored.len(), of_kind(&graph, NodeKind::Staging).len()), (1, 1));
+        assert_eq!((anchored.len(), nodes_at(&graph, is_staging).len()), (1, 1));
     }
 
     #[test]
     fn a_door_that_cannot_be_passed_is_no_node_and_a_hole_for_one_is() {
         for passage in [DoorPassage::TooNarrow, DoorPassage::CannotOpen, DoorPassage::InProgress] {
-            assert!(of_kind(&graph_of(passage, ANCHORS).0, NodeKind::Door).is_empty());
+            assert!(nodes_at(&graph_of(passage, ANCHORS).0, is_door).is_empty());
         }
-        assert_eq!(of_kind(&graph_of(DoorPassage::Absent, ANCHORS).0, NodeKind::Door).len(), 1);
+        assert_eq!(nodes_at(&graph_of(DoorPassage::Absent, ANCHORS).0, is_door).len(), 1);
     }
 
     #[test]
@@ -383,10 +390,10 @@ mod tests {
         for node in &graph.nodes {
             assert_eq!(node.clearance_m, free_space.clearance_m(node.at));
         }
-        let of_kind = |kind: EdgeKind| graph.edges.iter().filter(move |e| e.kind == kind).map(|e| e.clearance_m);
+        let clearances = |door: Option<u32>| graph.edges.iter().filter(move |e| e.door == door).map(|e| e.clearance_m);
         // The opening is eight cells wide: its fourth or fifth is four from the jamb's nearest cell.
-        assert!(of_kind(EdgeKind::Door).all(|m| (m - 0.4).abs() < 1e-9), "{:?}", graph.edges);
-        assert!(of_kind(EdgeKind::Floor).all(|m| 0.4 < m));
+        assert!(clearances(Some(0)).all(|m| (m - 0.4).abs() < 1e-9), "{:?}", graph.edges);
+        assert!(clearances(None).all(|m| 0.4 < m));
     }
 
     #[test]
@@ -404,7 +411,7 @@ mod tests {
     #[test]
     fn anchors_in_one_place_are_nodes_side_by_side() {
         let (graph, _) = graph_of(DoorPassage::Passable, [[1.1, 1.1], [1.1, 1.1]]);
-        assert_eq!(of_kind(&graph, NodeKind::Space).len(), 2);
+        assert_eq!(nodes_at(&graph, |place| matches!(place, NodePlace::Space(_))).len(), 2);
         assert!(graph.edges.iter().any(|e| e.nodes.contains(&0)) && graph.edges.iter().any(|e| e.nodes.contains(&1)));
     }
 

@@ -3,7 +3,6 @@
 use crate::options::MissionPlanOptions;
 use crate::scan_growth::GrownScan;
 use crate::storey_planner::PlannedStorey;
-use messages::WaypointKind;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
@@ -68,7 +67,7 @@ impl Eq for Ratio {}
 /// Driving time and scanning time of all tours, in seconds.
 pub(crate) fn mission_s(options: &MissionPlanOptions, planned_storeys: &[&PlannedStorey]) -> [f64; 2] {
     let stops = planned_storeys.iter().flat_map(|planned| &planned.stops);
-    let n_scans = stops.filter(|stop| stop.kind == WaypointKind::Scan).count();
+    let n_scans = stops.filter(|stop| stop.scan().is_some()).count();
     let driven_m: f64 = planned_storeys.iter().map(|planned| planned.tour_m).sum();
     [driven_m / options.speed_m_s, n_scans as f64 * options.scan_s]
 }

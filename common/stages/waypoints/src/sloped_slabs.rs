@@ -1,11 +1,11 @@
 //! Ramps that are modelled as slabs: sloped floor that leads from one level to another.
 
 use crate::free_space::FreeSpace;
-use crate::portal::{Portal, Staging, length_m, slope_rad, staging};
+use crate::portal::{Portal, PortalKind, Staging, length_m, slope_rad, staging};
 use frames::{Map, Point2, metres};
 use geometry::ramp_faces;
 use grid::Class;
-use messages::{EdgeKind, ElementState, RobotProfile, ScheduleState, Site, element_flags};
+use messages::{ElementState, RobotProfile, ScheduleState, Site, element_flags};
 
 /// Maximum height difference between the end of a ramp and a floor, in tenths of a millimetre.
 const LEVEL_TENTHS: i64 = 500;
@@ -37,9 +37,8 @@ fn portal(site: &Site<'_>, robot: &RobotProfile, free_spaces: &[&FreeSpace], ele
     });
     let ends = [stages[0]?, stages[1]?];
     let length_m = length_m(site, free_spaces, ends);
-    let slope_rad = slope_rad(site, &[element], free_spaces, ends);
-    let kind = EdgeKind::Ramp;
-    (ends[0].storey != ends[1].storey).then_some(Portal { element, kind, ends, length_m, slope_rad, usable: true })
+    let kind = PortalKind::Ramp { slope_rad: slope_rad(site, &[element], free_spaces, ends) };
+    (ends[0].storey != ends[1].storey).then_some(Portal { element, kind, ends, length_m, usable: true })
 }
 
 /// The map storey whose floor is at a height.

@@ -1,10 +1,10 @@
 //! Steps between adjacent levels, as portals.
 
 use crate::free_space::FreeSpace;
-use crate::portal::{Portal, Staging, length_m, staging};
+use crate::portal::{Portal, PortalKind, Staging, length_m, staging};
 use frames::{Map, Point2, metres};
 use grid::Cell;
-use messages::{EdgeKind, ElementState, Grid, MapGrids, NONE, RobotProfile, ScheduleState, Site, element_flags};
+use messages::{ElementState, Grid, MapGrids, NONE, RobotProfile, ScheduleState, Site, element_flags};
 
 /// Maximum height of a step between two levels, in tenths of a millimetre.
 const MAX_STEP_TENTHS: i32 = 6_000;
@@ -50,7 +50,7 @@ pub(crate) fn steps(
             for ends in ends {
                 let element = floor_at(site, schedule_state, free_spaces[high].middle(ends[1].cell), z(high));
                 let length_m = length_m(site, free_spaces, ends);
-                found.push(Portal { element, kind: EdgeKind::Step, ends, length_m, slope_rad: 0.0, usable });
+                found.push(Portal { element, kind: PortalKind::Step, ends, length_m, usable });
             }
         }
     }
@@ -204,7 +204,7 @@ mod tests {
     use messages::{FloorKind, MapStoreyRecord, ScheduleStateBuilder, SiteBuilder};
 
     /// Kinds and use of the steps between two levels, drawn as text, the upper one so much higher.
-    fn found(low: &str, high: &str, rise_tenths: i32, robot: RobotProfile) -> Vec<(EdgeKind, bool, [u32; 2])> {
+    fn found(low: &str, high: &str, rise_tenths: i32, robot: RobotProfile) -> Vec<(PortalKind, bool, [u32; 2])> {
         let mut builder = SiteBuilder::default();
         let floor = FloorKind::Built.into();
         for floor_z_tenths in [rise_tenths, 0] {
@@ -233,10 +233,10 @@ mod tests {
     #[test]
     fn a_step_joins_levels_that_lie_beside_each_other_and_its_height_decides() {
         let of = |rise: i32, robot: RobotProfile| found(LOW, HIGH, rise, robot);
-        assert_eq!(of(1_300, robot(0.05, 0)), [(EdgeKind::Step, false, [1, 0])]);
-        assert_eq!(of(1_300, robot(0.05, 1)), [(EdgeKind::Step, true, [1, 0])], "a robot that climbs stairs");
-        assert_eq!(of(1_300, robot(0.15, 0)), [(EdgeKind::Step, true, [1, 0])]);
-        assert_eq!(of(4_500, robot(0.05, 1)), [(EdgeKind::Step, false, [1, 0])], "higher than a riser");
+        assert_eq!(of(1_300, robot(0.05, 0)), [(PortalKind::Step, false, [1, 0])]);
+        assert_eq!(of(1_300, robot(0.05, 1)), [(PortalKind::Step, true, [1, 0])], "a robot that climbs stairs");
+        assert_eq!(of(1_300, robot(0.15, 0)), [(PortalKind::Step, true, [1, 0])]);
+        assert_eq!(of(4_500, robot(0.05, 1)), [(PortalKind::Step, false, [1, 0])], "higher than a riser");
         assert_eq!(of(9_000, robot(0.05, 1)), [], "a wall");
     }
 
@@ -251,6 +251,6 @@ mod tests {
     #[test]
     fn where_a_step_is_nothing_to_a_robot_both_levels_are_one_floor() {
         let both = "##############\n#............#\n#............#\n#............#\n#............#\n##############";
-        assert_eq!(found(both, both, 1_300, robot(0.15, 0)), [(EdgeKind::Step, true, [1, 0])]);
+        assert_eq!(found(both, both, 1_300, robot(0.15, 0)), [(PortalKind::Step, true, [1, 0])]);
     }
 }

@@ -3,7 +3,7 @@
 use crate::mesh_visibility::{MeshCoverage, mesh_check};
 use crate::options::MissionPlanOptions;
 use crate::path_search::{PathGrid, length_m};
-use crate::route_graph::{Anchor, RouteGraph, graph};
+use crate::route_graph::{Anchor, NodePlace, RouteGraph, graph};
 use crate::scan_choice::{best_scans, fewest_scans};
 use crate::scan_growth::GrownScan;
 use crate::scan_places::ScanPlace;
@@ -14,10 +14,9 @@ use crate::space_centre::{SpaceCells, SpaceCentre, StoreyInputs, centre_of};
 use crate::spaces::Refusal;
 use crate::target_face::TargetFaces;
 use crate::tour_distances::{StoreyPlaces, legs};
-use crate::tour_stops::{PlannedScan, StoreyRequest, TourGoal, TourStop};
+use crate::tour_stops::{PlannedScan, StopPurpose, StopScan, StoreyRequest, TourGoal, TourStop};
 use frames::{Map, Point2};
 use grid::Class;
-use messages::{NodeKind, WaypointKind};
 
 /// Coverage of a space: faces that can be seen, and those seen by scans.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -128,11 +127,10 @@ pub(crate) fn plan_storey(
         let inputs = TourInputs { storey, request, path_grid, scans: survey.scans.as_ref() };
         tours(&inputs, &goals(storey, request, &survey.centres, survey.scans.as_ref(), &chosen), &mut planned);
         let space =
-            |(space, centre): &(usize, SpaceCentre)| Anchor { at: centre.at, kind: NodeKind::Space, of: *space as u32 };
+            |(space, centre): &(usize, SpaceCentre)| Anchor { at: centre.at, place: NodePlace::Space(*space as u32) };
         let staging = |&(cell, element): &(usize, u32)| Anchor {
             at: storey.free_space.middle(cell),
-            kind: NodeKind::Staging,
-            of: element,
+            place: NodePlace::Staging(element),
         };
         let anchors = request.stagings.iter().map(staging).chain(survey.centres.iter().map(space)).collect();
         planned.graph = graph(storey, path_grid, anchors);
@@ -320,18 +318,14 @@ fn add_tour(
         let yaw_rad = heading(leg.map_or(&[], Vec::as_slice), legs.first().map_or(&[], Vec::as_slice));
         let mut stop = TourStop {
             at: goal.at,
-            kind: WaypointKind::Centre,
+            purpose: StopPurpose::Centre,
             space: goal.space,
             yaw_rad,
             clearance_m: storey.free_space.clearance_m(goal.at),
-            n_faces: 0,
-            covers_m2: 0.0,
-            overlap: 0.0,
             leg_m: leg.map_or(0.0, |leg| length_m(leg)),
-            scan: goal.scan,
         };
-        if let (Some(scans), Some(PlannedScan { scan, .. })) = (scans, goal.scan) {
-            scan_stop(storey, request.options, scans, scan.set, seen_so_far, &mut stop);
+        if let (Some(scans), Some(planned)) = (scans, goal.scan) {
+            scan_stop(storey, request.options, scans, planned, seen_so_far, &mut stop);
         }
         planned.stops.push(stop);
     }
@@ -350,19 +344,17 @@ fn scan_stop(
     storey: &StoreyInputs<'_>,
     options: &MissionPlanOptions,
     scans: &ScanSurvey,
-    pose: u32,
+    planned: PlannedScan,
     seen_so_far: &mut SeenSoFar,
     stop: &mut TourStop,
 ) {
-    let free_space = storey.free_space;
-    stop.kind = WaypointKind::Scan;
-    stop.n_faces = scans.seen(pose).len() as u32;
+    let (free_space, pose) = (storey.free_space, planned.scan.set);
     if !options.sensor.sees_around() {
         stop.yaw_rad = scans.poses[pose as usize].1;
     }
     let seen = scans.seen(pose);
     let n_known = seen.iter().filter(|&&face| std::mem::replace(&mut seen_so_far.faces[face as usize], true)).count();
-    stop.overlap = n_known as f64 / seen.len().max(1) as f64;
+    let overlap = n_known as f64 / seen.len().max(1) as f64;
     let range = options.sensor.range_m / free_space.spec.resolution_m();
     let mut n_new = 0u32;
     storey.sight.look_around(
@@ -376,7 +368,8 @@ fn scan_stop(
             }
         },
     );
-    stop.covers_m2 = f64::from(n_new) * free_space.spec.resolution_m().powi(2);
+    let covers_m2 = f64::from(n_new) * free_space.spec.resolution_m().powi(2);
+    stop.purpose = StopPurpose::Scan(StopScan { planned, n_faces: seen.len() as u32, covers_m2, overlap });
 }
 
 /// Heading of arrival at a stop; for the first one, of departure.

@@ -3,7 +3,6 @@
 use crate::options::MissionPlanOptions;
 use crate::scan_registration::RegisteredScan;
 use frames::{Map, Point2};
-use messages::WaypointKind;
 
 /// What is to be planned on a storey.
 pub(crate) struct StoreyRequest<'a> {
@@ -28,17 +27,43 @@ pub(crate) struct StoreyRequest<'a> {
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct TourStop {
     pub(crate) at: Point2<Map>,
-    pub(crate) kind: WaypointKind,
+    pub(crate) purpose: StopPurpose,
     /// Space in which it lies.
     pub(crate) space: Option<usize>,
     pub(crate) yaw_rad: f64,
     pub(crate) clearance_m: f64,
-    pub(crate) n_faces: u32,
-    pub(crate) covers_m2: f64,
-    pub(crate) overlap: f64,
     pub(crate) leg_m: f64,
-    /// None for a centre.
-    pub(crate) scan: Option<PlannedScan>,
+}
+
+impl TourStop {
+    /// The scan that is made there.
+    pub(crate) fn scan(&self) -> Option<&StopScan> {
+        match &self.purpose {
+            StopPurpose::Centre => None,
+            StopPurpose::Scan(scan) => Some(scan),
+        }
+    }
+}
+
+/// What a stop is for.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum StopPurpose {
+    /// It is the centre of its space.
+    Centre,
+    /// The robot scans there.
+    Scan(StopScan),
+}
+
+/// A scan at a stop.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct StopScan {
+    pub(crate) planned: PlannedScan,
+    /// Faces that it sees.
+    pub(crate) n_faces: u32,
+    /// Floor that it sees and no scan before it on the tour.
+    pub(crate) covers_m2: f64,
+    /// Share of its faces that scans before it on the tour see.
+    pub(crate) overlap: f64,
 }
 
 /// A scan of the plan.

@@ -261,7 +261,8 @@ fn joining_scans_name_a_scan_that_does_not_register_without_them() {
     // Much must have been seen: few scans that see all do not register by themselves.
     let planned = flat().planned(&MissionPlanOptions { overlap: 0.6, ..quick() });
     let waypoints = planned.mission_plan().waypoints;
-    let joining: Vec<_> = waypoints.iter().filter(|w| w.connects()).collect();
+    let joining: Vec<_> =
+        waypoints.iter().filter(|w| w.purpose().scan().is_some_and(|scan| scan.joins.is_some())).collect();
     assert!(!joining.is_empty());
     assert_eq!(planned.mission_plan().storeys[0].n_connecting as usize, joining.len());
     for join in joining {
