@@ -1,16 +1,14 @@
 //! The robot's SLAM map: grids of ROS 2 in, the topic `slam-map` out.
 
-use bus::{Bus, Daemon, Origin, Publisher, topics};
-use daemon::{Epochs, Failure, SiteConfig, chain};
-use messages::{ArchiveBuffer, InputHashes, SlamMap, SlamMapHead};
+use bus::{Bus, Daemon, topics};
+use daemon::{Epochs, Failure, LatchedOutput, SiteConfig, chain};
+use messages::{ArchiveBuffer, Checked, InputHashes, SlamMap, SlamMapHead};
 use ros::msg::geometry_msgs::Quaternion;
 use ros::msg::nav_msgs::OccupancyGrid;
 use std::ops::Range;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use tracing::{info, warn};
 
-/// Bytes that the topic begins with; it grows with the map.
-const FIRST_BYTES: usize = 1 << 20;
 /// A cell of which nothing is known.
 const UNKNOWN: i8 = -1;
 /// A pose that is turned out of the plane by more than this is none of a map.
@@ -117,18 +115,9 @@ pub(crate) struct SlamMapInput {
 /// The robot's side of the bus.
 struct Output {
     epochs: Epochs,
-    /// In the current generation of the bus.
-    publisher: Option<(Bus, Publisher<topics::SlamMap>)>,
-    last: Option<LastMap>,
-}
-
-/// The last map that was taken.
-struct LastMap {
-    archive: ArchiveBuffer,
-    /// Of its content: the same grid comes from a latched and from another subscription.
-    hash: u64,
-    /// False if it is still to come to the bus.
-    is_published: bool,
+    /// The current generation, as the robot joins it.
+    bus: Option<Bus>,
+    maps: LatchedOutput<topics::SlamMap>,
 }
 
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
@@ -142,21 +131,22 @@ impl SlamMapInput {
     /// State that cannot be used.
     pub(crate) fn new(config: &SiteConfig) -> Result<Self, Failure> {
         let epochs = Epochs::at(&config.state, "ros-bridge-slam-map-epochs.json")?;
-        let output = Output { epochs, publisher: None, last: None };
+        let output = Output { epochs, bus: None, maps: LatchedOutput::new(topics::SlamMap) };
         Ok(Self { config: config.clone(), output: Mutex::new(output), refusal: Mutex::default() })
     }
 
     /// The bus has another generation: the last map comes there, too.
     ///
     /// # Errors
-    /// Another robot publishes maps, no room in shared memory.
+    /// Another robot publishes maps.
     pub(crate) fn attach(&self) -> Result<(), Failure> {
         let mut output = lock(&self.output);
-        output.publisher = None;
-        let (bus, _waiter) = Bus::join(&self.config.domain()?, Daemon::Robot)?;
-        let publisher = bus.publisher(topics::SlamMap, FIRST_BYTES)?;
-        output.publisher = Some((bus, publisher));
-        output.publish()
+        let Output { epochs, bus, maps } = &mut *output;
+        *bus = None;
+        let (joined, _waiter) = Bus::join(&self.config.domain()?, Daemon::Robot)?;
+        maps.attach(&joined, epochs)?;
+        *bus = Some(joined);
+        Ok(())
     }
 
     /// A message has come; `Err` has why it cannot be read. What is no map is refused, and the map before it stays.
@@ -178,29 +168,16 @@ impl SlamMapInput {
 
     fn pass_on(&self, grid: &OccupancyGrid) -> Result<(), Failure> {
         let archive = slam_map_of(grid)?;
-        let hash = SlamMap::open(archive.bytes())?.content_hash();
         let mut output = lock(&self.output);
-        if output.last.as_ref().is_none_or(|last| last.hash != hash) {
-            output.last = Some(LastMap { archive, hash, is_published: false });
-            let (width, height) = (grid.info.width, grid.info.height);
-            info!(service = "ros-bridge", width, height, frame = grid.header.frame_id, "SLAM map taken");
-        } else if output.last.as_ref().is_some_and(|last| last.is_published) {
-            return Ok(());
+        let Output { epochs, maps, .. } = &mut *output;
+        // The same grid comes from a latched and from another subscription; what could not be published is tried again.
+        if maps.is_last(&archive) {
+            return maps.retry(epochs);
         }
-        output.publish()
-    }
-}
-
-impl Output {
-    /// Publishes the last map; without a bus it comes to the next one, and what fails is tried again with the next message.
-    fn publish(&mut self) -> Result<(), Failure> {
-        if let (Some((_, publisher)), Some(last)) = (&self.publisher, &mut self.last) {
-            last.is_published = false;
-            let origin = Origin { epoch: self.epochs.take()?, frame_epoch: 0, inputs: InputHashes::default() };
-            publisher.publish_copy(last.archive.bytes(), origin)?;
-            last.is_published = true;
-        }
-        Ok(())
+        let archive = Checked::new(archive)?;
+        let (width, height) = (grid.info.width, grid.info.height);
+        info!(service = "ros-bridge", width, height, frame = grid.header.frame_id, "SLAM map taken");
+        maps.publish(epochs, archive, 0, InputHashes::default())
     }
 }
 
