@@ -43,6 +43,16 @@ impl Image {
         }
     }
 
+    /// Covers a part of a pixel, all of it at 255; outside nothing happens.
+    pub(crate) fn blend(&mut self, p: Point, colour: Rgb, coverage: u8) {
+        if let Some(index) = self.index(p) {
+            let [part, rest] = [u32::from(coverage), 255 - u32::from(coverage)];
+            let ground = self.pixels[index];
+            let mixed = |k: usize| ((u32::from(ground[k]) * rest + u32::from(colour[k]) * part + 127) / 255) as u8;
+            self.pixels[index] = [mixed(0), mixed(1), mixed(2)];
+        }
+    }
+
     fn height(&self) -> usize {
         self.pixels.len().checked_div(self.width).unwrap_or(0)
     }
@@ -95,5 +105,14 @@ mod tests {
         image.set(Point::new(9, 9), GREEN);
         assert_eq!(image.pixels, [WHITE, WHITE, WHITE, GREEN]);
         assert_eq!(image.get(Point::new(-1, 0)), None);
+    }
+
+    #[test]
+    fn a_pixel_that_is_covered_in_part_is_mixed() {
+        let mut image = Image::new(3, vec![WHITE; 3]);
+        for (x, coverage) in [(0, 0), (1, 51), (2, 255), (3, 255)] {
+            image.blend(Point::new(x, 0), GREEN, coverage);
+        }
+        assert_eq!(image.pixels, [WHITE, [204, 255, 204], GREEN]);
     }
 }

@@ -1,15 +1,10 @@
 //! Draws the centre cross and the name of a space where they are legible.
 
 use crate::image::{Image, Rgb};
-use crate::transliteration::latin;
-use embedded_graphics::Drawable;
-use embedded_graphics::geometry::{OriginDimensions, Point, Size};
-use embedded_graphics::mono_font::iso_8859_1::{FONT_4X6, FONT_5X8, FONT_6X10};
-use embedded_graphics::mono_font::{MonoFont, MonoTextStyle};
-use embedded_graphics::pixelcolor::BinaryColor;
-use embedded_graphics::prelude::{DrawTarget, Pixel};
-use embedded_graphics::text::{Alignment, Baseline, Text, TextStyleBuilder};
-use std::convert::Infallible;
+use crate::lettering::{Covered, LetterSize, Lettering};
+use embedded_graphics::geometry::Point;
+use embedded_graphics::prelude::Transform;
+use embedded_graphics::primitives::PointsIter;
 
 const INK: Rgb = [20, 20, 90];
 const HALO: Rgb = [255, 255, 255];
@@ -19,114 +14,86 @@ const ARM: i32 = 3;
 
 /// Draws a cross at `at` and the space's name beside it, inside what is `clear` as far as possible.
 pub(crate) fn mark(image: &mut Image, at: Point, name: &str, long_name: &str, clear: impl Fn(Point) -> bool) {
-    let (name, long_name) = (latin(name.trim()), latin(long_name.trim()));
-    let mut ink = Ink { points: Vec::new(), size: image.size() };
-    ink.points.extend((-ARM..=ARM).flat_map(|k| [at + Point::new(k, 0), at + Point::new(0, k)]));
-    let choices = choices(&name, &long_name);
-    let free = choices.iter().find_map(|label| {
-        label.places(at).find(|corner| label.pixels(*corner).all(&clear)).map(|corner| (label, corner))
-    });
+    let mut ink: Vec<Covered> =
+        (-ARM..=ARM).flat_map(|k| [at + Point::new(k, 0), at + Point::new(0, k)]).map(whole).collect();
+    let mut last = None;
+    let mut free = None;
+    for (text, size) in choices(name.trim(), long_name.trim()) {
+        let label = Label(Lettering::new(&text, size));
+        free = label.places(at).find(|corner| label.pixels(*corner).all(&clear)).map(|corner| label.ink(corner));
+        if free.is_some() {
+            break;
+        }
+        last = Some(label);
+    }
     // If nothing fits, the least label where it hides least.
     let least = || {
-        let label = choices.last()?;
+        let label = last?;
         let hidden = |corner: &Point| label.pixels(*corner).filter(|p| !clear(*p)).count();
-        label.places(at).min_by_key(hidden).map(|corner| (label, corner))
+        label.places(at).min_by_key(hidden).map(|corner| label.ink(corner))
     };
-    if let Some((label, corner)) = free.or_else(least) {
-        label.draw(corner, &mut ink);
-    }
-    ink.onto(image);
+    ink.extend(free.or_else(least).into_iter().flatten());
+    draw(&ink, image);
+}
+
+fn whole(at: Point) -> Covered {
+    Covered { at, coverage: 255 }
 }
 
 /// What can be written, best first: all of it in large letters, at last the short name in small ones.
-fn choices(name: &str, long_name: &str) -> Vec<Label> {
-    let label = |text: &str, font| Label { text: text.to_owned(), font };
+fn choices(name: &str, long_name: &str) -> Vec<(String, LetterSize)> {
+    use LetterSize::{Large, Medium, Small};
     if name.is_empty() || long_name.is_empty() || name == long_name {
         let only = if name.is_empty() { long_name } else { name };
-        return [&FONT_6X10, &FONT_5X8, &FONT_4X6].map(|font| label(only, font)).into();
+        return [Large, Medium, Small].map(|size| (only.to_owned(), size)).into();
     }
     let (line, lines) = (format!("{name} {long_name}"), format!("{name}\n{long_name}"));
     vec![
-        label(&line, &FONT_6X10),
-        label(&lines, &FONT_6X10),
-        label(&line, &FONT_5X8),
-        label(&lines, &FONT_5X8),
-        label(name, &FONT_6X10),
-        label(&lines, &FONT_4X6),
-        label(name, &FONT_4X6),
+        (line.clone(), Large),
+        (lines.clone(), Large),
+        (line, Medium),
+        (lines.clone(), Medium),
+        (name.to_owned(), Large),
+        (lines, Small),
+        (name.to_owned(), Small),
     ]
 }
 
-struct Label {
-    text: String,
-    font: &'static MonoFont<'static>,
-}
+struct Label(Lettering);
 
 impl Label {
-    fn size(&self) -> Point {
-        let n_letters = self.text.lines().map(|line| line.chars().count()).max().unwrap_or(0);
-        let Size { width, height } = self.font.character_size;
-        Point::new((n_letters as u32 * width) as i32, (self.text.lines().count() as u32 * height) as i32)
-    }
-
-    /// Upper left corners for a label beside a cross, best first: centred below and above it, then more and more aside.
-    fn places(&self, at: Point) -> impl Iterator<Item = Point> {
-        let size = self.size();
+    /// Places for the upper left corner of the first line of a label beside a cross, best first: centred below and above it,
+    /// then more and more aside.
+    fn places(&self, at: Point) -> impl Iterator<Item = Point> + use<> {
+        let bounds = self.0.bounds;
+        let size = Point::new(bounds.size.width as i32, bounds.size.height as i32);
         let rows = [at.y + ARM + 2, at.y - ARM - 1 - size.y];
         let aside = (0..=size.x / 2).step_by(4).flat_map(|k| [-k, k]);
-        aside.flat_map(move |k| rows.map(|y| Point::new(at.x - size.x / 2 + k, y)))
+        aside.flat_map(move |k| rows.map(|y| Point::new(at.x - size.x / 2 + k, y) - bounds.top_left))
     }
 
-    /// The rectangle of the label whose upper left corner is `corner`.
+    /// The rectangle around the letters of the label at `corner`, and a pixel on every side.
     fn pixels(&self, corner: Point) -> impl Iterator<Item = Point> + use<> {
-        let size = self.size();
-        (0..size.y).flat_map(move |y| (0..size.x).map(move |x| corner + Point::new(x, y)))
+        let bounds = self.0.bounds;
+        bounds.translate(corner).offset(if bounds.is_zero_sized() { 0 } else { 1 }).points()
     }
 
-    fn draw(&self, corner: Point, ink: &mut Ink) {
-        let style = TextStyleBuilder::new().alignment(Alignment::Center).baseline(Baseline::Top).build();
-        let letters = MonoTextStyle::new(self.font, BinaryColor::On);
-        let middle = corner + Point::new(self.size().x / 2, 0);
-        // Drawing into memory does not fail.
-        let _ = Text::with_text_style(&self.text, middle, letters, style).draw(ink);
+    fn ink(&self, corner: Point) -> Vec<Covered> {
+        self.0.pixels.iter().map(|pixel| Covered { at: corner + pixel.at, ..*pixel }).collect()
     }
 }
 
-/// Pixels to be drawn, gathered first so that a light rim can lie under all of them.
-struct Ink {
-    points: Vec<Point>,
-    size: Size,
-}
-
-impl Ink {
-    fn onto(self, image: &mut Image) {
-        for p in &self.points {
-            for around in (-1..=1).flat_map(|dy| (-1..=1).map(move |dx| *p + Point::new(dx, dy))) {
-                // On pale ground ink is readable as it is.
-                if image.get(around).is_some_and(|colour| colour.iter().any(|&channel| channel < 150)) {
-                    image.set(around, HALO);
-                }
+/// Ink with a light rim under all of it where the ground is dark: on pale ground it is readable as it is.
+fn draw(ink: &[Covered], image: &mut Image) {
+    for p in ink {
+        for around in (-1..=1).flat_map(|dy| (-1..=1).map(move |dx| p.at + Point::new(dx, dy))) {
+            if image.get(around).is_some_and(|colour| colour.iter().any(|&channel| channel < 150)) {
+                image.set(around, HALO);
             }
         }
-        for p in self.points {
-            image.set(p, INK);
-        }
     }
-}
-
-impl OriginDimensions for Ink {
-    fn size(&self) -> Size {
-        self.size
-    }
-}
-
-impl DrawTarget for Ink {
-    type Color = BinaryColor;
-    type Error = Infallible;
-
-    fn draw_iter<I: IntoIterator<Item = Pixel<BinaryColor>>>(&mut self, pixels: I) -> Result<(), Infallible> {
-        self.points.extend(pixels.into_iter().filter(|p| p.1.is_on()).map(|p| p.0));
-        Ok(())
+    for p in ink {
+        image.blend(p.at, INK, p.coverage);
     }
 }
 
@@ -139,7 +106,7 @@ mod tests {
         let mut image = Image::new(width as usize, vec![[255; 3]; (width * height) as usize]);
         let inside = |p: Point| left <= p.x && p.x < width && 0 <= p.y && p.y < height;
         mark(&mut image, at, "7", long_name, inside);
-        let letter = |p: Point| if image.get(p) == Some(INK) { '#' } else { '.' };
+        let letter = |p: Point| if image.get(p) == Some([255; 3]) { '.' } else { '#' };
         (0..height).map(|y| (0..width).map(|x| letter(Point::new(x, y))).collect()).collect()
     }
 

@@ -47,6 +47,24 @@
 //! Earlier output is replaced as a whole. A folder without a `manifest.json` of groundplan is never replaced, and one in
 //! which files were added or altered since is refused with their names; with `--force` these files are moved to
 //! `OUT.kept-1` beside it, and never deleted.
+//!
+//! # Guarantees
+//!
+//! - `each_file` gives each file away as soon as it is made, so that the output of a large site is never in memory as a
+//!   whole.
+//! - Of finished output only files that a manifest lists, with the content that it lists, are ever deleted; unfinished output
+//!   is a folder beside it with a mark of its own, and is removed as a whole.
+//! - Footprints in `semantic.json` are within a tolerance that the document says (`src/outlines.rs`): exact for doors and
+//!   floors, 5 mm for structure, a third of a cell for furniture and equipment. What consists of many triangles is painted
+//!   into cells finer than that, once for all copies that are turned alike, and not united: the document grows with elements,
+//!   not with triangles.
+//! - `earth_from_world` is in metres: the unit of the file's map and its scale are applied.
+//!
+//! # Where
+//!
+//! - colours of `semantic.png`: `src/pictures.rs`
+//! - deviations: BCF topics: `src/deviations/topics.rs`
+//! - latitude and longitude: `src/geographic.rs`
 
 mod assumed_rooms;
 mod coverage_curve;
@@ -60,6 +78,7 @@ mod image;
 mod input;
 mod json;
 mod labels;
+mod lettering;
 mod manifest;
 mod maps;
 mod mission_plan_picture;

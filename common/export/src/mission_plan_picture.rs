@@ -4,14 +4,11 @@
 use crate::coverage_curve::coverage_curve;
 use crate::image::{Image, Rgb, picture};
 use crate::input::{ExportFile, ExportInput};
-use embedded_graphics::Drawable;
+use crate::lettering::{LetterSize, Lettering};
 use embedded_graphics::geometry::{OriginDimensions, Point, Size};
-use embedded_graphics::mono_font::MonoTextStyle;
-use embedded_graphics::mono_font::iso_8859_1::FONT_4X6;
 use embedded_graphics::pixelcolor::{Rgb888, RgbColor};
 use embedded_graphics::prelude::{DrawTarget, Pixel};
 use embedded_graphics::primitives::{Circle, Line, PointsIter, PrimitiveStyle, StyledDrawable};
-use embedded_graphics::text::{Baseline, Text};
 use frames::Point2;
 use grid::{Class, GridSpec, LineOfSight};
 use messages::{Grid, WaypointPurpose};
@@ -129,8 +126,8 @@ fn draw_stops(input: &ExportInput<'_>, grid: &Grid<'_>, image: &mut Image) {
                 ink
             }
         };
-        let letters = MonoTextStyle::new(&FONT_4X6, ink);
-        let _ = Text::with_baseline(&number.to_string(), at + Point::new(5, -8), letters, Baseline::Top).draw(image);
+        let number = Lettering::new(&number.to_string(), LetterSize::Small);
+        number.draw(at + Point::new(5, -8), rgb(ink), image);
     }
 }
 
@@ -166,13 +163,10 @@ impl CurveChart {
             let [x, y] = [n_scans / n_max * f64::from(off.x), coverage.clamp(0.0, 1.0) * f64::from(off.y)];
             corner + Self::ZERO + Point::new(x.round() as i32, y.round() as i32)
         };
-        let text = |image: &mut Image, text: &str, at: Point, ink: Rgb888| {
-            // Drawing into memory does not fail.
-            let _ = Text::with_baseline(text, at, MonoTextStyle::new(&FONT_4X6, ink), Baseline::Top).draw(image);
-        };
         for (share, label) in [(0.0, "0 %"), (0.5, "50 %"), (1.0, "100 %")] {
             draw_line(image, at(0.0, share), at(n_max, share), GRID);
-            text(image, label, Point::new(corner.x + 2, at(0.0, share).y - 3), AXIS);
+            let label = Lettering::new(label, LetterSize::Small);
+            label.draw(Point::new(corner.x + 2, at(0.0, share).y - 3), rgb(AXIS), image);
         }
         draw_line(image, at(0.0, 0.0), at(0.0, 1.0), AXIS);
         let shares: Vec<f64> = std::iter::once(0.0).chain(self.coverage.iter().copied()).collect();
@@ -185,10 +179,15 @@ impl CurveChart {
             draw_line(image, cross - arm, cross + arm, SCAN);
         }
         let below = corner + Point::new(Self::ZERO.x, Self::ZERO.y + 7);
-        text(image, &format!("{n_scans} scans see {:.1} %", 100.0 * share), below, SCAN);
-        let all = format!("{n_max} scans");
-        text(image, &all, Point::new(corner.x + Self::ONE.x - 4 * all.len() as i32, below.y), AXIS);
+        let seen = Lettering::new(&format!("{n_scans} scans see {:.1} %", 100.0 * share), LetterSize::Small);
+        seen.draw(below, rgb(SCAN), image);
+        let all = Lettering::new(&format!("{n_max} scans"), LetterSize::Small);
+        all.draw(Point::new(corner.x + Self::ONE.x - all.width, below.y), rgb(AXIS), image);
     }
+}
+
+fn rgb(colour: Rgb888) -> Rgb {
+    [colour.r(), colour.g(), colour.b()]
 }
 
 impl OriginDimensions for Image {
@@ -203,7 +202,7 @@ impl DrawTarget for Image {
 
     fn draw_iter<I: IntoIterator<Item = Pixel<Rgb888>>>(&mut self, pixels: I) -> Result<(), Infallible> {
         for Pixel(at, colour) in pixels {
-            self.set(at, [colour.r(), colour.g(), colour.b()]);
+            self.set(at, rgb(colour));
         }
         Ok(())
     }

@@ -2,12 +2,8 @@
 
 use crate::image::{Image, Rgb, picture};
 use crate::input::{ExportFile, ExportInput, ProbabilityInput};
-use embedded_graphics::Drawable;
+use crate::lettering::{LetterSize, Lettering};
 use embedded_graphics::geometry::{Point, Size};
-use embedded_graphics::mono_font::MonoTextStyle;
-use embedded_graphics::mono_font::iso_8859_1::FONT_5X8;
-use embedded_graphics::pixelcolor::Rgb888;
-use embedded_graphics::text::{Baseline, Text};
 use grid::{MapMode, MapYaml, encode_pgm, overlapped_cells};
 use messages::{Grid, NONE};
 use std::collections::BTreeSet;
@@ -19,7 +15,7 @@ const NO_FLOOR: Rgb = [225, 225, 225];
 /// What is certain to be there.
 const CERTAIN: Rgb = [90, 90, 90];
 
-const INK: Rgb888 = Rgb888::new(40, 40, 40);
+const INK: Rgb = [40, 40, 40];
 
 /// Colours from improbable to probable: YlOrRd of ColorBrewer (Harrower and Brewer, The Cartographic Journal 40, 2003).
 const RAMP: [Rgb; 5] = [[255, 237, 160], [254, 178, 76], [252, 78, 42], [189, 0, 38], [110, 0, 30]];
@@ -109,9 +105,7 @@ fn ramp(percent: u8) -> Rgb {
 /// What the colours mean, and of which date.
 fn draw_legend(input: &ExportInput<'_>, top: i32, image: &mut Image) {
     let mut text = |text: &str, x: i32, y: i32| {
-        let letters = MonoTextStyle::new(&FONT_5X8, INK);
-        // Drawing into memory does not fail.
-        let _ = Text::with_baseline(text, Point::new(x, top + y), letters, Baseline::Top).draw(image);
+        Lettering::new(text, LetterSize::Medium).draw(Point::new(x, top + y), INK, image);
     };
     let time = |t: Option<frames::PlanTime>| t.map_or(String::new(), |t| t.to_string());
     let head = input.schedule_state.head;

@@ -1,4 +1,4 @@
-//! Transliteration of names: ASCII for folders, ISO 8859-1 for images.
+//! Transliteration of names to ASCII, for folders.
 
 /// Folder names longer than this are cut.
 const SLUG_BYTES_MAX: usize = 60;
@@ -17,26 +17,6 @@ pub(crate) fn slug(name: &str) -> String {
     out.truncate(SLUG_BYTES_MAX);
     let slug = out.trim_end_matches('-');
     if slug.is_empty() { "storey".to_owned() } else { slug.to_owned() }
-}
-
-/// Text in the letters of ISO 8859-1: others become what reads like them, or `?`.
-pub(crate) fn latin(text: &str) -> String {
-    let mut out = String::new();
-    for c in text.chars() {
-        match c {
-            ' '..='~' | '\u{a0}'..='ÿ' => out.push(c),
-            '‐'..='―' => out.push('-'),
-            '‘'..='‛' => out.push('\''),
-            '“'..='‟' => out.push('"'),
-            _ if c.is_whitespace() => out.push(' '),
-            _ => match c.to_lowercase().next().and_then(plain) {
-                Some(letters) if c.is_uppercase() => out.push_str(&letters.to_ascii_uppercase()),
-                Some(letters) => out.push_str(letters),
-                None => out.push('?'),
-            },
-        }
-    }
-    out
 }
 
 /// ASCII letters for a lower-case letter of the Latin alphabets; `None` for everything else.
@@ -81,10 +61,5 @@ mod tests {
         assert_eq!(slug("Piętro pierwsze"), "pietro-pierwsze");
         assert_eq!(slug("地下"), "storey");
         assert_eq!(slug(&"a ".repeat(100)).len(), SLUG_BYTES_MAX - 1, "cut, and no hyphen at the end");
-    }
-
-    #[test]
-    fn letters_that_the_font_lacks_become_near_ones_or_a_mark() {
-        assert_eq!(latin("Küche – Łazienka\u{202f}2 厨房"), "Küche - Lazienka 2 ??");
     }
 }
