@@ -339,6 +339,27 @@ fn the_top_level_holds_what_the_architecture_names() {
     }
 }
 
+/// Lines of `ARCHITECTURE.md`: a person reads it as a whole. What concerns one crate is in the head of that crate.
+const ARCHITECTURE_LINES_MAX: usize = 350;
+
+#[test]
+fn the_architecture_can_be_read_as_a_whole() {
+    let n_lines = std::fs::read_to_string(root().join("ARCHITECTURE.md")).unwrap().lines().count();
+    assert!(n_lines <= ARCHITECTURE_LINES_MAX, "ARCHITECTURE.md has {n_lines} lines, at most {ARCHITECTURE_LINES_MAX}");
+}
+
+#[test]
+fn an_answer_to_where_something_is_decided_names_at_most_two_files() {
+    let text = std::fs::read_to_string(root().join("ARCHITECTURE.md")).unwrap();
+    let table = text.split("## Where each thing is decided").nth(1).unwrap().split("\n## ").next().unwrap();
+    let rows: Vec<&str> = table.lines().filter(|line| line.starts_with("| ")).skip(1).collect();
+    assert!(rows.len() > 50, "{} rows", rows.len());
+    for row in rows {
+        let n_files = named_paths(row).len();
+        assert!((1..=2).contains(&n_files), "{n_files} files: {row}");
+    }
+}
+
 /// Paths that a document names: links, and words in backticks that begin with a folder of the top level.
 fn named_paths(text: &str) -> Vec<&str> {
     let links = text.split("](").skip(1).filter_map(|rest| rest.split(')').next());

@@ -39,6 +39,30 @@
 //! # Ok(())
 //! # }
 //! ```
+//!
+//! # Guarantees
+//!
+//! - One keeper creates all services of the bus; every other process only opens them. A creation that was killed leads to a
+//!   new generation, and is not repaired; nor is a bus of which a segment, the folder or a file in it was deleted or
+//!   replaced.
+//! - The bus is for the user alone who owns its folder (mode 0700); no segment is for anybody else. `Bus::join` of another
+//!   user, root included, goes through the relay and creates nothing in the bus; ports have the same types either way.
+//! - The relay knows who sends a command from the system, not from the client, and passes the user's number on with it. It
+//!   holds one copy of the newest sample of each topic that is followed, sealed against changes, and one frame for each
+//!   client; a slow client misses samples and holds up nobody.
+//! - A topic has one publisher. Its epoch never falls, also across restarts; a late joiner gets the last sample.
+//! - The memory of a sample does not change while it is held, also if its publisher dies.
+//! - Samples of different topics come in any order; those of one state of the site are a `SiteSet`, and every consumer asks
+//!   for it instead of comparing hashes.
+//! - Every sample is read in place; clients of the relay read a copy. The index of the grids is also written in place; all
+//!   else is built in the heap and copied once: site, schedule state, mission plan, alignment and deviations are compared
+//!   with what was published last and published again in the next generation, and the rasterizer keeps its grids to redraw
+//!   only what differs. Memory that it is lent for a grid holds an earlier sample of it: it writes only the cells that
+//!   differ.
+//!
+//! # Where
+//!
+//! - bus: what a relay and its clients say to each other: `src/relay_protocol/frames.rs`
 
 mod accounts;
 mod bounded_queue;

@@ -3,6 +3,18 @@
 //! Input coordinates of meshes and plans are whole tenths of a millimetre, those of pieces metres. [`convex_pieces`]
 //! decomposes a body, from exact to approximate, into boxes and prisms between plane faces, plates for sheets, or hulls of
 //! an approximate decomposition; every piece has its origin and its deviation.
+//!
+//! # Guarantees
+//!
+//! - Pieces are exact wherever faces are plane: over the plan of a face that looks down, up to the first face that looks up,
+//!   is material.
+//! - Of an element with more than `element_max` pieces neighbours are joined, and the result says how far off it is.
+//! - Hulls are those of the library where they are closed and convex on the lattice of files (hundredths of a millimetre),
+//!   else computed by exact integers (`src/lattice_hull.rs`).
+//!
+//! # Where
+//!
+//! - convex pieces of a body: `src/pieces.rs`, `src/prisms.rs`, `src/hulls.rs`, `src/plates.rs`, `src/piece_merging.rs`
 
 mod components;
 mod convex_partition;

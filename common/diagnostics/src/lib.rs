@@ -6,6 +6,10 @@
 //!
 //! What sentences for people have in common is here, too: counts with their noun ([`counted`]), and the names that come nearest
 //! to a mistyped one ([`nearest_names`]).
+//!
+//! # Guarantees
+//!
+//! - Codes are one enumeration for all stages: a code that is not in it does not compile, and an archive with one is refused.
 
 mod code;
 mod counted;

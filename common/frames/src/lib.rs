@@ -1,7 +1,21 @@
-//! Points and rigid motions with their frame in the type, the length unit of archives, plan time, and counts for messages.
+//! Points and rigid motions with their frame in the type, the length unit of archives, plan time.
 //!
 //! All lengths are metres, all angles radians, Z is up, frames are right-handed. Underneath are points and isometries of
 //! nalgebra; their trigonometry comes from libm, so that results are the same on every machine.
+//!
+//! # Guarantees
+//!
+//! - To compose motions whose frames do not meet does not compile. Matrices and decompositions are nalgebra's, and are named
+//!   only where equations are solved (`alignment`, `deviations`) or affine maps are read (`ifc`).
+//! - A motion keeps its angle as it was given, beside its cosine and sine: files and archives give back the same bits.
+//! - Instants are civil seconds at the site. Intervals are half-open; a date without a time is its midnight as a start, and
+//!   the next midnight as a finish.
+//! - A date with an offset is converted to the zone of the site, and is an error without one.
+//!
+//! # Where
+//!
+//! - dates: meaning of a text: `src/written_date.rs`, `common/stages/schedule/src/durations.rs`,
+//!   `common/messages/src/schedule_dates.rs`
 
 mod angle;
 mod bent_motion;

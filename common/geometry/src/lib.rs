@@ -2,6 +2,13 @@
 //!
 //! Coordinates are whole tenths of a millimetre (`frames::tenths`), so that faces on one plane stay on it and results
 //! do not depend on noise. This crate knows no IFC, no grid and no file.
+//!
+//! # Guarantees
+//!
+//! - The planes of a slab lie half a unit inside its bounds: no vertex is ever on them.
+//! - Rings that meet neither themselves nor each other need no overlay (`src/simple_rings.rs`): most sections are such.
+//! - The footprint of a closed mesh is the plan of its clipped faces and one section. Meshes with gaps are cut at several
+//!   levels, and upright sheets are lines that stop a robot.
 
 mod body_shape;
 mod clusters;

@@ -10,6 +10,44 @@
 //! Records with a GlobalId are read in the order of it: the order of a file's lines, and its ids, mean nothing.
 //!
 //! Dates and durations of the schedule stay the texts that they are: what they mean is configuration, not ours.
+//!
+//! # Guarantees
+//!
+//! - An unknown unit is an error, never 1.0.
+//! - Records that share a GlobalId are read by what they contain and refer to (`src/kernel/record_order.rs`), so that nothing
+//!   behind depends on an exporter's order. Only triangles of elements with several openings follow ids, because the kernel
+//!   cuts in their order.
+//! - What dates mean is decided in `schedule`.
+//! - Ids above 32 bits are renumbered before the kernel sees them (`src/wide_ids.rs`), texts that are not UTF-8 are decoded
+//!   by a guess that is told (`src/encoding.rs`). Messages name the file's own ids.
+//! - The index of a file takes eight bytes a record, and the kernel makes its own while it meshes; a file of 4 GiB is
+//!   refused.
+//! - Bodies are meshed on a `MeshPool`, whose stacks are deep enough for the kernel; a conversion reads, draws and plans on
+//!   the same threads.
+//! - What cannot be meshed is drawn as its bounding box and reported. A panic of the kernel is caught and has the same
+//!   effect.
+//! - What the kernel's booleans would take long for is left out and reported (`src/cut_budget.rs`): their work is counted
+//!   from the records, so that the result does not depend on the machine. It is pairs of faces; triples of triangles of
+//!   openings or operands that cross each other and are no parallel prisms, because the kernel computes each of their points
+//!   exactly; and pairs of corners of inner bounds, because a body with many holes cuts one face into very many pieces
+//!   (`src/crossing_cutters.rs`, `src/face_counts.rs`). The kernel counts its own exact predicates and gives up by that
+//!   count, but not the many cheap ones, and it has no hook in their loops: therefore the estimate before it, and the process
+//!   around it.
+//! - Bodies of which nothing bounds the kernel's work (`src/bounded_items.rs`), and those whose cuts may be far more work
+//!   than they are estimated, are meshed where the caller says; programs give them to a process of their own
+//!   (`common/daemon/src/mesh_process.rs`), which is the program again. It answers batch by batch, so what ends it takes no
+//!   other's result with it: the batch is meshed again one by one, and what overflows its stack, takes 10 s of CPU time or 3
+//!   GiB there is drawn without its cuts, or, if it has none or fails again, is its bounding box (`src/kernel/request.rs`).
+//!   Six of them in a file, or 60 s of CPU time for costly cuts, and the others of their kind are not tried: a limit for
+//!   machines and files that the counts do not know.
+//!
+//! # Where
+//!
+//! - body: what the kernel gets in place of the file's records: `src/substitutes.rs`, `src/kernel/patch.rs`
+//! - body: which representation of a product it is: `src/representations.rs`
+//! - groups, zones, classifications of elements and spaces: `src/groups.rs`, `src/classifications.rs`, `src/memberships.rs`
+//! - tasks: what the file says: `src/schedule/tasks.rs`, `src/schedule/times.rs`, `src/schedule/calendars.rs`
+//! - units of a file: `src/units.rs`
 
 mod affine;
 mod assemble;

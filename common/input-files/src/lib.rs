@@ -4,6 +4,12 @@
 //! regular file, or the error says what it is instead.
 //!
 //! Errors are of [`std::io`], so that a file that is not there is told as ever; they do not name the path, which the caller has.
+//!
+//! # Guarantees
+//!
+//! - A pipe, a device or a folder is an error that says what it is: no daemon waits for a writer, and none fills the memory.
+//! - The limit of each kind of file is where the kind is: a model in `ingest`, a schedule file in `tasks`, an image in
+//!   `occupancy`.
 
 use rustix::fs::OFlags;
 use std::fs::{File, FileType, OpenOptions};

@@ -24,6 +24,21 @@
 //! that stands for nothing is refused when it is opened. Text is a [`Text`] into the archive's string
 //! section; a list of texts is a [`TextList`]. [`NONE`] in an index means "none". Lengths are metres in `f64`, or tenths of a millimetre in `map` in `i32`
 //! where the field's name ends in `_tenths`.
+//!
+//! # Guarantees
+//!
+//! - A view validates once: preamble, hash, bounds, coordinates, and every index inside. After that it reads in place and
+//!   does not panic. `Checked` keeps the memory of an archive that was validated, so that nothing hashes it again.
+//! - Whoever reads the grids of a site takes them as `MapGrids`, one view at a time: a conversion packs those of a large site
+//!   (`src/packed_grid.rs`), so that one storey at a time is dense in memory.
+//! - Archives that are each whole may still be of different sites: `check_site` of each view tells.
+//! - Archives are read in place; none is turned back into a model.
+//!
+//! # Where
+//!
+//! - door: the leaves that move beside a fixed one: `src/moving_leaves.rs`
+//! - grids: held packed, unpacked for a view: `src/packed_grid.rs`, `src/map_grids.rs`, `services/groundplan/src/maps.rs`
+//! - python: layouts of archives: `src/python_layouts.rs`
 
 mod alignment;
 mod alignment_evidence;

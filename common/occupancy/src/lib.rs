@@ -2,6 +2,10 @@
 //!
 //! Shared by the stages that compare a robot's map with the model. A map is row-major from its lower left corner; lengths
 //! are metres, angles radians.
+//!
+//! # Guarantees
+//!
+//! - Grey 205 is unknown, independent of the thresholds of the file.
 
 mod archive;
 mod cell_raster;

@@ -1,4 +1,8 @@
 //! Planning of waypoints: `site`, `schedule-state` and grids in, centres, scans, tours and the route graph out.
+//!
+//! # Guarantees
+//!
+//! - `waypoint-gen` gives way to all other processes: maps do not wait for waypoints.
 
 use std::process::ExitCode;
 use waypoint_gen::service::WaypointGen;

@@ -1,4 +1,41 @@
 //! The page that shows a site in browsers: of an output folder, or of the running daemons.
+//!
+//! # Guarantees
+//!
+//! - The page's documents are made of those that robots get (`src/documents`): `semantic.json` without what changes with the
+//!   date is `data/site.json`, what changes is `data/dates/KEY.json`, and when it does is `data/calendar.json`. Files and
+//!   daemons go through the same functions: `Source` (`src/source.rs`) is all that the server knows of either.
+//! - Whether a room is open to the robot is what the mission plan says; the page judges nothing itself. Live, the calendar
+//!   has the schedule's states alone, because there are mission plans of the present date only.
+//! - Maps are tiles of 512 pixels on one tile grid for all storeys (`src/tiles.rs`); a pixel of an upper level shows the
+//!   strongest of its cells, so that an obstacle of one cell is seen. Their addresses are hashes of all that they are made of
+//!   (`ContentName`): what does not change with the date is not sent again, and only what has such an address is kept by
+//!   browsers without a question.
+//! - Of an output folder every byte is what the manifest lists (`src/files/checked_folder.rs`): files are opened below the
+//!   open folder and never through a symbolic link, and their sha256 and date are compared before anything is made of them.
+//!   The documents are those of one moment (`Maps`); each request looks whether the manifests are still the same, and keys of
+//!   dates name them, so that a page never mixes two conversions.
+//! - Live, tiles are cut from the grids in shared memory when a browser asks for them; documents are made when a set of maps
+//!   belongs together, and handed on as server-sent events, the newest of each kind.
+//! - A request names a date, a storey or a hash, never a path; a manifest cannot lead out of its folder. On 127.0.0.1 only
+//!   names of the own machine are answered; elsewhere a token is asked for, of which only the sha256 is stored. Heads and
+//!   bodies of requests have their time, connections and viewers their number (`src/server/connections.rs`); one too many is
+//!   answered so.
+//! - An address that cannot be had is no reason to end: `src/live/listening.rs` tries again at every tick, and the heartbeat
+//!   has the reason. `src/live/watchdog.rs` tells viewers when the service itself does not look at its daemons. Everything is
+//!   read-only but the plan time and confirmations, with `allow_control` alone.
+//! - `page/` has the page's sources, `page/bundle` what `scripts/build_page` makes of them with Leaflet and three.js; it is
+//!   part of the program, and `SHA256SUMS` says which sources it is of. Nothing of it is made by `cargo build`, and nothing
+//!   is loaded from elsewhere.
+//! - `--export` writes the page with all its data as scripts, because a browser lets a page of `file://` read nothing else.
+//!
+//! # Where
+//!
+//! - page: documents of a site and of a date: `src/documents/site.rs`, `src/documents/date.rs`, `src/live/live_documents.rs`
+//! - page: events, control, who may look: `src/server/events.rs`, `src/server/control.rs`, `src/server/access.rs`,
+//!   `src/token.rs`
+//! - page: files of an output folder, checked: `src/files/checked_folder.rs`, `src/files/maps.rs`
+//! - page: findings: `src/documents/findings.rs`
 
 mod arguments;
 mod documents;

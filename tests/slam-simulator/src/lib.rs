@@ -5,6 +5,20 @@
 //! same seed gives the same bytes. [`write_logs`] leaves the map to a program for SLAM, which reads the scans with the odometry. Lengths are metres, angles radians, frames those of the maps.
 //!
 //! Only for tests and calibration: no product depends on it, and it knows no alignment, which is judged by its maps.
+//!
+//! # Guarantees
+//!
+//! - The building as it is comes first (`building`), then the robot in it (`robot`): a fine raster of what stops a beam is
+//!   all that both share.
+//! - `scanned_drive` is a drive with its scans; a map is made of them with the robot's own errors (`simulation`), or they are
+//!   written with a drifting odometry (`logs`), and a real SLAM program makes the map: `scripts/slam-maps`.
+//! - Every effect draws from a generator of its own, seeded by the pair: the number of threads changes nothing.
+//! - Uniqueness is decided by branch and bound over all rigid motions (`src/uniqueness.rs`), not by the search of
+//!   `alignment`.
+//! - `as_built` makes buildings whose elements are known by GlobalId from a converted model, with elements removed, displaced
+//!   or cut, and counts the beams that met each element or crossed its place: `scripts/bench-deviations` judges verdicts by
+//!   it.
+//! - `floor_plans` draws model maps of offices, homes and halls, so that tests and calibrations need no building models.
 
 mod as_built;
 mod building;

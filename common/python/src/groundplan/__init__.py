@@ -1,6 +1,7 @@
 """Reads the maps of running groundplan daemons in shared memory, in place.
 
 `Bus` joins the daemons, `Subscriber` reads a topic, `SiteReader` gives schedule state, index and grids that belong together.
+A view of shared memory keeps its sample: what a program looks at is neither given back nor written.
 """
 
 from .archive import Archive, Header, LayoutError

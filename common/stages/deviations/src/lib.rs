@@ -15,6 +15,32 @@
 //! With `apply = true` in `[align]` of the site's configuration, an element that the robot sees before its time is on the
 //! maps from then on. What seems absent stays on them until an operator confirms it; a confirmed element is off the maps
 //! until it is seen.
+//!
+//! # Guarantees
+//!
+//! - Glass, doors, what is hidden and what does not cross the lidar's plane is unseen.
+//! - A wall that is modelled as several leafs is seen as one: all of them are absent or displaced where its outer faces are.
+//!   A leaf that others hide is unseen while the wall stands.
+//! - A stretch of a wall that is seen through is an absent part of it, with its ends along the wall and in the map; the wall
+//!   stays on the maps. Openings of the model are none.
+//! - A surface before a wall whose place was not seen may be a row of furniture, and displaces nothing unless it is as long
+//!   as a wall.
+//! - A SLAM map that bends by more than 0.4 m is compared as its frame bends; below that drift around one pose, which is
+//!   calibrated, follows it.
+//! - A displacement is measured against the pose and against the distortion of the map around the element, which the other
+//!   elements foretell with a covariance.
+//! - The published pose stays rigid; `LocalTransform` carries places into a bent map beside it, and says where it knows no
+//!   better than the pose.
+//! - What seems absent opens no way until an operator confirms it.
+//!
+//! # Where
+//!
+//! - deviations: absent parts: `src/partial_absence.rs`
+//! - deviations: absent, displaced, unseen: `src/evidence.rs`, `src/displacement.rs`, `src/thresholds.rs`
+//! - deviations: distortion of a SLAM map: `src/distortion.rs`, `src/distortion_prior.rs`, `src/surface_pieces.rs`
+//! - deviations: obstacles that the model lacks: `src/obstacles.rs`
+//! - deviations: places carried into a bent SLAM map: `src/local_transform.rs`
+//! - deviations: walls of several leafs: `src/wall_bodies.rs`, `src/side_samples.rs`
 
 mod applied_observations;
 mod deviation_verdict;

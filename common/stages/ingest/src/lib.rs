@@ -15,6 +15,34 @@
 //!
 //! What cannot be meshed is replaced by its bounding box and reported. A file of which that is more than half is refused
 //! without [`IngestOptions::allow_boxes`].
+//!
+//! # Guarantees
+//!
+//! - A canopy has no map: a level needs a door, stair, ramp or step that leads to it, or a room.
+//! - Map storeys depend on the model alone, not on the robot: the storeys of the files from low to high, then levels split
+//!   off from them from low to high.
+//! - Floor is what is modelled as floor; the outline of a room is none. A room without a slab is assumed to have floor if its
+//!   storey has hardly any slabs, or if nothing lies below it (`src/assumed_rooms.rs`); a storey with neither slabs nor rooms
+//!   has what walls enclose, less what is open to a storey below. One warning names the rooms.
+//! - Lift shafts, risers and pits, known by their names or the lift in them (`src/shafts.rs`), are on no map storey. A model
+//!   without floor faces, spaces and walls has no floor (`no_floor`).
+//! - What replaces a body that could not be meshed may stop a robot, but never carry one: a bounding box is no floor.
+//! - Terrain that the model holds as an element is an obstacle where the ground rises into the slab; the shape of the site
+//!   itself is none.
+//! - Which elements touch a space is judged by boxes, on every site, because schedules also come from files that ingest does
+//!   not know: so a space is blocked too often rather than too rarely.
+//! - Measures of a stair that its body contradicts are replaced by those of the body, with a warning.
+//!
+//! # Where
+//!
+//! - door: openings that something else fills: `src/filled_openings.rs`
+//! - door: parts: `src/door_parts.rs`
+//! - door: width: `src/door_width.rs`
+//! - door: without a body: `src/bodiless_doors.rs`
+//! - frame of the map: `src/site_frame.rs`, `services/ifc-ingest/src/site_store.rs`, `services/ifc-ingest/src/service.rs`
+//! - opening of a wall in plan: `src/openings.rs`
+//! - space: elements that touch one without boundaries: `src/contacts.rs`
+//! - stair: which measures count: `src/stairs.rs`, `common/geometry/src/treads.rs`
 
 mod assumed_rooms;
 mod attributes;

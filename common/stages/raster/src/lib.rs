@@ -22,6 +22,38 @@
 //! If every storey would be blank, [`check_not_blank`] gives an error with what each storey lacks.
 //!
 //! `cargo run --example planning_map -- config/demo/demo.ifc planning.pgm` makes a planning map with the stages alone.
+//!
+//! # Guarantees
+//!
+//! - Origin and size of a grid come from site and resolution alone, not from robot or date.
+//! - What a cell is made from is a byte of cell flags: planning follows from the byte, keep-out and localization from the
+//!   bytes around it.
+//! - A storey before its first slab is all unknown and all keep-out (`no_floor_yet`).
+//! - What is not built yet is not there, work in progress is an obstacle and the floor under it, with a margin, is keep-out,
+//!   whether it stands on the floor or hangs above it; a space in which a task works is closed. A map says until when it
+//!   holds.
+//! - A gap narrower than 0.20 m between floor and wall is modelling: the lidar sees the wall across it. Only beside rooms
+//!   whose floor is assumed is it floor too, also between spaces and under doors, where no stair, ramp, lift or shaft comes
+//!   up; beside built floor it stays a drop-off.
+//! - An assumed floor ends where the floor of another map storey is built, up to a metre lower or in the robot's way.
+//! - A door is passable only if it hangs, and the robot can open it and fits through; leaves of one opening without a mullion
+//!   between them count together: two leaves of 0.5 m are a way of 0.9 m if the robot opens both.
+//! - A passable door joins two sides: cells without obstacle, with floor where its sides have floor, join them within its
+//!   outline (`layers/doorway_connection.rs`). Every door that is closed, or narrowed by the resolution, is in the report. A
+//!   door carries no robot: beside its passage it is free where floor is.
+//! - A wall that the opening of a door only touches is cut where the door's body stands in it; nothing else is cut that the
+//!   file does not cut.
+//! - Cells of a map storey where the floor of another one stands in the robot's way are keep-out, and have the colour of
+//!   another level on `semantic.png`.
+//! - A storey's outline is that of the complete model: what is not poured yet is a drop-off inside it.
+//! - An incremental redraw gives what a full draw gives; a property test (`common/stages/raster/tests/incremental.rs`) draws
+//!   sequences of states.
+//!
+//! # Where
+//!
+//! - floor: of a cell: `src/layers/floor.rs`
+//! - keep-out mask: which cells are under work: `src/incremental/storey_grid.rs`, `src/build/slicing.rs`
+//! - localization layer: `src/layers/localization.rs`
 
 mod build;
 mod error;

@@ -40,6 +40,37 @@
 //! ```
 //!
 //! Without a date every element stands and every space is open, with a warning if the model has a schedule.
+//!
+//! # Guarantees
+//!
+//! - The planned state follows the schedule alone; the effective state also reports and observations. Maps follow the
+//!   effective state.
+//! - Dates that a file writes come back as they are; those that it leaves open are computed as the planner's tool computes
+//!   them: `scripts/check_schedule_dates.py` compares them with MPXJ's schedulers of both products. The two differ where that
+//!   is known: an instant that a P6 relationship asks of a finish stands, and activities start together in the calendar of
+//!   their lag (`sequence_flags::PRIMAVERA`), latest dates go before dependencies in MS Project.
+//! - A level of effort spans what it is linked with, a WBS summary all tasks below its node, also under delays and in
+//!   probabilities; neither decides the dates of another task.
+//! - A task that is scheduled by hand is moved by its own delay alone; what it or a constraint does not keep is a diagnostic
+//!   with the task's name.
+//! - A task that cannot be used is a diagnostic and has no effect; only a date that can be read in two ways stops everything,
+//!   and shows both readings.
+//! - While the plan time moves, a schedule state is that of the last change instant: it is the same however often it is
+//!   evaluated.
+//! - Uncertain durations are simulated: thousands of forward passes with durations from triangular distributions, three-point
+//!   ones where the schedule has them (PERT: Malcolm et al., 1959; Monte Carlo over the network: Van Slyke, 1963). A draw
+//!   depends on seed, task and run alone (SplitMix64), so that results are the same with any number of threads.
+//! - Without spread the probabilities are 0 and 1, and those of the timeline.
+//! - Planning under uncertainty is a schedule state like any other, in which an element that may be there is in progress and
+//!   only one that stands almost surely is built: `raster` knows nothing of probabilities.
+//!
+//! # Where
+//!
+//! - calendars, working time: `src/working_time/mod.rs`
+//! - tasks: dates written, rolled up, computed, delayed; floats: `src/tasks/resolve.rs`, `src/tasks/delays.rs`,
+//!   `src/tasks/floats.rs`
+//! - tasks: targets, and the tasks of a change: `src/task_targets.rs`
+//! - tasks: that span others (level of effort, WBS summary): `src/tasks/span.rs`
 
 mod clock;
 mod closures;

@@ -6,6 +6,20 @@
 //! is scheduled here. No clock, no I/O.
 //!
 //! A target takes its links from the first that names it: the table, then the rules in their order.
+//!
+//! # Guarantees
+//!
+//! - The same plan gives the same maps, whichever file it is in (`Site::with_tasks`).
+//! - Linking is linear in tasks, targets and links: targets are indexed by the values that a task must have.
+//! - A link has its effect; the type of the task, by which models say it, does not count.
+//! - What is linked with nothing is reported, with the names of tasks.
+//! - Dates, durations and lags of a planner's file are typed from its reader to the schedule stage (`ScheduleDateRecord`);
+//!   only those of models are texts, which rules interpret.
+//!
+//! # Where
+//!
+//! - tasks: links with elements: `src/linking.rs`, `src/link_rules.rs`, `src/target_values.rs`, `src/link_table.rs`
+//! - tasks: of schedule files, their dates and calendars: `src/records.rs`, `src/task_dates.rs`, `src/calendar_records.rs`
 
 mod calendar_records;
 mod cells;

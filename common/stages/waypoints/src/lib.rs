@@ -30,6 +30,42 @@
 //!
 //! `scripts/check_waypoints.py OUT` proves the exported waypoints, their coverage and the route graph anew from the files
 //! alone; it shares no code with this crate.
+//!
+//! # Guarantees
+//!
+//! - Every waypoint lies in its space, is clear by the radius of the robot, and can be reached through the doors that are
+//!   passable on that date.
+//! - Coverage is the share of the faces that can be seen from anywhere the robot gets to. `mesh_check` adds what the scans
+//!   see of the meshes at all heights.
+//! - Stairs, ramps, lifts and steps between levels are edges of the site graph. A slab is a ramp where its sloped faces end
+//!   at the floor of a map storey at both ends; a roof ends at none.
+//! - Scans are to see structure, unless other classes are asked for, and no two are nearer than half a metre, unless a room's
+//!   share needs it. A scan that adds less than half a metre of wall is not made.
+//! - Places are tried for scans once a metre, on rays from faces that are seen from none of these, and every half metre
+//!   around the scans of a first plan. The cover is greedy, then a search with exchanges takes scans out, window by window,
+//!   so that effort grows with the floor.
+//! - Scans register in any order: each needs a share of its faces in common with those that are registered. A joining scan
+//!   names a scan that does not register without it.
+//! - A plan grows by the scan, or the pair of which one joins the other, that sees most of what is left and registers: this
+//!   order is the coverage curve, and a budget pays for its beginning, over all storeys. A plan with as many scans sees at
+//!   least what the curve says.
+//! - Walking distances are those over the borders of the regions nearest to each waypoint: one search over the cells for all
+//!   waypoints of a storey. Only the legs of the tour are searched one by one.
+//! - Lengths of tours are compared in whole millimetres, and searches are counted in steps: a plan is a function of its
+//!   input.
+//! - The plan of a storey is made from its grid, the spaces and doors in it, where the robot comes onto it, and the options.
+//!   It is kept while these are the same, and equals that of a fresh start.
+//!
+//! # Where
+//!
+//! - reachability, over storeys too: `src/reachability.rs`, `src/portals.rs`, `src/steps.rs`
+//! - scans: coverage curve, budgets: `src/scan_growth.rs`, `src/scan_budget.rs`
+//! - scans: target faces, what a scan sees: `src/target_face.rs`, `src/visible_faces.rs`, `src/mesh_visibility.rs`
+//! - scans: which are made: `src/scan_choice.rs`, `src/set_cover.rs`, `src/tabu_search.rs`, `src/scan_registration.rs`
+//! - stair: levels at which it begins and ends: `src/stair_ends.rs`
+//! - stair: way up, width, risers: `src/stair_traversal.rs`
+//! - start of a robot that is put nowhere: `src/floor_parts.rs`
+//! - tour: order of waypoints: `src/place_regions.rs`, `src/tour_distances.rs`, `src/tour.rs`
 
 mod input;
 mod options;
