@@ -1,12 +1,12 @@
 //! The robot's SLAM map: grids of ROS 2 in, the topic `slam-map` out.
 
 use bus::{Bus, Daemon, topics};
-use daemon::{Epochs, Failure, LatchedOutput, SiteConfig, chain};
+use daemon::{Epochs, Failure, LatchedOutput, NewSample, SiteConfig, chain};
 use messages::{ArchiveBuffer, Checked, InputHashes, SlamMap, SlamMapHead};
 use ros::msg::geometry_msgs::Quaternion;
 use ros::msg::nav_msgs::OccupancyGrid;
 use std::ops::Range;
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use tracing::{info, warn};
 
 /// A cell of which nothing is known.
@@ -174,10 +174,10 @@ impl SlamMapInput {
         if maps.is_last(&archive) {
             return maps.retry(epochs);
         }
-        let archive = Checked::new(archive)?;
+        let archive = Arc::new(Checked::new(archive)?);
         let (width, height) = (grid.info.width, grid.info.height);
         info!(service = "ros-bridge", width, height, frame = grid.header.frame_id, "SLAM map taken");
-        maps.publish(epochs, archive, 0, InputHashes::default())
+        maps.publish_for_good(epochs, NewSample { archive, frame_epoch: 0, inputs: InputHashes::default() })
     }
 }
 
