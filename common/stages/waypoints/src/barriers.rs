@@ -18,6 +18,17 @@ pub(crate) enum Obstacle {
     Space(usize),
     /// A stair, ramp, lift or step that the robot does not use, by element.
     Portal(PortalKind, usize),
+    /// Floor of a storey between two places, on which nothing stands and the robot cannot stand.
+    Floor(usize, [FloorEnd; 2]),
+}
+
+/// An end of floor on which the robot cannot stand.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum FloorEnd {
+    /// A part of the storey.
+    Part(u32),
+    /// A space that is closed by the schedule.
+    Space(usize),
 }
 
 /// Obstacles on the way to each part of a storey, that nearest to it first; empty for a part that is reached, and for one to
@@ -30,46 +41,112 @@ struct Link {
     obstacle: Option<Obstacle>,
 }
 
-/// Obstacles of all storeys. Nodes are the parts of all storeys, and the spaces that are closed by the schedule: these have no
-/// free space.
+/// Two places of a storey between which there is floor on which the robot cannot stand.
+pub(crate) struct FloorBetween {
+    pub(crate) storey: usize,
+    pub(crate) ends: [FloorEnd; 2],
+}
+
+/// A place from which obstacles are counted, or to which.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum BarrierNode {
+    /// A part of a storey.
+    Part(usize, u32),
+    /// A space that is closed by the schedule, which has no free space.
+    Space(usize),
+}
+
+/// The ways with the fewest obstacles from some places to all others.
+pub(crate) struct BarrierSearch {
+    /// Node of part 0 of each storey.
+    first_node: Vec<usize>,
+    /// Node of the first space.
+    first_space: usize,
+    came_from: Vec<Option<(usize, Option<Obstacle>)>>,
+    is_reached: Vec<bool>,
+}
+
+impl BarrierSearch {
+    /// From the places for which `is_source` is true. `between` are connections that neither doors nor portals make.
+    pub(crate) fn of(
+        input: &MissionPlanInput<'_>,
+        free_spaces: &[&FreeSpace],
+        portals: &[Portal],
+        between: &[FloorBetween],
+        is_source: impl Fn(BarrierNode) -> bool,
+    ) -> Self {
+        let mut first_node = Vec::with_capacity(free_spaces.len());
+        let mut first_space = 0;
+        for free_space in free_spaces {
+            first_node.push(first_space);
+            first_space += free_space.n_parts() as usize + 1;
+        }
+        let n_nodes = first_space + input.site.spaces.len();
+        let mut links = links(input, free_spaces, portals, &first_node, first_space);
+        links.extend(between.iter().map(|between| Link {
+            ends: between.ends.map(|end| match end {
+                FloorEnd::Part(part) => first_node[between.storey] + part as usize,
+                FloorEnd::Space(space) => first_space + space,
+            }),
+            obstacle: Some(Obstacle::Floor(between.storey, between.ends)),
+        }));
+        let place = |node: usize| match node.checked_sub(first_space) {
+            Some(space) => BarrierNode::Space(space),
+            None => {
+                let storey = first_node.partition_point(|first| *first <= node) - 1;
+                BarrierNode::Part(storey, (node - first_node[storey]) as u32)
+            }
+        };
+        let sources = (0..n_nodes).filter(|node| is_source(place(*node)));
+        let obstacle_in = |node: usize| node.checked_sub(first_space).map(Obstacle::Space);
+        let (came_from, is_reached) = cheapest(&links, n_nodes, sources, obstacle_in);
+        Self { first_node, first_space, came_from, is_reached }
+    }
+
+    fn node(&self, place: BarrierNode) -> usize {
+        match place {
+            BarrierNode::Part(storey, part) => self.first_node[storey] + part as usize,
+            BarrierNode::Space(space) => self.first_space + space,
+        }
+    }
+
+    /// True if there is a way to a place, with whatever obstacles.
+    pub(crate) fn leads_to(&self, place: BarrierNode) -> bool {
+        self.is_reached[self.node(place)]
+    }
+
+    /// The obstacles on the way to a place, that nearest to it first, without the place itself; none if there is no way.
+    pub(crate) fn obstacles_to(&self, place: BarrierNode) -> Vec<Obstacle> {
+        let mut node = self.node(place);
+        let mut obstacles = Vec::new();
+        while let Some((from, obstacle)) = self.came_from[node] {
+            obstacles.extend(obstacle);
+            node = from;
+            obstacles.extend(node.checked_sub(self.first_space).map(Obstacle::Space));
+        }
+        obstacles
+    }
+}
+
+/// Obstacles of all storeys.
 pub(crate) fn barriers(
     input: &MissionPlanInput<'_>,
     free_spaces: &[&FreeSpace],
     portals: &[Portal],
     reached: &Reachability,
 ) -> Vec<BarriersOfParts> {
-    let mut first_node = Vec::with_capacity(free_spaces.len() + 1);
-    let mut n_nodes = 0;
-    for free_space in free_spaces {
-        first_node.push(n_nodes);
-        n_nodes += free_space.n_parts() as usize + 1;
-    }
-    let first_space = n_nodes;
-    let links = links(input, free_spaces, portals, &first_node, first_space);
-    let is_source = |node: &usize| {
-        let storey = first_node.partition_point(|first| first <= node) - 1;
-        reached.parts[storey][node - first_node[storey]]
+    let is_source = |place: BarrierNode| match place {
+        BarrierNode::Part(storey, part) => reached.parts[storey][part as usize],
+        BarrierNode::Space(_) => false,
     };
-    let came_from =
-        cheapest(&links, first_space + input.site.spaces.len(), (0..first_space).filter(is_source), |node| {
-            node.checked_sub(first_space).map(Obstacle::Space)
-        });
-    let obstacles_to = |mut node: usize| {
-        let mut obstacles = Vec::new();
-        while let Some((from, obstacle)) = came_from[node] {
-            obstacles.extend(obstacle);
-            node = from;
-            obstacles.extend(node.checked_sub(first_space).map(Obstacle::Space));
-        }
-        obstacles
-    };
+    let search = BarrierSearch::of(input, free_spaces, portals, &[], is_source);
     let of_storey = |(storey, free_space): (usize, &&FreeSpace)| {
-        (0..=free_space.n_parts() as usize).map(|part| obstacles_to(first_node[storey] + part)).collect()
+        (0..=free_space.n_parts()).map(|part| search.obstacles_to(BarrierNode::Part(storey, part))).collect()
     };
     free_spaces.iter().enumerate().map(of_storey).collect()
 }
 
-/// Closed doors and unusable portals between parts, and doors of spaces that are closed by the schedule.
+/// Closed doors and portals between parts, and doors of spaces that are closed by the schedule.
 fn links(
     input: &MissionPlanInput<'_>,
     free_spaces: &[&FreeSpace],
@@ -101,21 +178,22 @@ fn links(
             }
         });
     }
-    links.extend(portals.iter().filter(|portal| !portal.usable).map(|portal| Link {
+    // Behind a closed door a portal that the robot uses leads on.
+    links.extend(portals.iter().map(|portal| Link {
         ends: portal.ends.map(|end| first_node[end.storey] + end.part as usize),
-        obstacle: Some(Obstacle::Portal(portal.kind, portal.element)),
+        obstacle: (!portal.usable).then_some(Obstacle::Portal(portal.kind, portal.element)),
     }));
     links
 }
 
 /// Of each node where the way to it with the fewest obstacles comes from, and what closes its last link; `None` for the
-/// sources and for nodes that no way leads to. Of equal ways the one over lower nodes.
+/// sources and for nodes that no way leads to. And which nodes are sources, or have a way. Of equal ways the one over lower nodes.
 fn cheapest(
     links: &[Link],
     n_nodes: usize,
     sources: impl Iterator<Item = usize>,
     obstacle_in: impl Fn(usize) -> Option<Obstacle>,
-) -> Vec<Option<(usize, Option<Obstacle>)>> {
+) -> (Vec<Option<(usize, Option<Obstacle>)>>, Vec<bool>) {
     let mut links_of = vec![Vec::new(); n_nodes];
     for (k, link) in links.iter().enumerate() {
         link.ends.iter().for_each(|&end| links_of[end].push(k));
@@ -134,7 +212,7 @@ fn cheapest(
         for &k in &links_of[node] {
             let Link { ends: [a, b], obstacle } = links[k];
             let next = if a == node { b } else { a };
-            let total = so_far + u32::from(obstacle.is_some()) + u32::from(obstacle_in(next).is_some());
+            let total = so_far + obstacle.map_or(0, weight) + u32::from(obstacle_in(next).is_some());
             if total < cost[next] {
                 cost[next] = total;
                 came_from[next] = Some((node, obstacle));
@@ -142,12 +220,22 @@ fn cheapest(
             }
         }
     }
-    came_from
+    let is_reached = cost.into_iter().map(|cost| cost != u32::MAX).collect();
+    (came_from, is_reached)
+}
+
+/// What can be named as one thing counts as one obstacle; floor on which the robot cannot stand may have several causes.
+fn weight(obstacle: Obstacle) -> u32 {
+    if matches!(obstacle, Obstacle::Floor(..)) { 3 } else { 1 }
 }
 
 /// A portal that the robot does not use, in words.
-pub(crate) fn portal_text(site: &Site<'_>, kind: PortalKind, element: usize) -> String {
-    let id = site.text(site.elements[element].global_id);
+pub fn portal_text(site: &Site<'_>, kind: PortalKind, element: usize) -> String {
+    // Floor that no element carries has none.
+    let Some(element) = site.elements.get(element) else {
+        return "a step on the way is too high for this robot".to_owned();
+    };
+    let id = site.text(element.global_id);
     match kind {
         PortalKind::Stair => format!("this robot does not climb the stair {id}"),
         PortalKind::Ramp { .. } => format!("the ramp {id} is too steep for this robot"),

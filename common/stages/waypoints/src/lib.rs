@@ -28,6 +28,12 @@
 //! - A tour over them, and a route graph: spaces, doors and junctions along the middle of the floor, staging poses before
 //!   stairs, lifts and steps between levels; stairs as a line over their treads and landings.
 //!
+//! # Ways
+//!
+//! [`WayFinder`] finds the shortest way from a room or point to another, over storeys, on the cells on which this robot can
+//! stand and through the portals of a mission plan; or what is in the way: closed doors, closed rooms, portals that are not
+//! built or not for this robot, floor that is keep-out or too narrow.
+//!
 //! `scripts/check_waypoints.py OUT` proves the exported waypoints, their coverage and the route graph anew from the files
 //! alone; it shares no code with this crate.
 //!
@@ -113,6 +119,9 @@ mod steps;
 mod storey_planner;
 mod tour_stops;
 
+mod ways;
+
+pub use barriers::portal_text;
 pub use input::MissionPlanInput;
 pub use mission_planner::{MissionPlanner, StoreyInstance};
 pub use name_check::{UnknownName, check_names};
@@ -120,3 +129,4 @@ pub use options::{MissionPlanOptions, OptionsError, Start};
 pub use set_cover::cover;
 pub use set_cover_instance::SetCoverInstance;
 pub use start_pose::check_start;
+pub use ways::{FloorLeg, NoPlace, NoWay, PortalLeg, Way, WayEnd, WayFinder, WayLeg, WayObstacle};

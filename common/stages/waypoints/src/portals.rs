@@ -45,9 +45,23 @@ pub(crate) fn portals(
     options: &MissionPlanOptions,
     free_spaces: &[&FreeSpace],
 ) -> Vec<Portal> {
+    let is_built = |element: usize| schedule_state.effective(element) == ElementState::Built;
+    let mut portals = element_portals(site, is_built, robot, options, free_spaces);
+    portals.extend(sloped_slabs(site, schedule_state, robot, free_spaces));
+    portals
+}
+
+/// The portals that stairs, ramps and lifts make, of those elements for which `is_there` is true.
+pub(crate) fn element_portals(
+    site: &Site<'_>,
+    is_there: impl Fn(usize) -> bool,
+    robot: &RobotProfile,
+    options: &MissionPlanOptions,
+    free_spaces: &[&FreeSpace],
+) -> Vec<Portal> {
     let mut wholes: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
     for (index, element) in site.elements.iter().enumerate().filter(|(_, e)| e.has(element_flags::VERTICAL)) {
-        if element.n_parts > 0 && schedule_state.effective(index) == ElementState::Built {
+        if element.n_parts > 0 && is_there(index) {
             wholes.entry(whole_of(site, index)).or_default().push(index);
         }
     }
@@ -79,8 +93,30 @@ pub(crate) fn portals(
             below = Some(here);
         }
     }
-    portals.extend(sloped_slabs(site, schedule_state, robot, free_spaces));
     portals
+}
+
+/// Stairs, ramps and lifts that reach from the floor of a map storey to that of another one, whether or not a robot can stand
+/// before them; only of elements for which `is_there` is true.
+pub(crate) fn between_storeys(
+    site: &Site<'_>,
+    is_there: impl Fn(usize) -> bool,
+    map_storeys: [u32; 2],
+) -> Vec<(EdgeKind, usize)> {
+    let mut floors = map_storeys.map(|storey| i64::from(site.map_storeys[storey as usize].floor_z_tenths));
+    floors.sort_unstable();
+    let mut heights: BTreeMap<usize, (EdgeKind, [i64; 2])> = BTreeMap::new();
+    for (index, element) in site.elements.iter().enumerate().filter(|(_, e)| e.has(element_flags::VERTICAL)) {
+        let whole = whole_of(site, index);
+        let Some(kind) = kind_of(site, whole).or_else(|| kind_of(site, index)) else { continue };
+        if element.n_parts > 0 && is_there(index) {
+            let [low, high] = [element.min_tenths[2], element.max_tenths[2]].map(i64::from);
+            let (_, heights) = heights.entry(whole).or_insert((kind, [low, high]));
+            *heights = [heights[0].min(low), heights[1].max(high)];
+        }
+    }
+    let joins = |[low, high]: [i64; 2]| low <= floors[0] + LEVEL_TENTHS && floors[1] - LEVEL_TENTHS <= high;
+    heights.into_iter().filter(|(_, (_, heights))| joins(*heights)).map(|(whole, (kind, _))| (kind, whole)).collect()
 }
 
 /// The outermost stair, ramp or lift of which an element is a part.

@@ -88,7 +88,7 @@ pub(crate) fn graph(storey: &StoreyInputs<'_>, path_grid: &PathGrid, anchors: Ve
 }
 
 /// True for leaves of one opening that count together as one doorway.
-fn is_same_doorway(a: &DoorPassageRecord, b: &DoorPassageRecord) -> bool {
+pub(crate) fn is_same_doorway(a: &DoorPassageRecord, b: &DoorPassageRecord) -> bool {
     // The axes may have opposite directions, so that sums differ in their last digits.
     let near = |a: [f64; 2], b: [f64; 2]| (0..2).all(|k| (a[k] - b[k]).abs() < 1.0);
     is_open(a) && is_open(b) && near(a.way.centre, b.way.centre) && near(a.way.half, b.way.half)

@@ -5,7 +5,6 @@ use crate::free_space::FreeSpace;
 use crate::options::MissionPlanOptions;
 use crate::spaces::{Refusal, behind, closed_door};
 use frames::{Map, Point2, TENTHS_PER_M, metres};
-use geometry::MultiPolygon;
 use grid::LineOfSight;
 use messages::{DoorPassageRecord, Grid, NoWaypoint, RobotProfile, ScheduleState, Site};
 use std::collections::BTreeSet;
@@ -50,19 +49,25 @@ impl StoreyInputs<'_> {
         polygon.contains(at.coordinates_m().map(|c| c * f64::from(TENTHS_PER_M))).then_some(space)
     }
 
-    /// True if the robot can stand at a point: clear by its radius, not keep-out, and the cell or one beside it is
-    /// reachable; a point between the middles of cells may be clear although the middle of its own cell is not.
+    /// True if the robot can stand at a point of a reachable part.
     fn can_stand(&self, p: Point2<Map>) -> bool {
-        let spec = &self.free_space.spec;
-        let Some(cell) = spec.cell_at(p) else { return false };
-        if self.grid.is_keepout(spec.index(cell)) || self.free_space.clearance_m(p) < self.robot.radius_m {
-            return false;
-        }
-        let around = |at: u32, n: u32| at.saturating_sub(1)..(at + 2).min(n);
-        around(cell.row, spec.height).any(|row| {
-            around(cell.column, spec.width).any(|column| self.is_reached(spec.index(grid::Cell { column, row })))
-        })
+        cells_at(self.grid, self.free_space, self.robot, p).into_iter().any(|cell| self.is_reached(cell))
     }
+}
+
+/// The cells of the free space from which the robot gets to a point at which it can stand, clear by its radius and not keep-out: its
+/// own cell and those beside it, because a point between the middles of cells may be clear although the middle of its own cell is
+/// not.
+pub(crate) fn cells_at(grid: &Grid<'_>, free_space: &FreeSpace, robot: &RobotProfile, p: Point2<Map>) -> Vec<usize> {
+    let spec = &free_space.spec;
+    let Some(cell) = spec.cell_at(p) else { return Vec::new() };
+    if grid.is_keepout(spec.index(cell)) || free_space.clearance_m(p) < robot.radius_m {
+        return Vec::new();
+    }
+    let around = |at: u32, n: u32| at.saturating_sub(1)..(at + 2).min(n);
+    let (rows, columns) = (around(cell.row, spec.height), around(cell.column, spec.width));
+    let cells = rows.flat_map(|row| columns.clone().map(move |column| spec.index(grid::Cell { column, row })));
+    cells.filter(|cell| free_space.part(*cell) != 0).collect()
 }
 
 /// Height of the sensor over the floor; half the height of the space for flying robots.
@@ -126,21 +131,34 @@ pub(crate) fn centre_of(storey: &StoreyInputs<'_>, cells: &SpaceCells, space: us
     if let Some(cell) = nearest {
         return Ok(SpaceCentre { at: free_space.middle(cell), clearance_m: free_space.clearance_of(cell) });
     }
-    let has = |fits: &dyn Fn(usize) -> bool| cells().any(fits);
-    Err(if has(&|i| free_space.part(i) != 0 && inside(free_space.middle(i))) {
+    Err(if cells().any(|i| free_space.part(i) != 0 && inside(free_space.middle(i))) {
         not_reached(storey, cells().filter(|&i| inside(free_space.middle(i))), space)
-    } else if has(&|i| grid.planning[i] == 0 && !grid.is_keepout(i)) {
+    } else {
+        no_place(site, grid, robot, space, cells)
+    })
+}
+
+/// Why the robot cannot stand anywhere in a space of these cells, none of which is in the free space.
+pub(crate) fn no_place<C: Iterator<Item = usize>>(
+    site: &Site<'_>,
+    grid: &Grid<'_>,
+    robot: &RobotProfile,
+    space: usize,
+    cells: impl Fn() -> C,
+) -> Refusal {
+    let has = |fits: &dyn Fn(usize) -> bool| cells().any(fits);
+    if has(&|i| grid.planning[i] == 0 && !grid.is_keepout(i)) {
         Refusal::new(NoWaypoint::TooNarrow, format!("it has no free place of {} m around", robot.radius_m))
     } else if has(&|i| grid.planning[i] == 0) {
         Refusal::new(NoWaypoint::Keepout, "all of it is keep-out")
     } else if has(&|i| grid.floor[i] != 0) {
         Refusal::new(NoWaypoint::TooNarrow, "what stands in it leaves no free place")
-    } else if let Some(other) = other_space_over(storey, &polygon, space) {
+    } else if let Some(other) = other_space_over(site, grid, space) {
         let id = site.text(site.spaces[other].global_id);
         Refusal::new(NoWaypoint::Shared, format!("its floor is that of the space {id}, which lies over it"))
     } else {
         Refusal::new(NoWaypoint::NoFloor, "it has no floor at the level of its map storey")
-    })
+    }
 }
 
 /// Why no way leads to the parts of a space: what keeps the robot from that with the fewest obstacles.
@@ -156,8 +174,8 @@ fn not_reached(storey: &StoreyInputs<'_>, cells: impl Iterator<Item = usize>, sp
 }
 
 /// Another space that owns cells inside the polygon of this one: each cell belongs to one space only.
-fn other_space_over(storey: &StoreyInputs<'_>, polygon: &MultiPolygon, space: usize) -> Option<usize> {
-    let (grid, spec) = (storey.grid, &storey.free_space.spec);
+fn other_space_over(site: &Site<'_>, grid: &Grid<'_>, space: usize) -> Option<usize> {
+    let (polygon, spec) = (site.floor_polygon(&site.spaces[space]), grid.spec());
     let bounds = polygon.bounds()?;
     // The polygon and the grid are in the same units; casts to a cell outside of the grid end at its border.
     let range = |k: usize, n: u32| {

@@ -88,6 +88,7 @@ pub(crate) fn behind(
             format!("the room {} on the way is blocked: {why}", site.text(site.spaces[*other].global_id))
         }
         Obstacle::Portal(kind, element) => portal_text(site, *kind, *element),
+        Obstacle::Floor(..) => "the floor on the way is keep-out, or narrower than the robot".to_owned(),
     };
     let reason = obstacles.iter().map(text).collect::<Vec<_>>().join("; ");
     let door = obstacles.iter().find_map(|obstacle| match obstacle {

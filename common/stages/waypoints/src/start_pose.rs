@@ -62,6 +62,11 @@ pub fn check_start(input: &MissionPlanInput<'_>, start: Start) -> Result<bool, S
 
 /// Text with the reason why the robot cannot stand at a start on an existing storey, and the nearest possible start.
 pub(crate) fn why_blocked(site: &Site<'_>, grid: &Grid<'_>, free_space: &FreeSpace, start: Start) -> String {
+    format!("[tour] start: {}", place_blocked(site, grid, free_space, start))
+}
+
+/// The same of a place that is no start of a tour.
+pub(crate) fn place_blocked(site: &Site<'_>, grid: &Grid<'_>, free_space: &FreeSpace, start: Start) -> String {
     let p = Point2::<Map>::new(start.x_m, start.y_m);
     let why = match free_space.spec.cell_at(p).map(|cell| free_space.spec.index(cell)) {
         None => "it lies outside of the map",
@@ -79,9 +84,7 @@ pub(crate) fn why_blocked(site: &Site<'_>, grid: &Grid<'_>, free_space: &FreeSpa
     });
     let Start { storey, x_m, y_m } = start;
     let name = site.text(site.map_storeys[storey as usize].name);
-    format!(
-        "[tour] start: the robot cannot stand at x {x_m} m, y {y_m} m on storey {storey} {name:?}: {why}; {instead}"
-    )
+    format!("the robot cannot stand at x {x_m} m, y {y_m} m on storey {storey} {name:?}: {why}; {instead}")
 }
 
 /// Name and long name of a space, else its GlobalId.

@@ -63,7 +63,7 @@ struct Builder<'a> {
     house: &'a House,
     names: &'a [char],
     site: SiteBuilder,
-    /// Elements of the walls that are digits.
+    /// Elements of the walls that are digits, and of the ways up.
     walls: Vec<(char, usize)>,
 }
 
@@ -192,6 +192,7 @@ impl Builder<'_> {
         let (Some((_, lowest)), Some((_, highest))) = (shown.first().cloned(), shown.last().cloned()) else { return };
         let class = if character == 'S' { Class::Stair } else { Class::Other };
         let element = self.add_element(&format!("{kind}-{character}"), class);
+        self.walls.push((character, element));
         let supertypes = self.site.texts.add_list([kind]);
         let [kind, predefined] = [kind, predefined].map(|text| self.site.texts.add(text));
         let record = &mut self.site.elements[element];

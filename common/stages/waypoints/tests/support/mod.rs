@@ -43,7 +43,7 @@ pub(crate) struct House {
     pub(crate) robot: RobotProfile,
     /// Side of a cell in tenths of a millimetre; divides that of a character.
     pub(crate) cell_tenths: i32,
-    /// Walls, by their digits, that are not there.
+    /// Walls, by their digits, and ways up, by their letters, that are not there.
     pub(crate) absent: BTreeSet<char>,
     /// When walls, by their digits, were finished, in civil seconds.
     pub(crate) finished: BTreeMap<char, i64>,
