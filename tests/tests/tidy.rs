@@ -40,6 +40,7 @@ const ALLOWED: [(&str, &[&str]); 32] = [
     ("waypoints", &["diagnostics", "frames", "geometry", "grid", "messages"]),
     ("alignment", &["diagnostics", "frames", "geometry", "grid", "messages", "occupancy", "raster"]),
     ("deviations", &["frames", "geometry", "grid", "messages", "occupancy"]),
+    ("answers", &["export", "frames", "messages", "schedule", "waypoints"]),
     ("ifc-ingest", &["bus", "daemon", "export", "ingest", "messages", "schedule"]),
     ("schedule-eval", &["bus", "daemon", "diagnostics", "frames", "messages", "schedule", "tasks"]),
     ("rasterize", &["bus", "daemon", "grid", "messages", "raster"]),
@@ -53,6 +54,7 @@ const ALLOWED: [(&str, &[&str]); 32] = [
         "groundplan",
         &[
             "alignment",
+            "answers",
             "bus",
             "daemon",
             "deviations",
@@ -191,8 +193,9 @@ fn no_package_but_the_simulator_of_a_site_depends_on_a_service() {
 }
 
 #[test]
-fn stages_know_neither_bus_nor_files_nor_clocks() {
-    for folder in crates().into_iter().filter(|path| path.parent().unwrap().ends_with("stages")) {
+fn stages_and_answers_know_neither_bus_nor_files_nor_clocks() {
+    let is_pure = |path: &PathBuf| path.parent().unwrap().ends_with("stages") || path.ends_with("answers");
+    for folder in crates().into_iter().filter(is_pure) {
         let (name, manifest) = (name_of(&folder), manifest(&folder));
         for dependency in all_dependencies(&manifest) {
             assert!(!NOT_FOR_STAGES.contains(&dependency.as_str()), "{name} must not depend on {dependency}");

@@ -1,9 +1,9 @@
 //! The command line: all commands. Arguments, help and work of each are in its own file.
 
 use crate::commands::{
-    actuals, align, changes, completions, confirm, convert, date, deviations, doctor, down, export, keeper, link, load,
-    log, man, metrics, monitor, record, relay, robot, slam_map, states, status, tasks, topic, undo, up, view,
-    waypoints,
+    actuals, align, changes, completions, confirm, convert, date, deviations, doctor, door, down, export, keeper, link,
+    load, log, man, metrics, monitor, record, relay, robot, room, slam_map, states, status, tasks, topic, undo, up,
+    view, way, waypoints,
 };
 use crate::failure::Failure;
 use crate::run::{Outcome, Run};
@@ -31,6 +31,12 @@ pub enum Command {
     Changes(changes::Args),
     /// List the tasks of the schedule: when they are, what they act on, what is wrong with them
     Tasks(tasks::Args),
+    /// Find the way of this robot from a room or point to another, over storeys, or what is missing
+    Way(way::Args),
+    /// Show where a room is, whether this robot may enter it and when that changes, its doors, scans and tasks
+    Room(room::Args),
+    /// Show where a door is, whether this robot can pass it and when that changes
+    Door(door::Args),
     /// Show which elements a planner's schedule works on, and what of both fits nothing; write the table that completes it
     Link(link::Args),
     /// Find the pose of a robot's SLAM map in the model's: of files, or of the map that the running daemon follows
@@ -110,6 +116,9 @@ impl Command {
             Self::States(arguments) => arguments,
             Self::Changes(arguments) => arguments,
             Self::Tasks(arguments) => arguments,
+            Self::Way(arguments) => arguments,
+            Self::Room(arguments) => arguments,
+            Self::Door(arguments) => arguments,
             Self::Link(arguments) => arguments,
             Self::Align(arguments) => arguments,
             Self::Up(arguments) => arguments,

@@ -35,6 +35,7 @@ mod maps;
 mod monitor;
 mod progress_line;
 mod progress_record;
+mod question;
 mod recording;
 mod revision_report;
 #[cfg(test)]

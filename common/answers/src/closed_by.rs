@@ -1,0 +1,48 @@
+//! Why a room is closed by the schedule.
+
+use crate::named::{TaskRef, date_text};
+use crate::situation::Situation;
+use schemars::JsonSchema;
+use serde::Serialize;
+
+/// A reason why a room is closed.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
+pub struct ClosedBy {
+    /// `task`, `before_room_date`, `no_room_date`, or what the rules say, e.g. `private`.
+    pub code: String,
+    /// The task that works in it; null if it is none.
+    pub task: Option<TaskRef>,
+    /// When that task is finished; null if it is none, or not known.
+    pub until: Option<String>,
+}
+
+impl ClosedBy {
+    /// Of a reason as schedule states have it: `task:GlobalId`, or a word.
+    pub(crate) fn of(situation: &Situation<'_>, why: &str) -> Self {
+        let Some(id) = why.strip_prefix("task:") else {
+            return Self { code: why.to_owned(), task: None, until: None };
+        };
+        let found = situation.task_called(id);
+        let dates = situation.timeline.zip(found).and_then(|(timeline, task)| timeline.task(task));
+        let unnamed = || TaskRef { global_id: id.to_owned(), identification: None, name: None };
+        Self {
+            code: "task".to_owned(),
+            task: Some(found.map_or_else(unnamed, |task| TaskRef::of(situation.site, task))),
+            until: dates.map(|dates| date_text(dates.finish_s)),
+        }
+    }
+
+    /// Why a space is closed at the plan time; none if it is open.
+    pub(crate) fn all_of(situation: &Situation<'_>, space: usize) -> Vec<Self> {
+        situation.schedule_state.why(space).map(|why| Self::of(situation, why)).collect()
+    }
+
+    /// For people.
+    pub(crate) fn text(&self) -> String {
+        match (&self.task, &self.until) {
+            (Some(task), Some(until)) => format!("task {:?} works in it until {until}", task.label()),
+            (Some(task), None) => format!("task {:?} works in it", task.label()),
+            (None, _) => self.code.replace('_', " "),
+        }
+    }
+}

@@ -1,0 +1,42 @@
+//! Questions about a site, and one typed answer to each: for the client, the page and services.
+//!
+//! An answer is a function of archives that belong together ([`Situation`]) and of [`Circumstances`], which the caller takes from
+//! the bus, or says of files: epochs, plan time, whether the maps may be used. No bus, no files, no processes, no clock. An answer
+//! is serialized as a JSON document whose schema is made of its types, and has a text for people.
+//!
+//! | question | answer |
+//! |---|---|
+//! | how does this robot get from a room or point to another, over storeys, or what is missing | [`way()`], [`WayAnswer`] |
+//! | where is a room, may this robot enter it, when does that change, what is in it | [`room()`], [`RoomAnswer`] |
+//! | where is a door, can this robot pass it, when does that change | [`door()`], [`DoorAnswer`] |
+//!
+//! Rooms, doors and points are named as people name them ([`find_room`], [`find_door`], [`find_place`]); what is not found is an
+//! error with the nearest names.
+//!
+//! Plan times are civil date-times of the site, lengths metres, coordinates those of `map`; keys of measures end with their unit,
+//! and what there is not is null. What was not looked at is null, too, with the reason beside it: nothing is said that was not
+//! checked.
+
+mod circumstances;
+mod closed_by;
+mod door;
+mod door_text;
+mod find;
+mod later;
+mod missing;
+mod named;
+mod room;
+mod room_text;
+mod situation;
+mod way;
+mod way_text;
+
+pub use circumstances::{AnswerBasis, Circumstances, Epochs, MapUse};
+pub use door::{DoorAnswer, DoorReason, RoomBeside, door, is_passable, passage_of};
+pub use find::{FindError, FoundPlace, find_door, find_place, find_room};
+pub use later::Later;
+pub use missing::Missing;
+pub use named::{ElementRef, Finding, RoomRef, StoreyRef, TaskRef, date_text, optional_date_text};
+pub use room::{ClosedBy, DoorOfRoom, RoomAnswer, RoomPeriod, ScanOfRoom, TaskInRoom, may_enter, room};
+pub use situation::Situation;
+pub use way::{DoorOnWay, PlaceAnswer, WayAnswer, WayLegAnswer, way, way_exists};

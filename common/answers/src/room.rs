@@ -1,0 +1,242 @@
+//! Where a room is, whether this robot may enter it, when that changes, and what is in it.
+
+use crate::circumstances::Circumstances;
+use crate::door::is_passable;
+use crate::later::Later;
+use crate::named::{ElementRef, Finding, RoomRef, StoreyRef, TaskRef, date_text, findings_about, optional_date_text};
+use crate::situation::Situation;
+use export::rounded;
+use frames::metres;
+use messages::{DoorPassageRecord, MissionPlan, NONE, SpaceAccess, SpaceState, WaypointKind};
+use schedule::{Period, Timeline};
+use schemars::JsonSchema;
+use serde::Serialize;
+
+pub use crate::closed_by::ClosedBy;
+
+/// A room.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct RoomAnswer {
+    /// What the answer is made of.
+    pub circumstances: Circumstances,
+    /// The room.
+    pub room: RoomRef,
+    /// The map storey of its floor; null if it is on none.
+    pub storey: Option<StoreyRef>,
+    /// Area centroid of its floor, in `map`.
+    pub centroid_m: [f64; 2],
+    /// Height of its floor in `map`.
+    pub floor_z_m: f64,
+    /// Area of its floor.
+    pub area_m2: f64,
+    /// True if the schedule has it open and this robot gets there; null where nobody looked for a way: see `why_not`.
+    pub may_enter: Option<bool>,
+    /// Why it may not be entered, or why nobody looked; null if it may.
+    pub why_not: Option<String>,
+    /// `open` or `blocked`, by the schedule.
+    pub state: &'static str,
+    /// Why it is blocked; none if it is open.
+    pub closed_by: Vec<ClosedBy>,
+    /// `reached`, `no_way` or `closed`, as the mission plan says; null where nobody looked.
+    pub access: Option<&'static str>,
+    /// GlobalId of the closed door before it; null if none is.
+    pub closed_door: Option<String>,
+    /// Its states by the schedule, from the first to the last; null where the rules of the schedule are not known.
+    pub periods: Option<Vec<RoomPeriod>>,
+    /// When `may_enter` is the opposite; null where that was not asked.
+    pub changes: Option<Later>,
+    /// Doors of it.
+    pub doors: Vec<DoorOfRoom>,
+    /// Scans in it, in the order of the tour.
+    pub scans: Vec<ScanOfRoom>,
+    /// Tasks that close it or are linked with it, by start; null where the rules of the schedule are not known.
+    pub tasks: Option<Vec<TaskInRoom>>,
+    /// Warnings and errors about it.
+    pub findings: Vec<Finding>,
+}
+
+/// A state of a room by the schedule.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
+pub struct RoomPeriod {
+    /// When it begins; null for the first.
+    pub from: Option<String>,
+    /// When it ends, exclusive; null for the last.
+    pub until: Option<String>,
+    /// `open` or `blocked`.
+    pub state: &'static str,
+    /// Why it is blocked at the beginning of the period.
+    pub closed_by: Vec<ClosedBy>,
+}
+
+/// A door of a room.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
+pub struct DoorOfRoom {
+    /// The door.
+    #[serde(flatten)]
+    pub element: ElementRef,
+    /// True if this robot can pass it; null if it does not hang, or is on no map.
+    pub can_pass: Option<bool>,
+    /// `passable`, `absent`, or the first reason why it is closed; null if it is on no map.
+    pub passage: Option<&'static str>,
+    /// The room on its other side; null if there is none.
+    pub leads_to: Option<RoomRef>,
+}
+
+/// A scan in a room.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct ScanOfRoom {
+    /// Number of the waypoint in the mission plan.
+    pub id: u32,
+    /// Position in `map`, on the floor.
+    pub at_m: [f64; 3],
+    /// Heading in `map`.
+    pub yaw_rad: f64,
+}
+
+/// A task that works in a room, or on a door.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
+pub struct TaskInRoom {
+    /// The task.
+    #[serde(flatten)]
+    pub task: TaskRef,
+    /// Start; null if it has no dates that can be used.
+    pub start: Option<String>,
+    /// Finish, exclusive.
+    pub finish: Option<String>,
+}
+
+/// The answer for a space of the site; when `may_enter` changes is for the caller to find out ([`may_enter`] at later times).
+pub fn room(situation: &Situation<'_>, space: usize) -> RoomAnswer {
+    let Situation { site, schedule_state, mission_plan, circumstances, .. } = *situation;
+    let record = &site.spaces[space];
+    let planned = &mission_plan.spaces[space];
+    let closed_by = ClosedBy::all_of(situation, space);
+    let may_enter = may_enter(mission_plan, space);
+    let words = || closed_by.iter().map(ClosedBy::text).collect::<Vec<_>>().join("; ");
+    let why_not = match planned.access.get() {
+        SpaceAccess::Reached => None,
+        SpaceAccess::Closed => Some(format!("it is closed by the schedule: {}", words())),
+        SpaceAccess::NoWay => Some(mission_plan.access_reason(space).to_owned()),
+        SpaceAccess::NotJudged => Some(format!("no way was looked for: {}", not_judged(mission_plan, space))),
+    };
+    let closed_door = (planned.door != NONE).then(|| {
+        let element = site.doors[planned.door as usize].element;
+        site.text(site.elements[element as usize].global_id).to_owned()
+    });
+    RoomAnswer {
+        circumstances: circumstances.clone(),
+        room: RoomRef::of(site, space),
+        storey: StoreyRef::of(site, record.map_storey),
+        centroid_m: record.centroid_m.map(rounded),
+        floor_z_m: rounded(metres(record.floor_z_tenths)),
+        area_m2: rounded(record.area_m2),
+        may_enter,
+        why_not,
+        state: if schedule_state.is_blocked(space) { SpaceState::Blocked } else { SpaceState::Open }.name(),
+        closed_by,
+        access: planned.access.get().name(),
+        closed_door: closed_door.filter(|_| planned.access == SpaceAccess::NoWay),
+        periods: situation.timeline.map(|timeline| periods(situation, timeline, space)),
+        changes: None,
+        doors: doors(situation, space),
+        scans: scans(mission_plan, space),
+        tasks: situation.timeline.map(|timeline| tasks_of(situation, timeline, |t| t.spaces.contains(&(space as u32)))),
+        findings: findings(situation, site.text(record.global_id)),
+    }
+}
+
+/// True if the schedule has a room open and this robot gets there; `None` where nobody looked for a way.
+pub fn may_enter(mission_plan: &MissionPlan<'_>, space: usize) -> Option<bool> {
+    match mission_plan.spaces[space].access.get() {
+        SpaceAccess::Reached => Some(true),
+        SpaceAccess::NoWay | SpaceAccess::Closed => Some(false),
+        SpaceAccess::NotJudged => None,
+    }
+}
+
+fn not_judged<'a>(mission_plan: &MissionPlan<'a>, space: usize) -> &'a str {
+    Some(mission_plan.reason(space)).filter(|reason| !reason.is_empty()).unwrap_or("its map storey has no map")
+}
+
+/// The states of a room over the whole schedule; those that are alike are one.
+fn periods(situation: &Situation<'_>, timeline: &Timeline, space: usize) -> Vec<RoomPeriod> {
+    let instants_s = timeline.instants_s();
+    let before_s = instants_s.first().map_or(0, |first_s| first_s.saturating_sub(1));
+    let mut changes: Vec<(i64, bool)> = vec![(before_s, timeline.is_blocked(space, before_s))];
+    for &instant_s in instants_s {
+        let is_blocked = timeline.is_blocked(space, instant_s);
+        if changes.last().is_some_and(|(_, before)| *before != is_blocked) {
+            changes.push((instant_s, is_blocked));
+        }
+    }
+    let period = |(k, &(from_s, is_blocked)): (usize, &(i64, bool))| RoomPeriod {
+        from: (k > 0).then(|| date_text(from_s)),
+        until: changes.get(k + 1).map(|(until_s, _)| date_text(*until_s)),
+        state: if is_blocked { SpaceState::Blocked } else { SpaceState::Open }.name(),
+        closed_by: timeline
+            .why(space, Period::instant(from_s))
+            .iter()
+            .map(|why| ClosedBy::of(situation, why))
+            .collect(),
+    };
+    changes.iter().enumerate().map(period).collect()
+}
+
+fn doors(situation: &Situation<'_>, space: usize) -> Vec<DoorOfRoom> {
+    let site = situation.site;
+    let passages: Vec<DoorPassageRecord> = export::each_door(site, situation.index.doors);
+    let of_room = site.doors.iter().enumerate().filter(|(_, door)| door.spaces.contains(&(space as u32)));
+    of_room
+        .map(|(k, door)| {
+            let passage = passages.iter().find(|passage| passage.door as usize == k);
+            let other = door.spaces.iter().find(|other| **other != space as u32 && **other != NONE);
+            DoorOfRoom {
+                element: ElementRef::of(site, door.element as usize),
+                can_pass: passage.and_then(is_passable),
+                passage: passage.map(|passage| passage.passage.get().name()),
+                leads_to: other.map(|other| RoomRef::of(site, *other as usize)),
+            }
+        })
+        .collect()
+}
+
+fn scans(mission_plan: &MissionPlan<'_>, space: usize) -> Vec<ScanOfRoom> {
+    let here = mission_plan.waypoints.iter().filter(|w| w.kind == WaypointKind::Scan && w.space as usize == space);
+    let mut scans: Vec<_> = here.collect();
+    scans.sort_by_key(|scan| scan.order);
+    let scan = |w: &messages::WaypointRecord| ScanOfRoom {
+        id: w.id,
+        at_m: w.position_in_map_m.map(rounded),
+        yaw_rad: w.yaw_rad,
+    };
+    scans.into_iter().map(scan).collect()
+}
+
+/// The tasks whose targets fit, by start.
+pub(crate) fn tasks_of(
+    situation: &Situation<'_>,
+    timeline: &Timeline,
+    fits: impl Fn(&schedule::TaskTargets) -> bool,
+) -> Vec<TaskInRoom> {
+    let targets = timeline.task_targets(situation.site);
+    let mut found: Vec<usize> = (0..targets.len()).filter(|task| fits(&targets[*task])).collect();
+    found.sort_by_key(|task| (timeline.task(*task).map_or(i64::MAX, |dates| dates.start_s), *task));
+    let task = |k: usize| {
+        let dates = timeline.task(k);
+        TaskInRoom {
+            task: TaskRef::of(situation.site, k),
+            start: dates.and_then(|dates| optional_date_text(dates.start_s)),
+            finish: dates.and_then(|dates| optional_date_text(dates.finish_s)),
+        }
+    };
+    found.into_iter().map(task).collect()
+}
+
+/// Warnings and errors of model, schedule and mission plan about a GlobalId.
+pub(crate) fn findings(situation: &Situation<'_>, global_id: &str) -> Vec<Finding> {
+    let Situation { site, schedule_state, mission_plan, .. } = *situation;
+    let mut all = findings_about(global_id, site.diagnostics, |text| site.text(text));
+    all.extend(findings_about(global_id, schedule_state.diagnostics, |text| schedule_state.text(text)));
+    all.extend(findings_about(global_id, mission_plan.diagnostics, |text| mission_plan.text(text)));
+    all
+}

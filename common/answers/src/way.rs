@@ -1,0 +1,190 @@
+//! The way from a place to another over storeys, or what is missing.
+
+use crate::circumstances::Circumstances;
+use crate::find::FoundPlace;
+use crate::later::Later;
+use crate::missing::{Missing, missing_of};
+use crate::named::{ElementRef, RoomRef, StoreyRef};
+use crate::situation::Situation;
+use export::rounded;
+use frames::metres;
+use messages::{DoorPassage, DoorPassageRecord, NONE};
+use schemars::JsonSchema;
+use serde::Serialize;
+use waypoints::{FloorLeg, PortalLeg, WayEnd, WayFinder, WayLeg};
+
+/// The way from a place to another for this robot. It exists only if the robot can stand on every cell of it.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct WayAnswer {
+    /// What the answer is made of.
+    pub circumstances: Circumstances,
+    /// Where it begins.
+    pub from: PlaceAnswer,
+    /// Where it ends.
+    pub to: PlaceAnswer,
+    /// True if there is a way.
+    pub exists: bool,
+    /// Length of all legs; through stairs and ramps as walked. Null if there is no way.
+    pub length_m: Option<f64>,
+    /// Its legs in their order; none if there is no way.
+    pub legs: Vec<WayLegAnswer>,
+    /// What would have to change, from the beginning on, on the way that has the fewest obstacles; empty if there is a way, and where
+    /// no closed door or room, and no stair, ramp or lift before which this robot can stand, leads to the end.
+    pub missing: Vec<Missing>,
+    /// When there is a way; null if there is one.
+    pub changes: Option<Later>,
+}
+
+/// An end of a way.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct PlaceAnswer {
+    /// The words of the question.
+    pub asked: String,
+    /// The room that they name; null for a point.
+    pub room: Option<RoomRef>,
+    /// The map storey; null if the room is on none.
+    pub storey: Option<StoreyRef>,
+    /// Where the way begins or ends, in `map`; without a way the centroid of the room, or the point.
+    pub at_m: Option<[f64; 3]>,
+}
+
+/// A leg of a way.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct WayLegAnswer {
+    /// `floor`, `stair`, `ramp`, `lift` or `step`.
+    pub kind: &'static str,
+    /// Index of the map storey on which it begins.
+    pub storey: u32,
+    /// Index of the map storey on which it ends.
+    pub to_storey: u32,
+    /// Length.
+    pub length_m: f64,
+    /// The stair, ramp or lift, or the floor above a step; null for a leg over floor.
+    pub element: Option<ElementRef>,
+    /// Doorways in their order.
+    pub doors: Vec<DoorOnWay>,
+    /// Rooms in the order in which they are entered.
+    pub rooms: Vec<RoomRef>,
+    /// Corners of its line, in `map`.
+    pub points_m: Vec<[f64; 3]>,
+}
+
+/// A doorway on a way.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct DoorOnWay {
+    /// The door.
+    #[serde(flatten)]
+    pub element: ElementRef,
+    /// True if it hangs; false where there is only its opening.
+    pub is_hung: bool,
+    /// Width between what remains when it is open, in metres.
+    pub clear_width_m: f64,
+}
+
+/// The way for the robot of a situation; when there is one is for the caller to find out ([`way_exists`] at later times).
+pub fn way(situation: &Situation<'_>, from: &FoundPlace, to: &FoundPlace) -> WayAnswer {
+    let found = finder(situation).way(from.end, to.end);
+    let (legs, length_m, missing) = match &found {
+        Ok(way) => {
+            (way.legs.iter().map(|leg| leg_answer(situation, leg)).collect(), Some(rounded(way.length_m)), Vec::new())
+        }
+        Err(no_way) => (Vec::new(), None, missing_of(situation, [from, to], no_way)),
+    };
+    let ends = |legs: &[WayLegAnswer]| -> Option<[[f64; 3]; 2]> {
+        Some([*legs.first()?.points_m.first()?, *legs.last()?.points_m.last()?])
+    };
+    let [begin_m, end_m] = ends(&legs).map_or([None; 2], |ends| ends.map(Some));
+    WayAnswer {
+        circumstances: situation.circumstances.clone(),
+        from: PlaceAnswer::of(situation, from, begin_m),
+        to: PlaceAnswer::of(situation, to, end_m),
+        exists: found.is_ok(),
+        length_m,
+        legs,
+        missing,
+        changes: None,
+    }
+}
+
+/// True if there is a way.
+pub fn way_exists(situation: &Situation<'_>, from: WayEnd, to: WayEnd) -> bool {
+    finder(situation).way(from, to).is_ok()
+}
+
+fn finder<'a>(situation: &Situation<'a>) -> WayFinder<'a> {
+    let Situation { site, schedule_state, index, grids, mission_plan, .. } = *situation;
+    WayFinder::new(site, schedule_state, index, grids, mission_plan)
+}
+
+impl PlaceAnswer {
+    fn of(situation: &Situation<'_>, place: &FoundPlace, at_m: Option<[f64; 3]>) -> Self {
+        let site = situation.site;
+        let (room, map_storey, [x_m, y_m]) = match place.end {
+            WayEnd::Space(space) => {
+                let record = &site.spaces[space];
+                (Some(RoomRef::of(site, space)), record.map_storey, record.centroid_m)
+            }
+            WayEnd::Point { map_storey, at } => (None, map_storey, at.coordinates_m()),
+        };
+        let storey = StoreyRef::of(site, map_storey);
+        let unmoved_m = storey.as_ref().map(|storey| [rounded(x_m), rounded(y_m), storey.floor_z_m]);
+        Self { asked: place.asked.clone(), room, storey, at_m: at_m.or(unmoved_m) }
+    }
+
+    /// For people.
+    pub(crate) fn label(&self) -> String {
+        let storey = self.storey.as_ref().map_or(String::new(), |storey| format!(" on {}", storey.name));
+        match &self.room {
+            Some(room) => format!("{}{storey}", room.label()),
+            None => format!("{}{storey}", self.asked),
+        }
+    }
+}
+
+fn leg_answer(situation: &Situation<'_>, leg: &WayLeg) -> WayLegAnswer {
+    match leg {
+        WayLeg::Floor(leg) => floor_answer(situation, leg),
+        WayLeg::Portal(leg) => portal_answer(situation, leg),
+    }
+}
+
+fn floor_answer(situation: &Situation<'_>, leg: &FloorLeg) -> WayLegAnswer {
+    let site = situation.site;
+    let floor_m = metres(site.map_storeys[leg.map_storey as usize].floor_z_tenths);
+    let door = |passage: &DoorPassageRecord| DoorOnWay {
+        element: ElementRef::of(site, site.doors[passage.door as usize].element as usize),
+        is_hung: passage.passage != DoorPassage::Absent,
+        clear_width_m: rounded(passage.clear_width_m),
+    };
+    WayLegAnswer {
+        kind: "floor",
+        storey: leg.map_storey,
+        to_storey: leg.map_storey,
+        length_m: rounded(leg.length_m),
+        element: None,
+        doors: leg.doors.iter().map(door).collect(),
+        rooms: leg.spaces.iter().map(|space| RoomRef::of(site, *space)).collect(),
+        points_m: leg.line.iter().map(|p| [p.x_m(), p.y_m(), floor_m].map(rounded)).collect(),
+    }
+}
+
+fn portal_answer(situation: &Situation<'_>, leg: &PortalLeg) -> WayLegAnswer {
+    let plan = situation.mission_plan;
+    let edge = &plan.edges[leg.edge];
+    let mut storeys = edge.nodes.map(|node| plan.nodes[node as usize].map_storey);
+    let mut points_m: Vec<[f64; 3]> = plan.points_of(edge).iter().map(|p| p.map(rounded)).collect();
+    if !leg.is_forward {
+        storeys.reverse();
+        points_m.reverse();
+    }
+    WayLegAnswer {
+        kind: edge.kind.get().name(),
+        storey: storeys[0],
+        to_storey: storeys[1],
+        length_m: rounded(leg.length_m),
+        element: (edge.of != NONE).then(|| ElementRef::of(situation.site, edge.of as usize)),
+        doors: Vec::new(),
+        rooms: Vec::new(),
+        points_m,
+    }
+}

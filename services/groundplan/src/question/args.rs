@@ -1,0 +1,90 @@
+//! Arguments that all questions share.
+
+use super::{Question, models, running};
+use crate::args::{ModelArgs, RobotArgs, ScheduleArgs, SiteArgs};
+use crate::failure::Failure;
+use crate::run::Outcome;
+use clap::{Arg, ArgAction};
+use std::path::PathBuf;
+use waypoints::MissionPlanOptions;
+
+/// Of what a question is asked: of model files, or of the running daemons.
+#[derive(Debug, Clone, clap::Args)]
+#[command(mut_args(belongs_to_models))]
+pub(crate) struct QuestionArgs {
+    /// IFC files of one site [default: the running daemons are asked]
+    #[arg(value_name = "MODEL.ifc")]
+    models: Vec<PathBuf>,
+
+    /// Date of the answer: a day (2024-04-15, throughout it) or an instant (2024-04-15T08:30:00) [default: of models, everything is
+    /// built; of the running daemons, the maps that they hold]
+    #[arg(long, value_name = "DATE")]
+    pub(super) date: Option<String>,
+
+    /// Do not draw the maps of later dates to find out when the answer changes
+    #[arg(long)]
+    pub(super) only_now: bool,
+
+    /// Options of waypoints, as for `convert`: where the robot starts, and the lifts that it takes [default: see
+    /// config/waypoints.toml; of the running daemons, the lifts of their mission plan]
+    #[arg(long, value_name = "FILE")]
+    waypoints: Option<PathBuf>,
+
+    /// Rules and additions.
+    #[command(flatten)]
+    pub(super) schedule: ScheduleArgs,
+
+    /// The robot.
+    #[command(flatten)]
+    pub(super) robot: RobotArgs,
+
+    /// Take a file of whose bodies more than half cannot be meshed, with bounding boxes for them
+    #[arg(long)]
+    allow_boxes: bool,
+
+    /// The site.
+    #[command(flatten)]
+    pub(super) site: SiteArgs,
+
+    /// Print one JSON document on standard output and nothing else there
+    #[arg(long, action = ArgAction::SetTrue)]
+    pub(super) json: bool,
+}
+
+/// Arguments that only matter with model files; the daemons have their own schedule and robot.
+const OF_MODELS: [&str; 8] =
+    ["schedule", "schedule_file", "link", "delay", "actuals", "robot", "resolution", "allow_boxes"];
+/// Arguments of the running daemons.
+const OF_DAEMONS: [&str; 2] = ["config", "demo"];
+
+fn belongs_to_models(argument: Arg) -> Arg {
+    let id = argument.get_id().as_str();
+    if OF_MODELS.contains(&id) {
+        argument.requires("models")
+    } else if OF_DAEMONS.contains(&id) {
+        argument.conflicts_with("models")
+    } else {
+        argument
+    }
+}
+
+impl QuestionArgs {
+    /// Answers a question.
+    ///
+    /// # Errors
+    /// Bad arguments, names that stand for nothing, models that cannot be read, no daemons.
+    pub(crate) fn answer<Q: Question>(&self, question: &Q) -> Result<Outcome, Failure> {
+        if self.models.is_empty() { running::answer(self, question) } else { models::answer(self, question) }
+    }
+
+    /// The models.
+    pub(super) fn model(&self) -> ModelArgs {
+        ModelArgs::new(self.models.clone(), self.allow_boxes)
+    }
+
+    /// The options of waypoints that are given, if any.
+    pub(super) fn waypoint_options(&self) -> Result<Option<MissionPlanOptions>, Failure> {
+        let read = |path| daemon::read_parsed("options of waypoints", path, MissionPlanOptions::parse);
+        self.waypoints.as_deref().map(read).transpose().map_err(Failure::usage)
+    }
+}

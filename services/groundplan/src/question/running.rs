@@ -1,0 +1,211 @@
+//! Answers of the running daemons: of the maps that they publish, or of another date of their schedule.
+
+use super::later::LaterMaps;
+use super::models::{Drawing, model_names};
+use super::{Answer, Question, QuestionArgs, outcome_of};
+use crate::date_argument;
+use crate::failure::Failure;
+use crate::progress_line::ProgressLine;
+use crate::run::Outcome;
+use crate::wait::{Expectation, join};
+use answers::{AnswerBasis, Circumstances, Epochs, Later, MapUse, Situation, date_text, optional_date_text};
+use bus::{Daemon, SiteSet, SiteSetReader, SiteViews, Stamp};
+use daemon::facts::ScheduleFacts;
+use daemon::{
+    FRESH_TOLERANCE, Freshness, MapState, MapsInUse, Report, Robot, SiteConfig, StatusBoard, progress_in_force,
+    rules_in_force,
+};
+use jiff::Timestamp;
+use jiff::tz::TimeZone;
+use messages::{EdgeKind, MissionPlan, Site, StoreyEntry};
+use raster::Rasterizer;
+use schedule::{Overrides, Rules, Timeline, evaluate, parse_actuals};
+use serde::de::IgnoredAny;
+use std::time::Duration;
+use waypoints::MissionPlanOptions;
+
+const POLL_INTERVAL: Duration = Duration::from_millis(50);
+
+/// Asks the running daemons.
+///
+/// # Errors
+/// No daemons, maps that the daemons do not make, with the reason; names that stand for nothing; a date whose schedule is not known.
+pub(super) fn answer<Q: Question>(arguments: &QuestionArgs, question: &Q) -> Result<Outcome, Failure> {
+    let config = arguments.site.config()?;
+    let given = arguments.waypoint_options()?;
+    let (bus, mut waiter) = join(&config)?;
+    let mut reader = SiteSetReader::of(&bus).map_err(Failure::work)?;
+    let mut expectation = Expectation::of(&config, Daemon::WaypointGen);
+    reader.take().map_err(Failure::work)?;
+    while reader.set().is_none_or(|set| set.mission_plan.is_none()) {
+        expectation.check()?;
+        waiter.wait(POLL_INTERVAL).map_err(Failure::work)?;
+        reader.take().map_err(Failure::work)?;
+    }
+    let no_maps = || Failure::work("there are no maps yet");
+    let set = reader.set().ok_or_else(no_maps)?;
+    let views = set.views().map_err(Failure::work)?;
+    let mission_plan = views.mission_plan.as_ref().ok_or_else(no_maps)?;
+    let found = question.find(&views.site).map_err(Failure::usage)?;
+    let schedule = schedule_in_force(&config, &views.site);
+    let progress = ProgressLine::new(false);
+    let SiteViews { site, index, grids, .. } = &views;
+    let (name, footprint_m) = (index.robot_name.to_owned(), index.robot_footprint_m.to_vec());
+    let robot = Robot { name, profile: index.head.robot, footprint_m };
+    let resolution_m = grids.first().map_or(config.robot.resolution_m, |grid| grid.spec().resolution_m());
+    let start = start_is_known(question, given.is_some(), mission_plan);
+    let options = given.unwrap_or_else(|| options_of(site, mission_plan));
+    let only_now = match (&schedule, &start) {
+        _ if arguments.only_now => Some("--only-now was given".to_owned()),
+        (Err(why), _) => Some(format!("the schedule in force cannot be read: {why:#}")),
+        (_, Err(why)) => Some(why.clone()),
+        _ => None,
+    };
+    let drawing = Drawing {
+        site,
+        timeline: schedule.as_ref().ok().map(|(timeline, _)| timeline),
+        robot: &robot,
+        resolution_m,
+        options: &options,
+        basis: AnswerBasis::RunningSiteAtDate,
+        only_now,
+        progress: &progress,
+    };
+    let answer = match arguments.date.as_deref() {
+        Some(date) => {
+            start.map_err(Failure::usage)?;
+            let site_zone = match &schedule {
+                Ok((_, site_zone)) => site_zone.as_ref(),
+                Err(why) => {
+                    return Err(Failure::work(format!(
+                        "the schedule in force cannot be read, so that no other date is known: {why:#}"
+                    )));
+                }
+            };
+            let period = date_argument::period(date, None, site_zone)?;
+            drawing.answer(question, &found, Some(period))?
+        }
+        None => published(&drawing, question, &found, &set, &views, &config)?,
+    };
+    drop(progress);
+    outcome_of(&answer, arguments.json)
+}
+
+/// The answer of the maps that are published.
+fn published<Q: Question>(
+    drawing: &Drawing<'_>,
+    question: &Q,
+    found: &Q::Found,
+    set: &SiteSet<'_>,
+    views: &SiteViews<'_>,
+    config: &SiteConfig,
+) -> Result<Q::Answer, Failure> {
+    let SiteViews { site, state, index, grids, mission_plan } = views;
+    let mission_plan = mission_plan.as_ref().ok_or_else(|| Failure::work("there are no maps yet"))?;
+    let head = state.head;
+    let epoch = |header: &messages::SampleHeader| header.epoch;
+    let circumstances = Circumstances {
+        of: AnswerBasis::RunningSite,
+        models: model_names(site),
+        plan_time: head.plan_time().map(|at| date_text(at.civil_seconds())),
+        plan_until: head.plan_until().map(|at| date_text(at.civil_seconds())),
+        valid_until: optional_date_text(head.valid_until_s),
+        robot: drawing.robot.name.clone(),
+        robot_radius_m: drawing.robot.profile.radius_m,
+        resolution_m: Some(drawing.resolution_m),
+        frame_epoch: site.head.frame_epoch,
+        epochs: Some(Epochs {
+            site: epoch(set.site.bytes().header()),
+            schedule_state: epoch(set.state.bytes().header()),
+            grids: epoch(set.index.bytes().header()),
+            mission_plan: set.mission_plan.map_or(0, |sample| epoch(sample.bytes().header())),
+        }),
+        maps: Some(map_use(set, config)?),
+    };
+    let situation = Situation {
+        site,
+        schedule_state: state,
+        index,
+        grids,
+        mission_plan,
+        timeline: drawing.timeline,
+        circumstances: &circumstances,
+    };
+    let mut answer = question.answer(&situation, found);
+    if answer.wants_later() {
+        let changes = match (drawing.timeline, head.plan_time(), &drawing.only_now) {
+            (_, _, Some(why)) => Later::not_searched(why.clone()),
+            (None, ..) => Later::not_searched("the schedule is not known"),
+            (_, None, _) => Later::not_searched("everything is built, because the site has no plan time"),
+            (Some(timeline), Some(at), None) => {
+                let profile = &drawing.robot.profile;
+                let mut rasterizer = Rasterizer::new(site, profile, drawing.resolution_m).map_err(Failure::work)?;
+                let Drawing { robot, options, progress, .. } = *drawing;
+                let later = LaterMaps { site, timeline, robot, options, circumstances: &circumstances, progress };
+                later.first_change(&mut rasterizer, question, found, (at.civil_seconds(), answer.verdict()))?
+            }
+        };
+        answer.set_changes(changes);
+    }
+    Ok(answer)
+}
+
+/// The schedule of the site with the rules and the progress in force, as schedule-eval evaluates it, and the zone of the site.
+fn schedule_in_force(config: &SiteConfig, site: &Site<'_>) -> Result<(Timeline, Option<TimeZone>), Failure> {
+    let rules = rules_in_force(config, Rules::parse).map_err(Failure::work)?;
+    let [reported, observed] = progress_in_force(&config.state, parse_actuals).map_err(Failure::work)?;
+    let overrides = Overrides { actuals: reported, observed, is_of_earlier_revision: true, ..Overrides::default() };
+    let timeline = evaluate(site, &rules, &overrides).map_err(Failure::work)?;
+    Ok((timeline, rules.site_zone))
+}
+
+/// Whether the maps of a set may be used now: the rule of all readers of maps, with what the daemons last said of themselves.
+fn map_use(set: &SiteSet<'_>, config: &SiteConfig) -> Result<MapUse, Failure> {
+    let board = StatusBoard::of_site(config).map_err(Failure::work)?;
+    let now = Stamp::now();
+    let index = set.index.view();
+    let mut freshness = Freshness::default();
+    freshness.joined(Stamp(0));
+    for daemon in [Daemon::ScheduleEval, Daemon::Rasterize] {
+        let report: Option<Report<IgnoredAny>> = board.report(daemon).filter(|_| board.is_alive(daemon));
+        if report.is_some_and(|report| report.age() < FRESH_TOLERANCE) {
+            freshness.on_heartbeat(now, daemon);
+        }
+    }
+    if let Some(Report { facts, .. }) = board.report::<ScheduleFacts>(Daemon::ScheduleEval) {
+        freshness.set_next_update(facts.next_update_ms);
+        freshness.set_clock_distrust(facts.clock_distrust);
+    }
+    freshness.on_schedule_state(now, set.state.content_hash(), *set.state.view().head);
+    freshness.on_index(*index.head, index.slots.to_vec());
+    freshness.on_maps(MapsInUse {
+        epoch: set.index.bytes().header().epoch,
+        site_hash: set.site.content_hash(),
+        grids: index.slots.to_vec(),
+    });
+    let why_not = match freshness.state(now, Timestamp::now().as_millisecond()) {
+        MapState::Fresh { .. } => None,
+        MapState::Unknown => Some("it is not known whether they are those of the daemons".to_owned()),
+        MapState::Stale { reason } => Some(reason),
+    };
+    Ok(MapUse { may_be_used: why_not.is_none(), why_not })
+}
+
+/// The options of a mission plan that say what it says: the lifts that the robot takes.
+fn options_of(site: &Site<'_>, mission_plan: &MissionPlan<'_>) -> MissionPlanOptions {
+    let lifts = mission_plan.edges.iter().filter(|edge| edge.kind == EdgeKind::Lift && edge.usable == 1);
+    let lifts = lifts.map(|edge| site.text(site.elements[edge.of as usize].global_id).to_owned()).collect();
+    MissionPlanOptions { lifts, ..MissionPlanOptions::default() }
+}
+
+/// Whether it is known where the robot starts, if that matters.
+fn start_is_known(question: &impl Question, has_options: bool, mission_plan: &MissionPlan<'_>) -> Result<(), String> {
+    let has_start = mission_plan.storeys.iter().any(|storey| storey.entry == StoreyEntry::Start);
+    if question.depends_on_start() && has_start && !has_options {
+        return Err(
+            "the robot has a start, which maps of other dates need: give the options of waypoints with --waypoints"
+                .to_owned(),
+        );
+    }
+    Ok(())
+}
