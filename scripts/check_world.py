@@ -62,11 +62,12 @@ CUBE_FACES = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 
 
 
 class World:
-    """The collision shapes of static models, barriers left out: corners in `map` and faces."""
+    """The collision shapes of static models, barriers left out: corners in `map` and faces, and of which link each is."""
 
     def __init__(self, folder):
         self.meshes = {}
         self.shapes = []
+        self.links = []
         root = ElementTree.parse(folder / "world.sdf").getroot()
         for model in root.iter("model"):
             if (model.findtext("static") or "") != "true" or model.get("name").startswith("door_"):
@@ -76,6 +77,7 @@ class World:
                     continue
                 for collision in link.findall("collision"):
                     self.shapes.append(self.shape(folder, collision))
+                    self.links.append(link.get("name"))
 
     def shape(self, folder, collision):
         turn, shift = pose_of(collision)
@@ -93,8 +95,13 @@ class World:
 
     def plans(self, low, high):
         """Convex plans of what the shapes are between two heights."""
-        found = (convex_plan(clipped(*shape, low, high)) for shape in self.shapes if meets(shape[0], low, high))
-        return [plan for plan in found if len(plan) >= 3]
+        return [plan for _, plan in self.plans_of_links(low, high)]
+
+    def plans_of_links(self, low, high):
+        """Such plans with the name of the link of each."""
+        met = ((link, shape) for link, shape in zip(self.links, self.shapes) if meets(shape[0], low, high))
+        found = ((link, convex_plan(clipped(*shape, low, high))) for link, shape in met)
+        return [(link, plan) for link, plan in found if len(plan) >= 3]
 
 
 def flaw(corners, faces):
@@ -178,23 +185,28 @@ class Plans:
         ends = [np.roll(p, -1, 0) for p in plans]
         self.a = np.concatenate(starts) if starts else np.zeros((0, 2))
         self.b = np.concatenate(ends) if ends else np.zeros((0, 2))
+        self.owners = np.array([k for k, p in enumerate(plans) for _ in p], int)
 
     def cast(self, origin, directions):
         """Length of each ray to the first edge; infinity without one."""
+        return self.hits(origin, directions)[0]
+
+    def hits(self, origin, directions):
+        """Length of each ray to the first edge, infinity without one, and the number of the plan that it meets."""
         low, high = np.minimum(self.a, self.b), np.maximum(self.a, self.b)
-        near = ((low <= origin + RANGE_M) & (high >= origin - RANGE_M)).all(1)
+        near = np.flatnonzero(((low <= origin + RANGE_M) & (high >= origin - RANGE_M)).all(1))
+        if len(near) == 0:
+            return np.full(len(directions), np.inf), np.full(len(directions), -1)
         a, d = self.a[near] - origin, (self.b - self.a)[near]
-        lengths = np.full(len(directions), np.inf)
-        for k, u in enumerate(directions):
-            # a + s d = t u
-            cross = d[:, 0] * u[1] - d[:, 1] * u[0]
-            with np.errstate(divide="ignore", invalid="ignore"):
-                s = (a[:, 1] * u[0] - a[:, 0] * u[1]) / cross
-                t = (d[:, 0] * a[:, 1] - d[:, 1] * a[:, 0]) / cross
-            hit = (cross != 0) & (-1e-9 <= s) & (s <= 1 + 1e-9) & (t >= 0)
-            if hit.any():
-                lengths[k] = t[hit].min()
-        return lengths
+        u, v = directions[:, :1], directions[:, 1:]
+        # a + s d = t (u, v); a row for each ray.
+        cross = d[:, 0] * v - d[:, 1] * u
+        with np.errstate(divide="ignore", invalid="ignore"):
+            s = (a[:, 1] * u - a[:, 0] * v) / cross
+            t = (d[:, 0] * a[:, 1] - d[:, 1] * a[:, 0]) / cross
+        t[(cross == 0) | (s < -1e-9) | (1 + 1e-9 < s) | (t < 0)] = np.inf
+        first = t.argmin(1)
+        return t[np.arange(len(t)), first], self.owners[near[first]]
 
     def distances(self, points):
         """Distance of each point from the nearest edge."""

@@ -12,8 +12,10 @@ The same folder always gives the same maps. Python 3.9 or later, no packages.
 
 import argparse
 import collections
+import functools
 import json
 import math
+import operator
 import pathlib
 import random
 import re
@@ -109,16 +111,14 @@ def way_over(clear: set, start: tuple, goal: tuple) -> list:
 
 def clear_cells(planning: Layer) -> set:
     """Cells on which the robot's middle may be."""
-    free = {
-        (column, row)
-        for row in range(planning.height)
-        for column in range(planning.width)
-        if planning.pixels[row * planning.width + column] == 254
-    }
-    for d in ((1, 0), (0, 1)):
-        # A square of cells around each, one side after the other.
-        free = {c for c in free if all((c[0] + k * d[0], c[1] + k * d[1]) in free for k in range(-CLEARANCE, CLEARANCE + 1))}
-    return free
+    width, height, around = planning.width, planning.height, range(-CLEARANCE, CLEARANCE + 1)
+    digits = planning.pixels.translate(bytes(b"01"[pixel == 254] for pixel in range(256)))
+    # A row as a number: the bit of a column is set where the cell is free, then where all cells of a square around it are.
+    rows = [int(digits[k * width : (k + 1) * width][::-1], 2) for k in range(height)]
+    rows = [functools.reduce(operator.and_, (row << k if k > 0 else row >> -k for k in around)) for row in rows]
+    inner = range(CLEARANCE, height - CLEARANCE)
+    rows = [(y, functools.reduce(operator.and_, (rows[y + k] for k in around))) for y in inner]
+    return {(x, y) for y, row in rows for x in range(width) if row >> x & 1}
 
 
 class Drive:
@@ -133,18 +133,19 @@ class Drive:
         waypoints = json.loads((folder / "waypoints.json").read_text())["waypoints"]
         waypoints = sorted((w for w in waypoints if w["storey"] == storey), key=lambda w: w["order"])
         self.places = self.places_through(Layer(directory / "planning.pgm", origin), waypoints)
+        assert self.places, "no waypoint of the storey can be driven to"
         # As SLAM has it: the first place is the origin.
         self.site_from_slam = (*self.places[0], START_YAW_RAD)
 
     @staticmethod
-    def places_through(planning: Layer, waypoints: list) -> list:
+    def places_through(planning: Layer, waypoints: list, most_m: float = math.inf) -> list:
+        """Places that are STEP_M apart; the first of a way that is longer than `most_m`. None if no waypoint can be driven to."""
         clear, way = clear_cells(planning), []
         for waypoint in waypoints:
             goal = planning.cell(waypoint["x_m"], waypoint["y_m"])
-            if goal in clear:
+            if goal in clear and len(way) * RESOLUTION_M <= most_m:
                 way += way_over(clear, way[-1], goal)[1:] if way else [goal]
         places = [planning.centre(cell) for cell in way]
-        assert places, "no waypoint of the storey can be driven to"
         kept = places[:1]
         for place in places:
             if math.dist(place, kept[-1]) >= STEP_M:

@@ -1,0 +1,266 @@
+#!/usr/bin/env python3
+"""Lets a robot localize by AMCL, the particle filter of Nav2, on exported maps while it drives through the world beside them.
+
+    python3 scripts/check_amcl.py OUT...              judge the folders that `groundplan convert --world` wrote
+    python3 scripts/check_amcl.py --self-test OUT...  drive on damaged maps too; each damage must be noticed
+
+Needs numpy, Pillow and amcl (PyPI, GPL-3.0). Prints a line with the verdict for each storey. Exit codes: 0 all are good, 1 one is
+not, 2 a folder cannot be read.
+
+The way leads through the waypoints of a storey over the free cells of `planning.pgm`, the first 40 m of it. Scans are of the collision
+shapes of the world's static models, furniture too, cut at the height of the lidar; doors are open and their leaves out of sight. AMCL
+gets them with an odometry that is 5 % too long all the way, off by another 5 % and by 3 degrees at random in each step, and a first
+pose that is 0.36 m and 8 degrees off. Its map is `localization.pgm`; its settings are Nav2's, but for the noise of the odometry, and
+for fewer particles. The same folder always gives the same drive.
+
+A storey is good if
+- from 5 m of way on the pose is never more than 1 m off: a robot that is farther off than a door is wide drives into its jamb, or
+  takes itself to be in another room;
+- half of all poses are less than 0.15 m off, which is three cells;
+- of each wall that 100 rays or more have met within 5 m, 60 % of what these rays show lies on occupied cells of the map or within 0.2 m
+  of them, seen from the poses that AMCL found. Without this a wrong wall would pass where others suffice to localize.
+Storeys with less than 10 m of way are not driven through; where less than a tenth of all rays meet a wall, as on a roof, no lidar
+tells the place, and the storey is not judged.
+"""
+import argparse
+import json
+import math
+import pathlib
+import sys
+import time
+import xml.etree.ElementTree as ElementTree
+
+import amcl
+import numpy as np
+from PIL import Image
+
+from check_world import Plans, World
+from slam_drive import STEP_M, Drive, Layer
+
+MOST_WAY_M, LEAST_WAY_M = 40.0, 10.0
+CONVERGED_AFTER_M, LOST_M, MEDIAN_M = 5.0, 1.0, 0.15
+LEAST_WALLS_SHARE = 0.1
+WALL_RAYS, WALL_RANGE_M, WALL_SHARE, WALL_M = 100, 5.0, 0.6, 0.2
+
+# The robot turns on the spot where its way does; so far from one scan to the next.
+TURN_RAD = 0.5
+LIDAR_RANGE_M, LIDAR_NOISE_M, N_RAYS = 12.0, 0.01, 60
+ODOMETRY_OFF, TURN_OFF_RAD = 0.05, math.radians(3)
+# The first pose: along, across, turn in the robot's frame; what AMCL is told of how well it is known.
+START_OFF, START_VARIANCE = (0.3, -0.2, math.radians(8)), (0.25, 0.25, 0.07)
+
+N_PARTICLES = (100, 500)
+MOTION = amcl.MotionParameters(0.05, 0.05, 0.05, 0.05, 0.05)
+# z_hit, z_short, z_max, z_rand, sigma_hit, lambda_short; it looks for no outliers.
+LASER = amcl.LaserParameters(0.5, 0.05, 0.05, 0.5, 0.2, 0.1, 0.0, N_RAYS)
+OCCUPIED, FREE, UNKNOWN = 100, 0, -1
+
+
+def wrapped(angle):
+    return (angle + math.pi) % (2 * math.pi) - math.pi
+
+
+def moved(pose, along, across, turn):
+    """A pose after a motion in its frame."""
+    x, y, yaw = pose
+    cos, sin = math.cos(yaw), math.sin(yaw)
+    return x + cos * along - sin * across, y + sin * along + cos * across, wrapped(yaw + turn)
+
+
+def poses_along(places):
+    """(x, y, yaw) of a robot that turns on the spot and drives straight on from place to place."""
+    yaws = [math.atan2(b[1] - a[1], b[0] - a[0]) for a, b in zip(places, places[1:])]
+    poses = [(*places[0], yaws[0])]
+    for place, before, yaw in zip(places[1:], yaws, yaws[1:] + yaws[-1:]):
+        turn = wrapped(yaw - before)
+        n_turns = math.ceil(abs(turn) / TURN_RAD)
+        poses += [(*place, before)] + [(*place, wrapped(before + turn * (k + 1) / n_turns)) for k in range(n_turns)]
+    return poses
+
+
+def odometry_along(poses, draw):
+    """What the odometry takes them for; it begins at 0, 0."""
+    believed = [(0.0, 0.0, 0.0)]
+    for before, after in zip(poses, poses[1:]):
+        along = math.dist(before[:2], after[:2]) * (1 + ODOMETRY_OFF + draw.normal(0, ODOMETRY_OFF))
+        believed.append(moved(believed[-1], along, 0.0, wrapped(after[2] - before[2]) + draw.normal(0, TURN_OFF_RAD)))
+    return believed
+
+
+BEARINGS = np.arange(N_RAYS) / N_RAYS * 2 * math.pi - math.pi
+
+
+def ends_of(pose, ranges):
+    angles = pose[2] + BEARINGS
+    return np.array(pose[:2]) + ranges[:, None] * np.stack([np.cos(angles), np.sin(angles)], 1)
+
+
+def is_wall(link):
+    return link.startswith("wall_")
+
+
+class Run:
+    """A drive through a storey: true poses, odometry, scans, and which link of the world each ray meets; the map to localize on."""
+
+    def __init__(self, out, world, manifest, entry, places):
+        draw = np.random.default_rng(1)
+        self.poses = poses_along(places)
+        self.odometry = odometry_along(self.poses, draw)
+        height = entry["floor_z_m"] + manifest["robot"]["lidar_height_m"]
+        found = world.plans_of_links(height - 1e-3, height + 1e-3)
+        plans, self.plans = Plans([plan for _, plan in found]), found
+        casts = [plans.hits(np.array(pose[:2]), ends_of((0, 0, pose[2]), np.ones(N_RAYS))) for pose in self.poses]
+        ranges = np.array([lengths for lengths, _ in casts])
+        is_hit = ranges < LIDAR_RANGE_M
+        # A ray that meets nothing has the longest range.
+        self.ranges = np.where(is_hit, np.maximum(ranges + draw.normal(0, LIDAR_NOISE_M, ranges.shape), 0), LIDAR_RANGE_M)
+        names = np.array([link for link, _ in found] + [""])
+        self.met = np.where(is_hit, names[np.array([owners for _, owners in casts])], "")
+        pixels = np.array(Image.open(out / entry["directory"] / "localization.pgm"))[::-1]
+        self.map = np.select([pixels == 0, pixels == 254], [OCCUPIED, FREE], UNKNOWN)
+        self.cell, self.origin = manifest["resolution_m"], np.array(entry["origin_m"][:2])
+        ways = [math.dist(a[:2], b[:2]) for a, b in zip(self.poses, self.poses[1:])]
+        self.way_m = np.concatenate([[0.0], np.cumsum(ways)])
+
+    def walls_share(self):
+        """Share of the rays that meet walls."""
+        return sum(np.sum(self.met == name) for name in np.unique(self.met) if is_wall(name)) / self.met.size
+
+    def localize(self, cells):
+        """The poses that AMCL finds on a map."""
+        localizer = amcl.AMCL(*N_PARTICLES, 0.0, 0.0, MOTION, LASER, "differential")
+        localizer.set_map(amcl.create_occupancy_grid_from_list(cells.tolist(), self.cell, *map(float, self.origin)))
+        # It belongs to the map, and is anywhere if nobody says where it is.
+        localizer.set_laser_pose(amcl.Vector3D(0.0, 0.0, 0.0))
+        variance = amcl.create_diagonal_covariance(*START_VARIANCE)
+        localizer.set_initial_pose(amcl.Vector3D(*moved(self.poses[0], *START_OFF)), variance)
+        found = []
+        for odometry, ranges in zip(self.odometry, self.ranges):
+            scan = amcl.create_laser_scan_from_list(np.stack([ranges, BEARINGS], 1).tolist(), LIDAR_RANGE_M)
+            localizer.update(scan, amcl.Vector3D(*odometry))
+            mean = localizer.get_pose_mean()
+            found.append((mean.x, mean.y, mean.theta))
+        return found
+
+    def cells_of(self, points):
+        return np.floor((points - self.origin) / self.cell).astype(int)
+
+    def walls_off(self, cells, found):
+        """Walls that the lidar sees elsewhere than they are on the map: name, rays, share of those that end where it is."""
+        near = widened(cells == OCCUPIED, WALL_M / self.cell)
+        columns, rows = self.cells_of(np.array([ends_of(*pair) for pair in zip(found, self.ranges)])).transpose(2, 0, 1)
+        inside = (0 <= rows) & (rows < near.shape[0]) & (0 <= columns) & (columns < near.shape[1])
+        is_near = inside & near[np.where(inside, rows, 0), np.where(inside, columns, 0)]
+        off = []
+        for name, of_wall in self.seen_walls():
+            share = is_near[of_wall].mean()
+            if share < WALL_SHARE:
+                off.append((name, int(of_wall.sum()), share))
+        return off
+
+    def seen_walls(self):
+        """Names of the walls that enough short rays have met, the one most seen first, and which rays these are."""
+        names = np.where(self.ranges < WALL_RANGE_M, self.met, "")
+        walls = [(name, names == name) for name in np.unique(names) if is_wall(name)]
+        return sorted((wall for wall in walls if wall[1].sum() >= WALL_RAYS), key=lambda wall: -wall[1].sum())
+
+    def cells_with_wall(self, name):
+        """Which cells a wall takes, and those beside it."""
+        taken = np.zeros(self.map.shape, bool)
+        for plan in (plan for link, plan in self.plans if link == name):
+            (left, low), (right, high) = self.cells_of(plan.min(0)) - 2, self.cells_of(plan.max(0)) + 3
+            taken[max(low, 0):high, max(left, 0):right] = True
+        return taken
+
+    def faults(self, cells):
+        """What is wrong with how a robot localizes on a map, and the figures in words."""
+        found = self.localize(cells)
+        off = np.array([math.dist(a[:2], b[:2]) for a, b in zip(found, self.poses)])
+        yaw_off = [abs(wrapped(a[2] - b[2])) for a, b in zip(found, self.poses)]
+        after = off[self.way_m >= CONVERGED_AFTER_M]
+        median, worst = float(np.median(off)), float(after.max())
+        faults = [f"it is lost: {worst:.2f} m off"] if worst > LOST_M else []
+        if median >= MEDIAN_M:
+            faults.append(f"half of all poses are {median:.3f} m off or more")
+        walls = self.walls_off(cells, found)
+        faults += [f"{name} is elsewhere: {share:.0%} of {n} rays end on it" for name, n, share in walls]
+        drift = math.dist(moved(self.poses[0], *self.odometry[-1])[:2], self.poses[-1][:2])
+        return faults, (f"way {self.way_m[-1]:.0f} m, {len(self.poses)} scans; off by {median:.3f} m and "
+                        f"{math.degrees(np.median(yaw_off)):.1f} degrees in the middle, {worst:.2f} m at most (by odometry "
+                        f"{drift:.1f} m at the end); {len(self.seen_walls())} walls seen")
+
+
+def widened(cells, n):
+    """Cells that have one of these within n cells."""
+    reach = math.ceil(n)
+    padded, found = np.pad(cells, reach), np.zeros(cells.shape, bool)
+    height, width = cells.shape
+    for dy in range(-reach, reach + 1):
+        for dx in range(-reach, reach + 1):
+            if math.hypot(dx, dy) <= n:
+                found |= padded[reach + dy:reach + dy + height, reach + dx:reach + dx + width]
+    return found
+
+
+def runs_of(out):
+    """Drives through the storeys of a folder; a line for each storey without."""
+    manifest = json.loads((out / "manifest.json").read_text(encoding="utf-8"))
+    waypoints = json.loads((out / "waypoints.json").read_text(encoding="utf-8"))["waypoints"]
+    world = World(out / "world")
+    for entry in manifest["storeys"]:
+        own = sorted((w for w in waypoints if w["storey"] == entry["index"]), key=lambda w: w["order"])
+        planning = Layer(out / entry["directory"] / "planning.pgm", entry["origin_m"][:2])
+        places = Drive.places_through(planning, own, MOST_WAY_M)[:round(MOST_WAY_M / STEP_M) + 1]
+        if len(places) * STEP_M < LEAST_WAY_M:
+            print(f"     {out.name} {entry['index']}: not driven, a way of {len(places)} places")
+            continue
+        run = Run(out, world, manifest, entry, places)
+        if run.walls_share() < LEAST_WALLS_SHARE:
+            print(f"     {out.name} {entry['index']}: not judged, {run.walls_share():.1%} of the rays meet walls")
+            continue
+        yield f"{out.name} {entry['index']}", run
+
+
+def damages(run):
+    """Maps on which the wall that is seen most is missing or stands elsewhere, or all walls do, and in words what is wrong."""
+    name, _ = run.seen_walls()[0]
+    taken = run.cells_with_wall(name)
+    missing = np.where(taken & (run.map == OCCUPIED), FREE, run.map)
+    is_along_x = np.ptp(np.nonzero(taken)[1]) > np.ptp(np.nonzero(taken)[0])
+    n = round(0.5 / run.cell)
+    elsewhere = np.roll(taken & (run.map == OCCUPIED), n, 0 if is_along_x else 1)
+    yield f"{name} is missing", missing
+    yield f"{name} stands 0.5 m beside", np.where(elsewhere, OCCUPIED, missing)
+    yield "all walls stand 0.3 m beside", np.roll(run.map, round(0.3 / run.cell), 1)
+
+
+def verdict(out, with_damages):
+    is_good = True
+    for name, run in runs_of(out):
+        begun = time.monotonic()
+        faults, words = run.faults(run.map)
+        is_good &= not faults
+        print(f"{'FAIL' if faults else 'ok  '} {name}: {words}; {time.monotonic() - begun:.1f} s", flush=True)
+        print("".join(f"       {fault}\n" for fault in faults), end="")
+        for damage, cells in damages(run) if with_damages else ():
+            faults, _ = run.faults(cells)
+            is_good &= bool(faults)
+            print(f"{'ok  ' if faults else 'FAIL'} {name}: {damage}: {'; '.join(faults) or 'not noticed'}", flush=True)
+    return is_good
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--self-test", action="store_true", help="damage the maps too: each damage must be noticed")
+    parser.add_argument("folders", metavar="OUT", nargs="+", type=pathlib.Path)
+    options = parser.parse_args()
+    try:
+        verdicts = [verdict(out, options.self_test) for out in options.folders]
+    except (OSError, ValueError, LookupError, TypeError, ElementTree.ParseError) as problem:
+        print(f"scripts/check_amcl.py: cannot read the folder: {type(problem).__name__}: {problem}", file=sys.stderr)
+        return 2
+    return 0 if all(verdicts) else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
