@@ -19,7 +19,7 @@ A storey is good if
 - half of all poses are less than 0.15 m off, which is three cells;
 - of each wall that 100 rays or more have met where there is free floor before it, 90 % of what they truly met lies on occupied cells of
   the map or within 0.1 m of them, and there is such a wall. Without this a wrong wall would pass where others suffice to localize.
-Storeys with less than 15 m of way are not driven through; where less than 60 % of all rays meet anything within the range of the
+Storeys with less than 15 m of way are not driven through; where less than 70 % of all rays meet anything within the range of the
 lidar, as on a roof or in a hall, scans do not tell the place well enough, and the storey is not judged.
 """
 import argparse
@@ -39,7 +39,7 @@ from slam_drive import STEP_M, Drive, Layer
 
 MOST_WAY_M, LEAST_WAY_M = 40.0, 15.0
 CONVERGED_AFTER_M, LOST_M, MEDIAN_M = 5.0, 1.0, 0.15
-LEAST_MET = 0.6
+LEAST_MET = 0.7
 WALL_RAYS, WALL_SHARE, WALL_M, BEFORE_WALL_M = 100, 0.9, 0.1, 0.15
 
 # The robot turns on the spot where its way does; so far from one scan to the next.

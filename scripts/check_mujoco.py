@@ -3,15 +3,16 @@
 
     python3 scripts/check_mujoco.py OUT OPEN              judge the folders that `groundplan convert --world` and
                                                           `groundplan convert --world --doors open` wrote of one model
-    python3 scripts/check_mujoco.py --self-test OUT OPEN  damage copies of OUT too; each damage must be noticed
+    python3 scripts/check_mujoco.py --self-test OUT OPEN  damage copies of OUT too; each damage must be noticed. Something has to
+                                                          end the way of a door, as in demo_model.py --cabinet
 
 Needs numpy, Pillow and mujoco. Prints a line with the verdict for each question. Exit codes: 0 all is as it should be, 1 it is not,
 2 a folder cannot be read.
 
 MuJoCo reads `doors.urdf` and the OBJ files itself; boxes and poses of `world.sdf`, which it does not read, are given to it.
 
-- Rays from free cells of each storey's planning map, at the heights of lidar and of a person's waist, end within a millimetre of where
-  check_world.py lets them end, which cuts the same shapes at that height: 99.9 % of them.
+- Rays from free cells of each storey's planning map, in two heights, end within a millimetre of where check_world.py lets them end,
+  which cuts the same shapes at that height: 99.9 % of them.
 - Each leaf of `lookup.json` that moves has its joint, of that kind, with that axis and those limits, and there are no others.
 - Each leaf at the end of its way, where it is open, is where it stands in the world whose doors are open.
 - On its way it cuts into no static shape, and where the lookup says what ends its way it does cut into that a little further on.
@@ -31,7 +32,8 @@ import numpy as np
 from check_world import CUBE, RANGE_M, Map, Plans, World, pose_of
 
 N_STARTS, N_DIRECTIONS = 100, 36
-WAIST_M = 1.0
+# Above the floor; at round heights shapes begin and end, and a ray along a face meets it or does not.
+HEIGHTS_M = (0.317, 1.037)
 RAY_M, RAY_GOAL = 1e-3, 0.999
 # Lookups and files round to these; leaves are allowed to cut this deep (gaskets, rounding), and MuJoCo knows depths to a millimetre.
 LIMIT_KNOWN, PLACE_M = 1e-4, 1e-4
@@ -145,7 +147,7 @@ def wrong_rays(out, simulation):
     simulation.put({})
     for entry in manifest["storeys"]:
         starts = Map(out, entry, manifest["resolution_m"]).starts(N_STARTS)
-        for height in (entry["floor_z_m"] + above for above in (manifest["robot"]["lidar_height_m"], WAIST_M)):
+        for height in (entry["floor_z_m"] + above for above in HEIGHTS_M):
             plans = Plans(world.plans(height - 1e-6, height + 1e-6))
             for start in starts:
                 ours, theirs = plans.cast(start, directions), simulation.cast(np.array([*start, height]), level)
@@ -269,7 +271,7 @@ def self_test(out, opened):
     """Gives MuJoCo damaged copies of the world: the question at which each must be noticed has to notice it."""
     is_good = verdict(out, opened)
     for question, damage in (("joints", limit_raised), ("joints", axis_turned), ("places", leaf_moved), ("rays", meshes_moved),
-                             ("ways", way_blocked)):
+                             ("ways", way_blocked), ("ways", stop_removed)):
         with tempfile.TemporaryDirectory() as home:
             copy = pathlib.Path(home) / "world"
             shutil.copytree(out / "world", copy)
@@ -321,12 +323,23 @@ def way_blocked(world):
     """A post stands where a door turns."""
     joint = turning_joint(ElementTree.parse(world / "doors.urdf").getroot())
     simulation = Simulation(world)
-    simulation.put({joint.get("name"): 1.0})
+    simulation.put({joint.get("name"): float(joint.find("limit").get("upper")) / 2})
     corners = next(simulation.boxes_of(joint.find("child").get("link")))
     x, y, z = corners.mean(0)
     pose, box = f"<pose>{x} {y} {z} 0 0 0</pose>", "<geometry><box><size>0.1 0.1 1</size></box></geometry>"
     post = f'<model name="post"><static>true</static><link name="post"><collision name="c">{pose}{box}</collision></link></model>'
     edited(world / "world.sdf", lambda root: root.find("world").append(ElementTree.fromstring(post)))
+
+
+def stop_removed(world):
+    """What ends the way of a door is not there."""
+    stops = {name for _, leaf in leaves_of(world) for name in leaf["ended_by"]}
+
+    def edit(root):
+        for model in root.iter("model"):
+            for link in [link for link in model.findall("link") if link.get("name") in stops]:
+                model.remove(link)
+    edited(world / "world.sdf", edit)
 
 
 def main():

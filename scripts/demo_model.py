@@ -2,6 +2,7 @@
 """Writes the demo building: a small two-storey office in IFC4, the model that groundplan's tests and demo run on.
 
     python3 scripts/demo_model.py config/demo/demo.ifc     write the model
+    python3 scripts/demo_model.py --cabinet FILE.ifc       the same with a cabinet where the leaf of a door swings
     python3 scripts/demo_model.py --facts                  print the figures that tests need, as JSON, in metres
 
 What the building exercises:
@@ -317,6 +318,8 @@ FURNISHINGS = {
     'Sofa': ('IfcFurniture', 'SOFA', 'U.07', 'box', (9000, 13700), (2200, 900, 700), 'Textile'),
     'Board table': ('IfcFurniture', 'TABLE', 'U.10', 'table', (18475, 11960), (3600, 1400, 750), 'Timber'),
 }
+# With the option --cabinet.
+CABINET = ('IfcFurniture', 'FILECABINET', 'G.15', 'box', (19600, 10900), (300, 300, 1200), 'Steel')
 DUCT = Box(2500, 5700, 2400, 13500, 400, 300)
 LIFT_CAR = Box(15080, 12850, 0, 1500, 1600, 2200)
 CLEARANCE_DEPTH = 1000
@@ -1138,10 +1141,13 @@ def door_facts(key, door):
 def main():
     parser = argparse.ArgumentParser(description='Writes the demo building, an office of two storeys in IFC4.')
     parser.add_argument('output', nargs='?', metavar='FILE.ifc', help='where to write the model')
+    parser.add_argument('--cabinet', action='store_true', help='a cabinet stands where the leaf of a door swings')
     parser.add_argument('--facts', action='store_true', help='print the figures that tests need as JSON, in metres')
     options = parser.parse_args()
     if not options.output and not options.facts:
         parser.error('nothing to do: give FILE.ifc, --facts or both')
+    if options.cabinet:
+        FURNISHINGS['Cabinet'] = CABINET
     if options.output:
         build().write(options.output)
     if options.facts:
