@@ -6,7 +6,9 @@ use crate::parameters;
 use daemon::{Failure, SiteConfig, chain};
 use futures::executor::block_on;
 use futures::stream::{SelectAll, StreamExt};
-use ros::srv::rcl_interfaces::{DescribeParameters, GetParameterTypes, GetParameters, ListParameters, SetParameters};
+use ros::srv::rcl_interfaces::{
+    DescribeParameters, GetParameterTypes, GetParameters, ListParameters, SetParameters, SetParametersAtomically,
+};
 use ros::srv::std_srvs::{Trigger, TriggerRequest, TriggerResponse};
 use std::thread;
 use tracing::info;
@@ -18,6 +20,8 @@ struct Services {
     get_parameter_types: ServiceServer<GetParameterTypes>,
     get_parameters: ServiceServer<GetParameters>,
     set_parameters: ServiceServer<SetParameters>,
+    /// Clients of rclpy wait until all six are there.
+    set_parameters_atomically: ServiceServer<SetParametersAtomically>,
     /// Only where the site allows control from ROS.
     control: Option<ControlServices>,
 }
@@ -63,6 +67,7 @@ impl Services {
             get_parameter_types: graph.server(&of_node("get_parameter_types"), mapping)?,
             get_parameters: graph.server(&of_node("get_parameters"), mapping)?,
             set_parameters: graph.server(&of_node("set_parameters"), mapping)?,
+            set_parameters_atomically: graph.server(&of_node("set_parameters_atomically"), mapping)?,
             control,
         })
     }
@@ -74,6 +79,7 @@ impl Services {
         calls.push(self.get_parameter_types.calls(|_, asked| parameters::types(&asked)));
         calls.push(self.get_parameters.calls(|control: &mut Control, asked| parameters::get(&control.config, &asked)));
         calls.push(self.set_parameters.calls(|control, asked| parameters::set(control, &asked)));
+        calls.push(self.set_parameters_atomically.calls(|control, asked| parameters::set_atomically(control, &asked)));
         if let Some(ControlServices { next_change, align, confirm }) = &self.control {
             calls.push(next_change.calls(|control, asked| done("next_change", control, asked, Control::next_change)));
             calls.push(align.calls(|control, asked| done("align", control, asked, Control::align)));

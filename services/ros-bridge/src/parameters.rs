@@ -62,13 +62,25 @@ pub(crate) fn get(config: &SiteConfig, names: &Names) -> GetParametersResponse {
 
 /// Sets parameters one after the other. The storey is the robot's to tell; the plan time is the site's, which must allow it.
 pub(crate) fn set(control: &Control, request: &SetParametersRequest) -> SetParametersResponse {
-    let set = |parameter: &Parameter| {
-        let done = set_one(control, parameter);
-        let reason = done.err().map(|why| chain(why.as_ref()));
-        info!(service = "ros-bridge", parameter = parameter.name, refused = reason, "a parameter was set from ROS");
-        SetParametersResult { successful: reason.is_none(), reason: reason.unwrap_or_default() }
-    };
+    let set = |parameter: &Parameter| result(&parameter.name, set_one(control, parameter));
     SetParametersResponse { results: request.parameters.iter().map(set).collect() }
+}
+
+/// Sets one parameter. Several are refused: plan time and storey are set by two processes, and what one did cannot be undone
+/// where the other refuses.
+pub(crate) fn set_atomically(control: &Control, request: &SetParametersRequest) -> SetParametersAtomicallyResponse {
+    let done = match request.parameters.as_slice() {
+        [parameter] => set_one(control, parameter),
+        several => Err(format!("{} parameters at once: one at a time can be set so", several.len()).into()),
+    };
+    let names: Vec<&str> = request.parameters.iter().map(|parameter| parameter.name.as_str()).collect();
+    SetParametersAtomicallyResponse { result: result(&names.join(", "), done) }
+}
+
+fn result(name: &str, done: Result<(), Failure>) -> SetParametersResult {
+    let reason = done.err().map(|why| chain(why.as_ref()));
+    info!(service = "ros-bridge", parameter = name, refused = reason, "a parameter was set from ROS");
+    SetParametersResult { successful: reason.is_none(), reason: reason.unwrap_or_default() }
 }
 
 fn set_one(control: &Control, Parameter { name, value }: &Parameter) -> Result<(), Failure> {
@@ -119,5 +131,11 @@ mod tests {
         assert!(why(PLAN_TIME, ParameterValue::integer(3)).contains("string"));
         assert!(why(STOREY, ParameterValue::integer(-2)).contains("no storey"));
         assert!(why("storeys", ParameterValue::integer(1)).contains("plan_time, storey"));
+        for (n_parameters, expected) in [(1, "no storey"), (2, "2 parameters at once"), (0, "0 parameters at once")] {
+            let wrong = Parameter { name: STOREY.to_owned(), value: ParameterValue::integer(-2) };
+            let parameters = vec![wrong; n_parameters];
+            let result = set_atomically(&control, &SetParametersRequest { parameters }).result;
+            assert!(!result.successful && result.reason.contains(expected), "{result:?}");
+        }
     }
 }

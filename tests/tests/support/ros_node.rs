@@ -2,11 +2,17 @@
 
 use super::peer::Peer;
 use super::{announce, root};
+use std::ffi::OsStr;
 use std::process::Command;
 use std::sync::OnceLock;
 
-const PACKAGES: [&str; 3] =
-    ["ros-kilted-rclpy==9.1.2", "ros-kilted-rmw-fastrtps-cpp==9.3.3", "ros-kilted-rmw-implementation==3.0.4"];
+const PACKAGES: [&str; 5] = [
+    "ros-kilted-rclpy==9.1.2",
+    "ros-kilted-rmw-fastrtps-cpp==9.3.3",
+    "ros-kilted-rmw-implementation==3.0.4",
+    "ros-kilted-nav-msgs==5.5.1",
+    "ros-kilted-std-srvs==5.5.1",
+];
 
 /// True, unless ROS 2 cannot be had: then it says so. Its wheels are for CPython 3.11. All tests of a process look once.
 pub(crate) fn has_node() -> bool {
@@ -21,8 +27,17 @@ pub(crate) fn has_node() -> bool {
     })
 }
 
+fn start(script: &str, domain: u16, more: &[&dyn AsRef<OsStr>]) -> Peer {
+    let mut command = Command::new(root().join("target/venv/bin/python"));
+    Peer::start(command.arg(root().join(script)).args(["--domain", &domain.to_string()]).args(more))
+}
+
 /// A node that prints once a second what it sees of the graph.
 pub(crate) fn join(domain: u16) -> Peer {
-    let mut command = Command::new(root().join("target/venv/bin/python"));
-    Peer::start(command.arg(root().join("scripts/ros_node.py")).args(["--domain", &domain.to_string()]))
+    start("scripts/ros_node.py", domain, &[])
+}
+
+/// A node that takes the grids, and does what it is told to.
+pub(crate) fn consumer(domain: u16, more: &[&dyn AsRef<OsStr>]) -> Peer {
+    start("scripts/ros_consumer.py", domain, more)
 }

@@ -77,6 +77,13 @@ pub struct SetParametersResponse {
     pub results: Vec<SetParametersResult>,
 }
 
+/// Response of [`SetParametersAtomically`].
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct SetParametersAtomicallyResponse {
+    /// Of all together.
+    pub result: SetParametersResult,
+}
+
 /// Names of parameters.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Names {
@@ -150,6 +157,10 @@ pub struct DescribeParametersResponse {
 ros_service! {
     /// Sets parameters: `<node>/set_parameters`.
     SetParameters: rcl_interfaces, SetParametersRequest => SetParametersResponse
+}
+ros_service! {
+    /// Sets all parameters or none: `<node>/set_parameters_atomically`.
+    SetParametersAtomically: rcl_interfaces, SetParametersRequest => SetParametersAtomicallyResponse
 }
 ros_service! {
     /// Their values: `<node>/get_parameters`.
