@@ -1,4 +1,4 @@
-"""Maps of MRPT's programs for SLAM, icp-slam and rbpf-slam, of logs in the format of CARMEN: used by slam-maps.
+"""Maps of MRPT's programs for SLAM, icp-slam and rbpf-slam, of logs in the format of CARMEN: used by slam-maps, and by localizers.py.
 
 A log has messages ROBOTLASER1 (others are left out): scans with the pose of the odometry. It is written as a rawlog of actions and
 sensory frames, which both programs read; carmen2rawlog of MRPT 2.5 gives all messages the same time and no actions. A map is read from
@@ -6,9 +6,12 @@ the picture that the programs leave, the path from their text files: one pose fo
 """
 import gzip
 import math
+import os
 import pathlib
+import shutil
 import struct
 import subprocess
+import sys
 
 # Side of a cell of the maps, in metres.
 CELL_M = 0.05
@@ -129,6 +132,17 @@ PROGRAMS = {
     "icp-slam": (ICP_SLAM, (0.0, 0.0), "_finalmaps_.txt", "log_estimated_path.txt", 0, (1, 2, 3)),
     "rbpf-slam": (RBPF_SLAM, (0.2, 8.0), "finalMap", "most_likely_path.txt", 1, (0, 1, 2)),
 }
+
+
+def is_installed():
+    """True if MRPT's programs are there, or could be installed."""
+    programs = [*PROGRAMS, "pf-localization"]
+    is_there = lambda: all(shutil.which(program) for program in programs)
+    if not is_there() and os.geteuid() == 0 and shutil.which("apt-get"):
+        environment = {**os.environ, "DEBIAN_FRONTEND": "noninteractive"}
+        subprocess.run(["apt-get", "update", "-q"], env=environment, stdout=sys.stderr)
+        subprocess.run(["apt-get", "install", "-y", "-q", "--no-install-recommends", "mrpt-apps"], env=environment, stdout=sys.stderr)
+    return is_there()
 
 
 def scans(log):

@@ -1,17 +1,17 @@
 #!/usr/bin/env python3
-"""Lets a robot localize by AMCL, the particle filter of Nav2, on exported maps while it drives through the world beside them.
+"""Lets a robot localize on exported maps by a localizer that is not ours while it drives through the world beside them.
 
-    python3 scripts/check_amcl.py OUT...              judge the folders that `groundplan convert --world` wrote
-    python3 scripts/check_amcl.py --self-test OUT...  drive on damaged maps too; each damage must be noticed
+    python3 scripts/check_localization.py OUT...              judge the folders that `groundplan convert --world` wrote
+    python3 scripts/check_localization.py --self-test OUT...  drive on damaged maps too; each damage must be noticed
+    python3 scripts/check_localization.py --localizer mrpt .. MRPT's pf-localization instead of AMCL, the particle filter of Nav2
 
-Needs numpy, Pillow and amcl (PyPI, GPL-3.0). Prints a line with the verdict for each storey. Exit codes: 0 all are good, 1 one is
-not, 2 a folder cannot be read.
+Needs numpy, Pillow, and amcl (PyPI, GPL-3.0) or MRPT (Debian's mrpt-apps, which root gets by apt-get). Prints a line with the verdict for
+each storey. Exit codes: 0 all are good, 1 one is not, 2 a folder cannot be read, 3 there is no such localizer.
 
 The way leads through the waypoints of a storey over the free cells of `planning.pgm`, the first 40 m of it. Scans are of the collision
-shapes of the world's static models, furniture too, cut at the height of the lidar; doors are open and their leaves out of sight. AMCL
-gets them with an odometry that is 5 % too long all the way, off by another 5 % and by 3 degrees at random in each step, and a first
-pose that is 0.36 m and 8 degrees off. Its map is `localization.pgm`; its settings are Nav2's, but for the noise of the odometry, and
-for fewer particles. The same folder always gives the same drive.
+shapes of the world's static models, furniture too, cut at the height of the lidar; doors are open and their leaves out of sight. The
+localizer gets them with an odometry that is 5 % too long all the way, off by another 5 % and by 3 degrees at random in each step, and
+a first pose that is 0.36 m and 8 degrees off; its map is `localization.pgm`. The same folder always gives the same drive.
 
 A storey is good if
 - from 5 m of way on the pose is never more than 1 m off: a robot that is farther off than a door is wide drives into its jamb, or
@@ -30,11 +30,11 @@ import sys
 import time
 import xml.etree.ElementTree as ElementTree
 
-import amcl
 import numpy as np
 from PIL import Image
 
 from check_world import Plans, World
+from localizers import FREE, LOCALIZERS, OCCUPIED, UNKNOWN, Task, is_available
 from slam_drive import STEP_M, Drive, Layer
 
 MOST_WAY_M, LEAST_WAY_M = 40.0, 15.0
@@ -46,14 +46,8 @@ WALL_RAYS, WALL_SHARE, WALL_M, BEFORE_WALL_M = 100, 0.9, 0.1, 0.15
 TURN_RAD = 0.5
 LIDAR_RANGE_M, LIDAR_NOISE_M, N_RAYS = 12.0, 0.01, 60
 ODOMETRY_OFF, TURN_OFF_RAD = 0.05, math.radians(3)
-# The first pose: along, across, turn in the robot's frame; what AMCL is told of how well it is known.
-START_OFF, START_VARIANCE = (0.3, -0.2, math.radians(8)), (0.25, 0.25, 0.07)
-
-N_PARTICLES = (100, 500)
-MOTION = amcl.MotionParameters(0.05, 0.05, 0.05, 0.05, 0.05)
-# z_hit, z_short, z_max, z_rand, sigma_hit, lambda_short; it looks for no outliers.
-LASER = amcl.LaserParameters(0.5, 0.05, 0.05, 0.5, 0.2, 0.1, 0.0, N_RAYS)
-OCCUPIED, FREE, UNKNOWN = 100, 0, -1
+# The first pose that the localizer is told: along, across, turn in the robot's frame.
+START_OFF = (0.3, -0.2, math.radians(8))
 
 
 def wrapped(angle):
@@ -87,7 +81,8 @@ def odometry_along(poses, draw):
     return believed
 
 
-BEARINGS = np.arange(N_RAYS) / N_RAYS * 2 * math.pi - math.pi
+# From the right to the left, all around.
+BEARINGS = (np.arange(N_RAYS) + 0.5) / N_RAYS * 2 * math.pi - math.pi
 
 
 def ends_of(pose, ranges):
@@ -122,21 +117,10 @@ class Run:
         """Share of the rays that meet anything."""
         return np.mean(self.met != "")
 
-    def localize(self, cells):
-        """The poses that AMCL finds on a map."""
-        localizer = amcl.AMCL(*N_PARTICLES, 0.0, 0.0, MOTION, LASER, "differential")
-        localizer.set_map(amcl.create_occupancy_grid_from_list(cells.tolist(), self.cell, *map(float, self.origin)))
-        # It belongs to the map, and is anywhere if nobody says where it is.
-        localizer.set_laser_pose(amcl.Vector3D(0.0, 0.0, 0.0))
-        variance = amcl.create_diagonal_covariance(*START_VARIANCE)
-        localizer.set_initial_pose(amcl.Vector3D(*moved(self.poses[0], *START_OFF)), variance)
-        found = []
-        for odometry, ranges in zip(self.odometry, self.ranges):
-            scan = amcl.create_laser_scan_from_list(np.stack([ranges, BEARINGS], 1).tolist(), LIDAR_RANGE_M)
-            localizer.update(scan, amcl.Vector3D(*odometry))
-            mean = localizer.get_pose_mean()
-            found.append((mean.x, mean.y, mean.theta))
-        return found
+    def task(self, cells):
+        """What a localizer gets."""
+        start = moved(self.poses[0], *START_OFF)
+        return Task(cells, self.cell, self.origin, start, self.odometry, self.ranges, BEARINGS, LIDAR_RANGE_M)
 
     def cells_of(self, points):
         return np.floor((points - self.origin) / self.cell).astype(int)
@@ -169,9 +153,9 @@ class Run:
             taken[max(low, 0):high, max(left, 0):right] = True
         return taken
 
-    def faults(self, cells):
+    def faults(self, cells, localizer):
         """What is wrong with how a robot localizes on a map, and the figures in words."""
-        found = self.localize(cells)
+        found = localizer(self.task(cells))
         off = np.array([math.dist(a[:2], b[:2]) for a, b in zip(found, self.poses)])
         yaw_off = [abs(wrapped(a[2] - b[2])) for a, b in zip(found, self.poses)]
         after = off[self.way_m >= CONVERGED_AFTER_M]
@@ -235,16 +219,16 @@ def damages(run):
     yield "all walls stand 0.3 m beside", np.roll(run.map, round(0.3 / run.cell), 1), BESIDE
 
 
-def verdict(out, with_damages):
+def verdict(out, localizer, with_damages):
     is_good = True
     for name, run in runs_of(out):
         begun = time.monotonic()
-        faults, words = run.faults(run.map)
+        faults, words = run.faults(run.map, localizer)
         is_good &= not faults
         print(f"{'FAIL' if faults else 'ok  '} {name}: {words}; {time.monotonic() - begun:.1f} s", flush=True)
         print("".join(f"       {fault}\n" for fault in faults), end="")
         for damage, cells, expected in damages(run) if with_damages else ():
-            noticed = [fault for fault in run.faults(cells)[0] if expected in fault]
+            noticed = [fault for fault in run.faults(cells, localizer)[0] if expected in fault]
             is_good &= bool(noticed)
             print(f"{'ok  ' if noticed else 'FAIL'} {name}: {damage}: {noticed[0] if noticed else 'not noticed'}", flush=True)
     return is_good
@@ -252,13 +236,17 @@ def verdict(out, with_damages):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--localizer", choices=list(LOCALIZERS), default="amcl", help="whose poses are judged (default: amcl)")
     parser.add_argument("--self-test", action="store_true", help="damage the maps too: each damage must be noticed")
     parser.add_argument("folders", metavar="OUT", nargs="+", type=pathlib.Path)
     options = parser.parse_args()
+    if not is_available(options.localizer):
+        print(f"** SKIPPED: localization by {options.localizer}: it is not installed", file=sys.stderr)
+        return 3
     try:
-        verdicts = [verdict(out, options.self_test) for out in options.folders]
+        verdicts = [verdict(out, LOCALIZERS[options.localizer], options.self_test) for out in options.folders]
     except (OSError, ValueError, LookupError, TypeError, ElementTree.ParseError) as problem:
-        print(f"scripts/check_amcl.py: cannot read the folder: {type(problem).__name__}: {problem}", file=sys.stderr)
+        print(f"scripts/check_localization.py: cannot read the folder: {type(problem).__name__}: {problem}", file=sys.stderr)
         return 2
     return 0 if all(verdicts) else 1
 
