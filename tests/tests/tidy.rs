@@ -17,7 +17,7 @@ fn root() -> PathBuf {
 }
 
 /// Crates of the workspace that each crate may depend on.
-const ALLOWED: [(&str, &[&str]); 32] = [
+const ALLOWED: [(&str, &[&str]); 33] = [
     ("diagnostics", &[]),
     ("input-files", &[]),
     ("frames", &[]),
@@ -40,7 +40,7 @@ const ALLOWED: [(&str, &[&str]); 32] = [
     ("waypoints", &["diagnostics", "frames", "geometry", "grid", "messages"]),
     ("alignment", &["diagnostics", "frames", "geometry", "grid", "messages", "occupancy", "raster"]),
     ("deviations", &["frames", "geometry", "grid", "messages", "occupancy"]),
-    ("answers", &["export", "frames", "messages", "schedule", "waypoints"]),
+    ("answers", &["diagnostics", "export", "frames", "messages", "schedule", "waypoints"]),
     ("ifc-ingest", &["bus", "daemon", "export", "ingest", "messages", "schedule"]),
     ("schedule-eval", &["bus", "daemon", "diagnostics", "frames", "messages", "schedule", "tasks"]),
     ("rasterize", &["bus", "daemon", "grid", "messages", "raster"]),

@@ -1,7 +1,8 @@
 //! Finds rooms, doors and points by the words of people.
 
+use diagnostics::nearest_names_hint;
 use frames::{Map, Point2};
-use messages::{Site, nearest_names_hint, space_flags};
+use messages::{Site, space_flags};
 use waypoints::WayEnd;
 
 /// A name that stands for nothing of the site, or for several things.

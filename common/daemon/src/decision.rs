@@ -115,10 +115,7 @@ impl<D: Decide> Decision<D> {
     }
 
     /// The same, with what a client is told.
-    pub fn answered(
-        mut self,
-        answer: impl FnOnce(&D, &Now<'_, D>) -> AnswerTo<D> + Send + 'static,
-    ) -> Self {
+    pub fn answered(mut self, answer: impl FnOnce(&D, &Now<'_, D>) -> AnswerTo<D> + Send + 'static) -> Self {
         self.answer = Some(Box::new(move |decider, now| Ok(answer(decider, now))));
         self
     }

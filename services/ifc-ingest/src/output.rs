@@ -41,12 +41,7 @@ impl Outputs<Ingest> for SiteOutput {
         self.output.attach(bus, epochs)
     }
 
-    fn publish(
-        &mut self,
-        site: Arc<Checked<payload::Site>>,
-        _: &Ingest,
-        epochs: &mut Epochs,
-    ) -> Result<(), Failure> {
+    fn publish(&mut self, site: Arc<Checked<payload::Site>>, _: &Ingest, epochs: &mut Epochs) -> Result<(), Failure> {
         self.put(site, epochs);
         Ok(())
     }

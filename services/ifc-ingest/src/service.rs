@@ -174,8 +174,7 @@ impl Ingest {
         outputs: &SiteOutput,
     ) -> Result<Told, Failure> {
         let stamps = whole.as_ref().map_or_else(|_| stamps_of(&models), |whole| whole.stamps.clone());
-        decision.next.read =
-            Some(ReadFiles { models: models.clone(), stamps: stamps.clone(), is_asked: by.is_some() });
+        decision.next.read = Some(ReadFiles { models: models.clone(), stamps: stamps.clone(), is_asked: by.is_some() });
         let frame = self.frame_in_force(outputs.site().map(frame_of));
         let read = whole.and_then(|whole| {
             let frame = frame?;
@@ -194,9 +193,7 @@ impl Ingest {
                 decision.save.push(self.store.saving_revisions(&decision.next.revisions)?);
                 Ok(Err(why))
             }
-            Ok(revision) if *intent == Intent::Compare => {
-                Ok(Ok((RevisionEffect::DryRun, Some(revision.described()))))
-            }
+            Ok(revision) if *intent == Intent::Compare => Ok(Ok((RevisionEffect::DryRun, Some(revision.described())))),
             Ok(revision) if self.waits(&revision, intent) => self.wait_for_operator(decision, &revision, by).map(Ok),
             Ok(revision) => self.take_effect(decision, revision, by, reporter, outputs).map(Ok),
         }

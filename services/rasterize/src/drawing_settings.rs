@@ -173,7 +173,11 @@ mod tests {
         let settings = opened(&home, &first);
         let (_, profile) = Robot::read_with_text(&second).unwrap();
         let (settings, saves) = settings.commanded(profile.clone(), 7).unwrap();
-        assert_eq!(in_force(&opened(&home, &first)), ("first", SettingSource::SiteToml, false), "it is not written yet");
+        assert_eq!(
+            in_force(&opened(&home, &first)),
+            ("first", SettingSource::SiteToml, false),
+            "it is not written yet"
+        );
         saves.iter().try_for_each(Save::write).unwrap();
         fs::remove_file(&second).unwrap();
         assert_eq!(in_force(&opened(&home, &first)), ("second", SettingSource::Command, false));

@@ -118,7 +118,9 @@ impl InForce {
     /// The rules have none.
     pub(crate) fn check_zone(&self) -> Result<(), Failure> {
         match (self.plan_time.clock(), &self.rules.site_zone) {
-            (PlanTimeClock::Wall { .. }, None) => Err("the plan time follows the clock: the rules need site_zone".into()),
+            (PlanTimeClock::Wall { .. }, None) => {
+                Err("the plan time follows the clock: the rules need site_zone".into())
+            }
             _ => Ok(()),
         }
     }
@@ -145,9 +147,8 @@ impl InForce {
     pub(crate) fn edits(&self, has_other_rules: bool, has_other_plan_time: bool) -> Vec<HistoryEvent> {
         let event = |kind, summary| HistoryEvent { kind, by: None, summary };
         let rules = has_other_rules.then(|| event(HistoryKind::Rules, format!("rules of {}", self.rules_words())));
-        let plan_time = has_other_plan_time.then(|| {
-            event(HistoryKind::Date, format!("plan time {} of site.toml", self.plan_time.in_force().value))
-        });
+        let plan_time = has_other_plan_time
+            .then(|| event(HistoryKind::Date, format!("plan time {} of site.toml", self.plan_time.in_force().value)));
         rules.into_iter().chain(plan_time).collect()
     }
 }

@@ -94,8 +94,11 @@ impl ScheduleFiles {
     pub(crate) fn configure(&mut self, config: &SiteConfig, rules: &Rules) -> Result<Option<Save>, Failure> {
         let named = Named::of(config);
         let is_read = named == self.named && stamps_of(&named.paths()) == self.read_as;
-        let (stamps, contents) =
-            if is_read { (self.read_as.clone(), Contents::clone(&self.contents)) } else { named.read(&mut self.watch)? };
+        let (stamps, contents) = if is_read {
+            (self.read_as.clone(), Contents::clone(&self.contents))
+        } else {
+            named.read(&mut self.watch)?
+        };
         let plans = contents.plans(rules)?;
         let save = self.take(plans, contents)?;
         (self.named, self.read_as) = (named, stamps);

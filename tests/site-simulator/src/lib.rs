@@ -236,17 +236,28 @@ pub struct Daemons {
 }
 
 /// Those that take part.
-pub const DAEMONS: [Daemon; 4] =
-    [Daemon::IfcIngest, Daemon::ScheduleEval, Daemon::Rasterize, Daemon::WaypointGen];
+pub const DAEMONS: [Daemon; 4] = [Daemon::IfcIngest, Daemon::ScheduleEval, Daemon::Rasterize, Daemon::WaypointGen];
 
 /// The same step of a daemon, whichever it is.
 macro_rules! each {
     ($daemons:ident, $daemon:expr, |$process:ident| $step:expr) => {
         match $daemon {
-            Daemon::IfcIngest => { let $process = &mut $daemons.ingest; $step }
-            Daemon::ScheduleEval => { let $process = &mut $daemons.schedule; $step }
-            Daemon::Rasterize => { let $process = &mut $daemons.rasterize; $step }
-            Daemon::WaypointGen => { let $process = &mut $daemons.waypoints; $step }
+            Daemon::IfcIngest => {
+                let $process = &mut $daemons.ingest;
+                $step
+            }
+            Daemon::ScheduleEval => {
+                let $process = &mut $daemons.schedule;
+                $step
+            }
+            Daemon::Rasterize => {
+                let $process = &mut $daemons.rasterize;
+                $step
+            }
+            Daemon::WaypointGen => {
+                let $process = &mut $daemons.waypoints;
+                $step
+            }
             other => panic!("{other} does not take part"),
         }
     };

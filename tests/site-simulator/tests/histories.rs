@@ -169,7 +169,9 @@ impl WantedTime {
     fn at_s(self, now_ms: i64) -> i64 {
         match self {
             Self::Fixed(at_s) => at_s,
-            Self::Running { from_s, rate, since_ms } => from_s + ((now_ms - since_ms) as f64 / 1e3 * rate).floor() as i64,
+            Self::Running { from_s, rate, since_ms } => {
+                from_s + ((now_ms - since_ms) as f64 / 1e3 * rate).floor() as i64
+            }
         }
     }
 
@@ -249,7 +251,8 @@ impl History {
         let clock = SimulatedClock(Arc::new(AtomicI64::new(START_MS)));
         let daemons = Daemons::of(&toml(&state, models), home.path(), clock.clone());
         let reader = Reader::of(&daemons.shared.bus);
-        let wanted = Wanted { plan_time: WantedTime::Fixed(START_MS / 1_000), robot: 0, progress: Vec::new(), model: 0 };
+        let wanted =
+            Wanted { plan_time: WantedTime::Fixed(START_MS / 1_000), robot: 0, progress: Vec::new(), model: 0 };
         let (dice, epochs) = (Dice(seed), BTreeMap::new());
         Self { dice, fault, _home: home, daemons, clock, reader, epochs, wanted, unanswered: None, log: Vec::new() }
     }
@@ -472,7 +475,9 @@ impl History {
         }
         sets.take().map_err(|why| daemon::chain(&why))?;
         if self.fault == Fault::MixedSet {
-            let Newest { site: Some(site), state: Some(state), grids, robot: Some(robot) } = newest else { return Ok(()) };
+            let Newest { site: Some(site), state: Some(state), grids, robot: Some(robot) } = newest else {
+                return Ok(());
+            };
             let grids: Vec<u64> = grids.values().copied().collect();
             return check_set(site, state, robot, &grids);
         }
@@ -574,7 +579,11 @@ fn check_set(
 ) -> Result<(), Violation> {
     type Drawn = Mutex<HashMap<(u64, u64, u32), Vec<u64>>>;
     static DRAWN: OnceLock<Drawn> = OnceLock::new();
-    let key = (site.content_hash(), state.content_hash(), robot.radius_m.to_bits() as u32 ^ (robot.radius_m.to_bits() >> 32) as u32);
+    let key = (
+        site.content_hash(),
+        state.content_hash(),
+        robot.radius_m.to_bits() as u32 ^ (robot.radius_m.to_bits() >> 32) as u32,
+    );
     let drawn = DRAWN.get_or_init(Drawn::default);
     let known = drawn.lock().unwrap().get(&key).cloned();
     let expected = known.unwrap_or_else(|| {
@@ -586,7 +595,11 @@ fn check_set(
         drawn.lock().unwrap().insert(key, hashes.clone());
         hashes
     });
-    if grids == expected { Ok(()) } else { Err("grids that are not of their site and schedule state are taken for a set".to_owned()) }
+    if grids == expected {
+        Ok(())
+    } else {
+        Err("grids that are not of their site and schedule state are taken for a set".to_owned())
+    }
 }
 
 /// The first seed whose history goes wrong, and how.
@@ -629,13 +642,11 @@ fn no_history_mixes_what_does_not_belong_together_or_makes_an_answer_false() {
 
 #[test]
 fn faults_that_are_put_in_are_found() {
-    let expected = [
-        (Fault::LostWayBack, "wanted"),
-        (Fault::MixedSet, "taken for a set"),
-        (Fault::FallingEpoch, "epoch"),
-    ];
+    let expected =
+        [(Fault::LostWayBack, "wanted"), (Fault::MixedSet, "taken for a set"), (Fault::FallingEpoch, "epoch")];
     for (fault, told) in expected {
-        let (seed, why) = first_violation(fault, N_HISTORIES_OF_FAULT).unwrap_or_else(|| panic!("{fault:?} is not found"));
+        let (seed, why) =
+            first_violation(fault, N_HISTORIES_OF_FAULT).unwrap_or_else(|| panic!("{fault:?} is not found"));
         assert!(why.contains(told), "{fault:?}, seed {seed}: {why}");
     }
 }

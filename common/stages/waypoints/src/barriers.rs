@@ -5,7 +5,7 @@ use crate::free_space::FreeSpace;
 use crate::input::MissionPlanInput;
 use crate::portal::{Portal, PortalKind};
 use crate::reachability::Reachability;
-use messages::{DoorPassageRecord, NONE, Site};
+use messages::{DoorPassageRecord, EdgeKind, NONE, Site};
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
@@ -230,17 +230,18 @@ fn weight(obstacle: Obstacle) -> u32 {
 }
 
 /// A portal that the robot does not use, in words.
-pub fn portal_text(site: &Site<'_>, kind: PortalKind, element: usize) -> String {
+pub fn portal_text(site: &Site<'_>, kind: EdgeKind, element: usize) -> String {
     // Floor that no element carries has none.
     let Some(element) = site.elements.get(element) else {
         return "a step on the way is too high for this robot".to_owned();
     };
     let id = site.text(element.global_id);
     match kind {
-        PortalKind::Stair => format!("this robot does not climb the stair {id}"),
-        PortalKind::Ramp { .. } => format!("the ramp {id} is too steep for this robot"),
-        PortalKind::Lift => format!("this robot does not take the lift {id}"),
-        PortalKind::Escalator => format!("this robot does not use the escalator {id}"),
-        PortalKind::Step => format!("the step at {id} is too high for this robot"),
+        EdgeKind::Stair => format!("this robot does not climb the stair {id}"),
+        EdgeKind::Ramp => format!("the ramp {id} is too steep for this robot"),
+        EdgeKind::Lift => format!("this robot does not take the lift {id}"),
+        EdgeKind::Escalator => format!("this robot does not use the escalator {id}"),
+        EdgeKind::Step => format!("the step at {id} is too high for this robot"),
+        EdgeKind::Floor | EdgeKind::Door => format!("this robot does not pass {id}"),
     }
 }

@@ -7,7 +7,7 @@ use crate::sloped_slabs::sloped_slabs;
 use crate::stair_ends::{ends_at, is_flight, stair_treads};
 use frames::{Map, Point2, TENTHS_PER_M, metres};
 use geometry::upward_triangles;
-use messages::{ElementState, NONE, RobotProfile, ScheduleState, Site, element_flags};
+use messages::{EdgeKind, ElementState, NONE, RobotProfile, ScheduleState, Site, element_flags};
 use std::collections::BTreeMap;
 
 /// Maximum distance in height of treads and landings from the floor of their storey, in tenths of a millimetre.
@@ -30,11 +30,23 @@ const LANDING_DOOR_M: f64 = 1.0;
 
 /// What an element that leads to other storeys is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum VerticalKind {
+pub(crate) enum VerticalKind {
     Stair,
     Ramp,
     Lift,
     Escalator,
+}
+
+impl VerticalKind {
+    /// Its edge in the route graph.
+    pub(crate) fn edge_kind(self) -> EdgeKind {
+        match self {
+            Self::Stair => EdgeKind::Stair,
+            Self::Ramp => EdgeKind::Ramp,
+            Self::Lift => EdgeKind::Lift,
+            Self::Escalator => EdgeKind::Escalator,
+        }
+    }
 }
 
 /// The portals between neighbouring storeys, by element; only of built elements.
@@ -102,10 +114,10 @@ pub(crate) fn between_storeys(
     site: &Site<'_>,
     is_there: impl Fn(usize) -> bool,
     map_storeys: [u32; 2],
-) -> Vec<(EdgeKind, usize)> {
+) -> Vec<(VerticalKind, usize)> {
     let mut floors = map_storeys.map(|storey| i64::from(site.map_storeys[storey as usize].floor_z_tenths));
     floors.sort_unstable();
-    let mut heights: BTreeMap<usize, (EdgeKind, [i64; 2])> = BTreeMap::new();
+    let mut heights: BTreeMap<usize, (VerticalKind, [i64; 2])> = BTreeMap::new();
     for (index, element) in site.elements.iter().enumerate().filter(|(_, e)| e.has(element_flags::VERTICAL)) {
         let whole = whole_of(site, index);
         let Some(kind) = kind_of(site, whole).or_else(|| kind_of(site, index)) else { continue };

@@ -87,7 +87,7 @@ pub(crate) fn behind(
             let why = schedule_state.why(*other).collect::<Vec<_>>().join(", ");
             format!("the room {} on the way is blocked: {why}", site.text(site.spaces[*other].global_id))
         }
-        Obstacle::Portal(kind, element) => portal_text(site, *kind, *element),
+        Obstacle::Portal(kind, element) => portal_text(site, kind.edge_kind(), *element),
         Obstacle::Floor(..) => "the floor on the way is keep-out, or narrower than the robot".to_owned(),
     };
     let reason = obstacles.iter().map(text).collect::<Vec<_>>().join("; ");

@@ -12,8 +12,8 @@ use crate::free_space::FreeSpace;
 use crate::input::MissionPlanInput;
 use crate::options::{MissionPlanOptions, Start};
 use crate::path_search::{PathGrid, length_m};
-use crate::portal::{Portal, Staging};
-use crate::portals::{between_storeys, element_portals};
+use crate::portal::{Portal, PortalKind, Staging};
+use crate::portals::{VerticalKind, between_storeys, element_portals};
 use crate::reachability::Reachability;
 use crate::route_graph::is_same_doorway;
 use floor_between::{Crossing, crossings, floors_between};
@@ -188,12 +188,12 @@ impl<'a> WayFinder<'a> {
             .map(|(kind, element)| {
                 let climbs = self.index.head.robot.climbs_stairs == 1;
                 let is_usable = match kind {
-                    EdgeKind::Stair => Some(climbs),
-                    EdgeKind::Escalator => Some(false),
-                    _ => None,
+                    VerticalKind::Stair => Some(climbs),
+                    VerticalKind::Escalator => Some(false),
+                    VerticalKind::Ramp | VerticalKind::Lift => None,
                 };
                 let is_built = built.contains(&(kind, element));
-                WayObstacle::Portal { kind, element: element as u32, is_built, is_usable }
+                WayObstacle::Portal { kind: kind.edge_kind(), element: element as u32, is_built, is_usable }
             })
             .collect();
         let is_closed = |obstacle: &WayObstacle| matches!(obstacle, WayObstacle::Portal { is_built, is_usable, .. } if !is_built || *is_usable == Some(false));
@@ -269,11 +269,11 @@ impl<'a> WayFinder<'a> {
                 let of_portal = |portal: &&Portal| (portal.kind, portal.element) == (kind, element);
                 let coming = to_come.iter().find(of_portal);
                 let is_usable = match coming {
-                    Some(portal) => (kind != EdgeKind::Lift).then_some(portal.usable),
+                    Some(portal) => (kind != PortalKind::Lift).then_some(portal.usable),
                     None => Some(false),
                 };
                 let element = u32::try_from(element).unwrap_or(NONE);
-                vec![WayObstacle::Portal { kind, element, is_built: coming.is_none(), is_usable }]
+                vec![WayObstacle::Portal { kind: kind.edge_kind(), element, is_built: coming.is_none(), is_usable }]
             }
             Obstacle::Floor(storey, [a, b]) => {
                 let is_source = |end: FloorEnd| match end {
@@ -316,10 +316,14 @@ fn planned_portal(
     free_spaces: &[FreeSpace],
 ) -> Option<Portal> {
     let record = &mission_plan.edges[edge];
-    let kind = record.kind.get();
-    if matches!(kind, EdgeKind::Floor | EdgeKind::Door) {
-        return None;
-    }
+    let kind = match record.kind.get() {
+        EdgeKind::Floor | EdgeKind::Door => return None,
+        EdgeKind::Stair => PortalKind::Stair,
+        EdgeKind::Ramp => PortalKind::Ramp { slope_rad: record.slope_rad },
+        EdgeKind::Lift => PortalKind::Lift,
+        EdgeKind::Escalator => PortalKind::Escalator,
+        EdgeKind::Step => PortalKind::Step,
+    };
     let staging = |node: u32| {
         let node = &mission_plan.nodes[node as usize];
         let storey = grids.heads().position(|head| head.map_storey == node.map_storey)?;
@@ -331,7 +335,7 @@ fn planned_portal(
     };
     let ends = [staging(record.nodes[0])?, staging(record.nodes[1])?];
     let (element, usable) = (record.of as usize, record.usable == 1);
-    Some(Portal { element, kind, ends, length_m: record.length_m, slope_rad: record.slope_rad, usable })
+    Some(Portal { element, kind, ends, length_m: record.length_m, usable })
 }
 
 /// All parts that the robot gets to from a place.
