@@ -4,8 +4,9 @@
 
 mod support;
 
-use bus::{Bus, Daemon, Domain, SiteSetReader, Subscriber, Waiter, topics};
+use bus::{Bus, Daemon, Domain, Subscriber, Waiter, topics};
 use daemon::{Answer, Client, ScheduleRequest};
+use site_view::SiteSetReader;
 use std::collections::BTreeMap;
 use std::os::unix::fs::MetadataExt;
 use std::path::Path;

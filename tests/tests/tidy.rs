@@ -17,7 +17,7 @@ fn root() -> PathBuf {
 }
 
 /// Crates of the workspace that each crate may depend on.
-const ALLOWED: [(&str, &[&str]); 33] = [
+const ALLOWED: [(&str, &[&str]); 34] = [
     ("diagnostics", &[]),
     ("input-files", &[]),
     ("frames", &[]),
@@ -28,6 +28,7 @@ const ALLOWED: [(&str, &[&str]); 33] = [
     ("grid", &["frames", "geometry"]),
     ("messages", &["diagnostics", "frames", "geometry", "grid"]),
     ("bus", &["messages"]),
+    ("site-view", &["bus", "messages"]),
     ("daemon", &["bus", "input-files", "messages"]),
     ("export", &["diagnostics", "frames", "geometry", "grid", "input-files", "messages"]),
     ("world", &["convex", "diagnostics", "export", "frames", "geometry", "grid", "messages"]),
@@ -44,10 +45,41 @@ const ALLOWED: [(&str, &[&str]); 33] = [
     ("ifc-ingest", &["bus", "daemon", "export", "ingest", "messages", "schedule"]),
     ("schedule-eval", &["bus", "daemon", "diagnostics", "frames", "messages", "schedule", "tasks"]),
     ("rasterize", &["bus", "daemon", "grid", "messages", "raster"]),
-    ("waypoint-gen", &["bus", "daemon", "messages", "waypoints"]),
-    ("ros-bridge", &["bus", "daemon", "diagnostics", "export", "frames", "grid", "messages", "ros", "world"]),
-    ("web", &["bus", "daemon", "export", "frames", "grid", "input-files", "messages", "raster", "schedule", "world"]),
-    ("slam-align", &["alignment", "bus", "daemon", "deviations", "diagnostics", "frames", "messages", "occupancy"]),
+    ("waypoint-gen", &["bus", "daemon", "messages", "site-view", "waypoints"]),
+    (
+        "ros-bridge",
+        &["bus", "daemon", "diagnostics", "export", "frames", "grid", "messages", "ros", "site-view", "world"],
+    ),
+    (
+        "web",
+        &[
+            "bus",
+            "daemon",
+            "export",
+            "frames",
+            "grid",
+            "input-files",
+            "messages",
+            "raster",
+            "schedule",
+            "site-view",
+            "world",
+        ],
+    ),
+    (
+        "slam-align",
+        &[
+            "alignment",
+            "bus",
+            "daemon",
+            "deviations",
+            "diagnostics",
+            "frames",
+            "messages",
+            "occupancy",
+            "site-view",
+        ],
+    ),
     ("site-simulator", &["bus", "daemon", "ifc-ingest", "rasterize", "schedule-eval", "waypoint-gen"]),
     ("slam-simulator", &["frames", "grid", "occupancy"]),
     (
@@ -70,6 +102,7 @@ const ALLOWED: [(&str, &[&str]); 33] = [
             "raster",
             "ros",
             "schedule",
+            "site-view",
             "tasks",
             "waypoints",
             "world",

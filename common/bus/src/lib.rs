@@ -3,9 +3,8 @@
 //!
 //! A [`Keeper`] creates a [`Domain`]'s services; all other processes join as a [`Bus`], open ports, and wait in its
 //! [`Waiter`]. A [`Publisher`] lends memory in which an archive is written in place, or copies one that is in the heap;
-//! a [`Subscriber`] reads it in place, and gets the last one when it joins late. A [`SiteSetReader`] gives the samples
-//! of a site that belong together; [`ConsistentSet`] tells a robot whether it may use the maps that it has. Tests that simulate a site have
-//! an [`InProcessBus`].
+//! a [`Subscriber`] reads it in place, and gets the last one when it joins late. [`ConsistentSet`] tells a robot whether it may use
+//! the maps that it has. Tests that simulate a site have an [`InProcessBus`].
 //!
 //! Other programs attach as subscribers: the example `read_grid` in Rust, `scripts/python_subscriber.py` with the iceoryx2 wheel
 //! and numpy; both read grids in place. For people:
@@ -92,8 +91,6 @@ mod reply_kind;
 mod report_kind;
 mod segments;
 mod signal;
-mod site_set;
-mod site_set_reader;
 mod stamp;
 mod status;
 pub mod topics;
@@ -115,8 +112,6 @@ pub use limits::{MAX_COMMAND_BYTES, MAX_HELD, MAX_OPEN, MAX_SAMPLE_BYTES};
 pub use names::{Daemon, GridSlot, TopicName};
 pub use relay::{Relay, RelayEvent, RelayOptions};
 pub use report_kind::ReportKind;
-pub use site_set::{SiteSample, SiteSamples, SiteSet, SiteState, SiteViews};
-pub use site_set_reader::{SiteSetError, SiteSetReader};
 pub use stamp::Stamp;
 pub use status::{StatusReader, StatusWriter};
 pub use topics::Topic;

@@ -1,6 +1,5 @@
 //! The messages of a set of maps, of an alignment and of the processes of a site.
 
-use bus::SiteViews;
 use daemon::{MapState, MapsInUse, Report, RosConfig, SiteProcess, StatusBoard};
 use export::{ExportInput, nav2_route_file};
 use grid::GridSpecError;
@@ -16,6 +15,7 @@ use ros::msg::std_msgs::{self, Header};
 use ros::msg::visualization_msgs::MarkerArray;
 use serde::de::IgnoredAny;
 use serde_json::json;
+use site_view::SiteViews;
 use std::time::Duration;
 
 /// A process that has not reported for this time is stale.

@@ -17,7 +17,7 @@ use crate::robot::Robot;
 use crate::sim_time::ClockFollower;
 use crate::slam_map::SlamMapInput;
 use crate::storey::RobotStorey;
-use bus::{Bus, CheckedSample, GridSlot, RawSubscriber, SiteSample, SiteSamples, Stamp, TopicName, topics};
+use bus::{Bus, CheckedSample, GridSlot, RawSubscriber, Stamp, TopicName, topics};
 use daemon::facts::{Pose, RosBridgeFacts};
 use daemon::{
     Asked, CurrentActivity, Done, Event, Failure, Freshness, MapState, RosBridgeRequest, RosConfig, Service,
@@ -28,6 +28,7 @@ use messages::{Activity, AlignmentVerdict, PoseRecord, PoseValidity};
 use ros::markers::each_room;
 use ros::msg::tf2_msgs::TFMessage;
 use ros::transforms::{alignment_pose, pose_in_map, site_map_from_map};
+use site_view::{SiteSample, SiteSamples};
 use std::sync::Arc;
 use std::time::Instant;
 use tracing::{error, info};

@@ -6,11 +6,11 @@ use alignment::{
     Alignment, Hint, Looks, PlaceHint, PreparedMap, References, SitePlaces, UnknownPlace, align_maps_within,
     references_hash,
 };
-use bus::SiteSamples;
 use daemon::{Failure, KnownPlaces};
 use deviations::{DeviationInput, deviations};
 use frames::Map;
 use messages::{ArchiveBuffer, Checked, PoseRecord, RobotProfile, ScheduleState, Site, SlamFrame, payload};
+use site_view::SiteSamples;
 use std::sync::Arc;
 
 /// Where a pose is searched.

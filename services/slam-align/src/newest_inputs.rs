@@ -1,7 +1,7 @@
 //! Identities of the newest samples: known also while the worker has them, and after their generation of the bus.
 
-use bus::SiteSamples;
 use messages::InputHashes;
+use site_view::SiteSamples;
 
 /// What a job works on.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]

@@ -15,13 +15,14 @@ use crate::robot_map::RobotMap;
 use crate::searches::Searches;
 use crate::stored_evidence;
 use alignment::{Alignment, Follower, Hint, MaxJump, MaxUncertainty, PoseField, PoseStatus};
-use bus::{Bus, CheckedSample, SiteSample, SiteSamples, topics};
+use bus::{Bus, CheckedSample, topics};
 use daemon::facts::{AlignFacts, AlignmentSummary, PoseHolds};
 use daemon::{
     AlignAnswer, AlignConfig, AlignRequest, Asked, CurrentActivity, Done, Epochs, Event, Failure, History,
     LatchedOutput, PoseHint, Service, SiteConfig, Standing, StateFile,
 };
 use messages::{AlignmentVerdict, PoseRecord, PoseValidity, SlamFrame};
+use site_view::{SiteSample, SiteSamples};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;

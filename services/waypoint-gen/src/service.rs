@@ -1,7 +1,7 @@
 //! What waypoint-gen decides: which waypoints are planned, once per set of maps and options.
 
 use crate::options_setting::{self, WaypointOptions};
-use bus::{Bus, GridSlot, RawSubscriber, SiteSample, SiteSamples, SiteSet, SiteViews, TopicName, topics};
+use bus::{Bus, GridSlot, RawSubscriber, TopicName, topics};
 use daemon::facts::WaypointFacts;
 use daemon::{
     Asked, Caller, Committed, CurrentActivity, Decide, Decision, Epochs, Failure, HistoryEvent, HistoryKind,
@@ -9,6 +9,7 @@ use daemon::{
     WaypointRequest,
 };
 use messages::{Activity, Checked, InputHashes, payload};
+use site_view::{SiteSample, SiteSamples, SiteSet, SiteViews};
 use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;

@@ -6,13 +6,14 @@ use crate::failure::Failure;
 use crate::film::{Facts, Film, FilmTime};
 use crate::run::{Outcome, Run};
 use crate::wait::join;
-use bus::{Bus, Daemon, SiteSetReader, SiteViews, Waiter};
+use bus::{Bus, Daemon, Waiter};
 use daemon::facts::RasterizeFacts;
 use daemon::{Report, SiteConfig, StatusBoard, StopSignal};
 use diagnostics::counted;
 use export::ExportInput;
 use jiff::Timestamp;
 use ros::msg::builtin_interfaces::Time;
+use site_view::{SiteSetReader, SiteViews};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 

@@ -3,11 +3,12 @@
 use super::map_pane::GridPixels;
 use super::state::State;
 use bus::{
-    Bus, CheckedSample, GridSlot, PortError, RawSubscriber, ReceiveError, SiteSample, SiteSamples, Stamp, StatusReader,
-    Subscriber, Topic, TopicName, topics,
+    Bus, CheckedSample, GridSlot, PortError, RawSubscriber, ReceiveError, Stamp, StatusReader, Subscriber, Topic,
+    TopicName, topics,
 };
 use daemon::facts::AlignmentSummary;
 use messages::Checked;
+use site_view::{SiteSample, SiteSamples};
 
 /// Subscriptions to everything that is published; of each grid the newest sample is held.
 pub(crate) struct Subscriptions {

@@ -1,11 +1,12 @@
 //! The building as a model for viewers, which a client gets under its URL: made when the first one asks for it.
 
 use super::timestamp::timestamp;
-use bus::{Bus, Daemon, SiteSet, SiteSetReader, SiteViews};
+use bus::{Bus, Daemon};
 use daemon::{Failure, SiteConfig, read_parsed};
 use export::ExportInput;
 use foxglove::messages::{ModelPrimitive, Pose, Quaternion, SceneEntity, SceneUpdate, Vector3};
 use ros::msg::std_msgs::Header;
+use site_view::{SiteSet, SiteSetReader, SiteViews};
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};

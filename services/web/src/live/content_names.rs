@@ -2,9 +2,10 @@
 
 use crate::source::{ContentName, TilesOfGrid};
 use crate::tiles::{Extent, Layer, TileGrid};
-use bus::{CheckedSample, SiteSet};
+use bus::CheckedSample;
 use daemon::{SiteConfig, read_parsed};
 use messages::Grid;
+use site_view::SiteSet;
 use std::convert::Infallible;
 use std::path::Path;
 

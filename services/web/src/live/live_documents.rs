@@ -4,12 +4,12 @@ use super::content_names::{model_name, tiles_name};
 use crate::documents::{Calendar, DateDocument, DateHead, DateStop, Published, SiteDocument, SiteHead, StoreyAtDate};
 use crate::source::{Bytes, json};
 use crate::tiles::{Layer, TileGrid};
-use bus::{SiteSet, SiteViews};
 use daemon::{Failure, SiteConfig, progress_in_force, rules_in_force};
 use export::{ExportInput, Manifest, Report, Semantic, SiteGraph, Waypoints, status_of};
 use messages::{Site, plan_time};
 use raster::Rasterizer;
 use schedule::{Overrides, Rules, Timeline, evaluate, parse_actuals};
+use site_view::{SiteSet, SiteViews};
 use std::collections::BTreeMap;
 
 /// `site.json` and `calendar.json`, and the instants of changes.

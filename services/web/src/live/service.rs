@@ -7,11 +7,12 @@ use super::shared_site::SharedSite;
 use super::watchdog;
 use crate::server::{Access, MAX_VIEWERS, Served, ServerSettings};
 use crate::token::access_of;
-use bus::{Bus, CheckedSample, GridSlot, RawSubscriber, SiteSample, SiteSet, TopicName};
+use bus::{Bus, CheckedSample, GridSlot, RawSubscriber, TopicName};
 use daemon::facts::WebFacts;
 use daemon::{Asked, CurrentActivity, Done, Event, Failure, Service, SiteConfig, Standing, WebRequest};
 use messages::Activity;
 use serde_json::json;
+use site_view::{SiteSample, SiteSet};
 use std::sync::Arc;
 use tokio::sync::Semaphore;
 
@@ -159,7 +160,7 @@ impl Service for WebService {
 
     fn attach(&mut self, bus: &Bus) -> Result<(), Failure> {
         // Samples belong to a generation of the bus that is gone; they come again.
-        *self.shared.samples() = bus::SiteSamples::default();
+        *self.shared.samples() = site_view::SiteSamples::default();
         self.shown = None;
         self.overlays.joined();
         let slots = GridSlot::all().map(TopicName::Grid);

@@ -6,8 +6,9 @@ use crate::alignment_report::why_not_effective;
 use crate::alignment_request::{other_answer, published};
 use crate::failure::Failure;
 use crate::wait::{ask, join};
-use bus::{Bus, PortError, SiteSetReader, Waiter, topics};
+use bus::{Bus, PortError, Waiter, topics};
 use daemon::{AlignAnswer, AlignRequest, ComparisonState, Published, Request};
+use site_view::SiteSetReader;
 use std::time::{Duration, Instant};
 
 /// Timeout of a comparison that runs.

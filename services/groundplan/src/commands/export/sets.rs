@@ -2,11 +2,12 @@
 
 use crate::failure::Failure;
 use crate::maps::world_files;
-use bus::{Bus, SiteSet, SiteSetReader, SiteViews};
+use bus::Bus;
 use daemon::SiteConfig;
 use export::{ExportFile, ExportInput};
 use messages::{Diagnostic, GridSlotRecord, RobotProfile};
 use raster::Rasterizer;
+use site_view::{SiteSet, SiteSetReader, SiteViews};
 use tracing::warn;
 use world::{WorldFiles, WorldOptions};
 

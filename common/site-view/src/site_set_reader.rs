@@ -1,10 +1,7 @@
 //! Subscriptions to the topics of a site set.
 
-use crate::bus::Bus;
-use crate::error::{PortError, ReceiveError};
-use crate::latched::RawSubscriber;
-use crate::names::{GridSlot, TopicName};
 use crate::site_set::{SiteSample, SiteSamples, SiteSet, SiteState};
+use bus::{Bus, GridSlot, PortError, RawSubscriber, ReceiveError, TopicName};
 use messages::ArchiveError;
 
 /// Follows the topics of a site set, and holds the newest sample of each.

@@ -1,14 +1,16 @@
 //! Samples of a site that belong together, from publishers to the reader.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
+#[path = "../../bus/tests/common/mod.rs"]
 mod common;
 
-use bus::{Bus, Daemon, Keeper, Origin, Publisher, SiteSample, SiteSamples, SiteSetReader, Topic, topics};
+use bus::{Bus, Daemon, Keeper, Origin, Publisher, Topic, topics};
 use common::{Attended, Fixture, grid, until};
 use messages::{
     ArchiveBuffer, GridHead, GridSlotRecord, GridWriter, GridsBuilder, GridsHead, InputHashes, MissionPlanBuilder,
     MissionPlanHead, RobotProfile, ScheduleState, ScheduleStateBuilder, Site, SiteBuilder,
 };
+use site_view::{SiteSample, SiteSamples, SiteSetReader};
 
 /// Publishes everything that a set consists of.
 struct Producers {

@@ -1,11 +1,9 @@
 //! The newest samples of a site, each validated once, and the set of those that belong together.
 //!
 //! Samples of different topics come in any order, and there is no bus inside. A set is there only while the newest
-//! samples match; [`crate::ConsistentSet`] holds the last one that did, and says how long a robot may use it.
+//! samples match; `bus::ConsistentSet` holds the last one that did, and says how long a robot may use it.
 
-use crate::latched::{CheckedSample, RawSample};
-use crate::names::{GridSlot, TopicName};
-use crate::topics;
+use bus::{CheckedSample, GridSlot, RawSample, TopicName, topics};
 use messages::{
     ArchiveError, Checked, Grid, GridSlotRecord, Grids, InputHashes, MissionPlan, OtherSite, ScheduleState, Site,
 };
