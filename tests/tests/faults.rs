@@ -6,8 +6,9 @@
 
 mod support;
 
-use bus::{Bus, ConsistentSet, Daemon, Domain, GridSlot, RawSample, RawSubscriber, Stamp, TopicName, Waiter, topics};
+use bus::{Bus, Daemon, Domain, GridSlot, RawSample, RawSubscriber, Stamp, TopicName, Waiter, topics};
 use messages::{Grid, Grids, ScheduleState};
+use site_view::ConsistentSet;
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::Command;

@@ -29,7 +29,7 @@ const ALLOWED: [(&str, &[&str]); 34] = [
     ("messages", &["diagnostics", "frames", "geometry", "grid"]),
     ("bus", &["messages"]),
     ("site-view", &["bus", "messages"]),
-    ("daemon", &["bus", "input-files", "messages"]),
+    ("daemon", &["bus", "input-files", "messages", "site-view"]),
     ("export", &["diagnostics", "frames", "geometry", "grid", "input-files", "messages"]),
     ("world", &["convex", "diagnostics", "export", "frames", "geometry", "grid", "messages"]),
     ("occupancy", &["grid", "input-files", "messages"]),

@@ -3,8 +3,8 @@
 //!
 //! A [`Keeper`] creates a [`Domain`]'s services; all other processes join as a [`Bus`], open ports, and wait in its
 //! [`Waiter`]. A [`Publisher`] lends memory in which an archive is written in place, or copies one that is in the heap;
-//! a [`Subscriber`] reads it in place, and gets the last one when it joins late. [`ConsistentSet`] tells a robot whether it may use
-//! the maps that it has. Tests that simulate a site have an [`InProcessBus`].
+//! a [`Subscriber`] reads it in place, and gets the last one when it joins late. Tests that simulate a site have an
+//! [`InProcessBus`].
 //!
 //! Other programs attach as subscribers: the example `read_grid` in Rust, `scripts/python_subscriber.py` with the iceoryx2 wheel
 //! and numpy; both read grids in place. For people:
@@ -68,7 +68,6 @@ mod bounded_queue;
 mod bus;
 mod chain;
 mod command;
-mod consistent_set;
 mod domain;
 mod error;
 mod file_lock;
@@ -101,7 +100,6 @@ pub use accounts::names_of_users;
 pub use bus::{Bus, relayed_report};
 pub use chain::chain;
 pub use command::{Command, CommandClient, CommandServer, OpenCommand, Reply};
-pub use consistent_set::{ConsistentSet, GRIDS_LATE, HEARTBEAT_PERIOD, MISSED_HEARTBEATS, MapVerdict, NoMapReason};
 pub use domain::Domain;
 pub use error::{CommandError, DomainError, PortError, PublishError, ReceiveError, WaitError};
 pub use in_process::{DeathAtLoan, InProcessBus};
@@ -113,6 +111,6 @@ pub use names::{Daemon, GridSlot, TopicName};
 pub use relay::{Relay, RelayEvent, RelayOptions};
 pub use report_kind::ReportKind;
 pub use stamp::Stamp;
-pub use status::{StatusReader, StatusWriter};
+pub use status::{HEARTBEAT_PERIOD, StatusReader, StatusWriter};
 pub use topics::Topic;
 pub use waiter::{Stopper, Waiter, Wake, Waker};

@@ -6,6 +6,10 @@ use crate::names::Daemon;
 use crate::stamp::Stamp;
 use messages::StatusRecord;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Duration;
+
+/// Heartbeats come this often.
+pub const HEARTBEAT_PERIOD: Duration = Duration::from_secs(1);
 
 /// The sending end.
 pub struct StatusWriter {

@@ -6,13 +6,11 @@
 mod common;
 
 use bus::{
-    Bus, CommandError, ConsistentSet, Daemon, Domain, DomainError, InProcessBus, Keeper, MAX_HELD, MAX_OPEN,
-    MapVerdict, PortError, PublishError, ReceiveError, Reply, Stamp, TopicName, Waiter, topics,
+    Bus, CommandError, Daemon, Domain, DomainError, InProcessBus, Keeper, MAX_HELD, MAX_OPEN, PortError, PublishError,
+    ReceiveError, Reply, Waiter, topics,
 };
 use common::{Attended, DEADLINE, Fixture, Wait, grid, origin, publish, sample_of, schedule_state, until};
-use messages::{
-    Activity, ArchiveBuffer, GridsBuilder, GridsHead, RobotProfile, ScheduleState, ScheduleStateBuilder, StatusRecord,
-};
+use messages::{Activity, ArchiveBuffer, ScheduleState, StatusRecord};
 use std::time::Duration;
 
 fn up(fixture: &Fixture) -> (Keeper, &Domain) {
@@ -517,52 +515,6 @@ fn a_worker_publishes_while_the_loop_waits() {
     worker.join().unwrap();
 }
 
-fn a_consumer_uses_what_belongs_together(site: &Site) {
-    let eval = site.attended(Daemon::ScheduleEval);
-    let schedule_states = eval.bus.publisher(topics::ScheduleState, 64).unwrap();
-    let rasterize = site.attended(Daemon::Rasterize);
-    let grids = rasterize.bus.publisher(topics::Grids, 64).unwrap();
-    let index_of = |schedule_state: u64| {
-        let head = GridsHead {
-            site_hash: 3,
-            schedule_state_hash: schedule_state,
-            plan_time_s: 0,
-            robot: RobotProfile::DEFAULT,
-        };
-        GridsBuilder { head, slots: &[], robot_name: "default", robot_footprint_m: &[], doors: &[], regions: &[] }
-            .finish()
-    };
-    let archives = [3, 4].map(|n_spaces| ScheduleStateBuilder::everything_built(3, 9, n_spaces).finish());
-    let hash = |n: usize| ScheduleState::open(archives[n].bytes()).unwrap().content_hash();
-    schedule_states.publish_copy(archives[0].bytes(), origin(1)).unwrap();
-    grids.publish_copy(index_of(hash(0)).bytes(), origin(1)).unwrap();
-
-    let (bus, mut waiter) = site.join(Daemon::Robot);
-    let topics = [TopicName::ScheduleState, TopicName::Grids].map(|t| bus.raw_subscriber(t).unwrap());
-    let heartbeats = bus.status_reader().unwrap();
-    let mut set = ConsistentSet::new(Stamp(0));
-    let mut wait_for = |verdict, plan_time_s| {
-        until(&mut waiter, "the verdict", || {
-            for topic in &topics {
-                while let Some(sample) = topic.take().unwrap() {
-                    set.insert(Stamp(1), sample).unwrap();
-                }
-            }
-            while let Some(daemon) = heartbeats.take().unwrap().and_then(|h| Daemon::from_id(h.daemon)) {
-                set.insert_heartbeat(Stamp(1), daemon);
-            }
-            (set.verdict(Stamp(2), plan_time_s) == verdict).then_some(())
-        });
-    };
-    wait_for(MapVerdict::Current, Some(0));
-    schedule_states.publish_copy(archives[1].bytes(), origin(2)).unwrap();
-    wait_for(MapVerdict::Overtaken, None);
-    grids.publish_copy(index_of(hash(1)).bytes(), origin(2)).unwrap();
-    wait_for(MapVerdict::Current, None);
-    let sample = set.schedule_state().unwrap();
-    assert_eq!((sample.header().epoch, ScheduleState::open(sample.bytes()).unwrap().spaces.len()), (2, 4));
-}
-
 #[test]
 fn ends_and_samples_go_to_other_threads() {
     fn is_send<T: Send>() {}
@@ -575,13 +527,7 @@ fn ends_and_samples_go_to_other_threads() {
         bus::Waker,
         bus::Stopper,
     )>();
-    is_send::<(
-        Keeper,
-        bus::Sample<topics::ScheduleState>,
-        bus::Waiter,
-        bus::Loan<'static, topics::ScheduleState>,
-        ConsistentSet<bus::RawSample>,
-    )>();
+    is_send::<(Keeper, bus::Sample<topics::ScheduleState>, bus::Waiter, bus::Loan<'static, topics::ScheduleState>)>();
     is_send::<(bus::CommandServer, bus::Command, bus::CommandClient, bus::OpenCommand, bus::StatusReader)>();
 }
 

@@ -40,7 +40,7 @@
 //!
 //! Maps of a storey may be used while the file `maps/fresh` has the state `fresh`, is younger than 3 s, and does not list the
 //! storey in `outdated_storeys`: who reads maps asks it before each use (`config/schemas/fresh.schema.json`). Subscribers of the
-//! bus ask `bus::ConsistentSet::verdict`, which is made from heartbeats and from `valid_until_s` in the head of the schedule state.
+//! bus ask `site_view::ConsistentSet::verdict`, which is made by the same rule.
 //!
 //! # Output folder
 //!

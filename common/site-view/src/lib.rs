@@ -1,10 +1,61 @@
-//! One view of a site: which samples of the bus belong together.
+//! One view of a site: which samples of the bus belong together, and whether the maps among them may be used.
 //!
-//! Samples of different topics come in any order. [`SiteSamples`] holds the newest of each topic, and gives the
-//! [`SiteSet`] of those that belong together; a [`SiteSetReader`] follows the topics for it.
+//! # What belongs together
+//!
+//! Samples of different topics come in any order. [`SiteSamples`] holds the newest of each topic, and gives the [`SiteSet`] of
+//! those that belong together; a [`SiteSetReader`] follows the topics for it.
+//!
+//! # What may be used, and until when
+//!
+//! [`MapRule`] is the one rule. It hears heartbeats, schedule states and indices, and says whether maps may be used:
+//!
+//! | what is known | verdict |
+//! |---|---|
+//! | one of the [`WATCHED`] daemons was not heard for [`SILENT_AFTER`] | no map: silent |
+//! | the plan time moves, but does not follow the machine's clock ([`NextState::Unknown`]) | no map: the clock is not to be trusted |
+//! | the next schedule state has been due for [`FRESH_TOLERANCE`] ([`NextState::Due`]), or the consumer's own plan time is past the newest one ([`ClockTime::Plan`]) | no map: past its validity |
+//! | no schedule state, index and grids that match have come yet | no map: incomplete |
+//! | the newest index is of the newest schedule state, and its grids are there | current |
+//! | they are not, for less than [`GRIDS_LATE`] since a newer schedule state, and for less than [`FRESH_TOLERANCE`] in all | overtaken |
+//! | they are not for longer | hold |
+//!
+//! Two consumers are built on it, and none decides by itself:
+//!
+//! - [`ConsistentSet`] holds the samples of the last set that was whole, for a robot or the monitor. Grids are there when it has
+//!   them, and the verdict is that of the rule.
+//! - [`Freshness`] judges maps that were passed on: a folder (`fresh`), the page, the topics of ROS 2. It keeps no samples, and
+//!   compares what was passed on with the index of the daemons.
+//!
+//! # Where the two differ
+//!
+//! Maps that were passed on outlast the bus; therefore [`Freshness`] has a third answer, [`MapState::Unknown`], with which what
+//! was last known counts. A map that was fresh stays so while it is overtaken, and for less than [`FRESH_TOLERANCE`] in all
+//!
+//! - without a bus, and until schedule state and index have come again from one that was created anew, where a consistent set
+//!   is made anew too and has no map;
+//! - while the maps of another site were not passed on yet.
+//!
+//! Storeys whose maps changed are outdated until their maps are passed on, and late after [`FRESH_TOLERANCE`]
+//! ([`Freshness::late_storeys`]); the others stay fresh. A consistent set whose grids do not come holds as a whole.
+//! In all other cases maps that were passed on at once are stale exactly when the set says hold or no map; a test compares them
+//! over sequences of events.
+//!
+//! What a revision changes is told by `messages::SiteComparison`: the ingest stage compares sites, and knows no bus.
 
+mod consistent_set;
+mod freshness;
+mod limits;
+mod map_rule;
+mod map_verdict;
+mod plan_clock;
 mod site_set;
 mod site_set_reader;
 
+pub use consistent_set::ConsistentSet;
+pub use freshness::{Freshness, MapState, MapsInUse, Staleness, Storeys};
+pub use limits::{FRESH_TOLERANCE, GRIDS_LATE, MISSED_HEARTBEATS, SILENT_AFTER, WATCHED};
+pub use map_rule::MapRule;
+pub use map_verdict::{MapVerdict, NoMapReason};
+pub use plan_clock::{ClockTime, NextState};
 pub use site_set::{SiteSample, SiteSamples, SiteSet, SiteState, SiteViews};
 pub use site_set_reader::{SiteSetError, SiteSetReader};

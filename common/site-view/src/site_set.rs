@@ -1,7 +1,7 @@
 //! The newest samples of a site, each validated once, and the set of those that belong together.
 //!
 //! Samples of different topics come in any order, and there is no bus inside. A set is there only while the newest
-//! samples match; `bus::ConsistentSet` holds the last one that did, and says how long a robot may use it.
+//! samples match; [`crate::ConsistentSet`] holds the last one that did, and says how long a robot may use it.
 
 use bus::{CheckedSample, GridSlot, RawSample, TopicName, topics};
 use messages::{

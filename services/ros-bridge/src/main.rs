@@ -45,7 +45,6 @@
 //! - ROS 2: topics and qualities of service: `src/graph/publishers.rs`, `src/graph/qos.rs`, `src/outputs.rs`
 //! - ROS 2: which readers and writers are the node's: `src/graph/node_entities.rs`
 
-mod board;
 mod calls;
 mod config_check;
 mod control;

@@ -3,10 +3,11 @@
 use crate::graph::MapTopics;
 use crate::nav2::{Nav2, RouteGraph};
 use crate::outputs::{GridMessages, GridsKey, Outputs};
-use daemon::{Failure, MapsInUse, chain, write_durably};
+use daemon::{Failure, chain, write_durably};
 use ros::maps::keepout_everywhere;
 use ros::msg::nav_msgs::MapMetaData;
 use ros::msg::std_msgs::{self, Header};
+use site_view::MapsInUse;
 use std::path::PathBuf;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread;

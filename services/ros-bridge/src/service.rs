@@ -1,6 +1,5 @@
 //! The ros-bridge service: publishes the maps of the robot's storey whenever they change, and takes its SLAM map.
 
-use crate::board::read_board;
 use crate::calls;
 use crate::config_check::check;
 use crate::followed_transform::FollowedTransform;
@@ -20,15 +19,15 @@ use crate::storey::RobotStorey;
 use bus::{Bus, CheckedSample, GridSlot, RawSubscriber, Stamp, TopicName, topics};
 use daemon::facts::{Pose, RosBridgeFacts};
 use daemon::{
-    Asked, CurrentActivity, Done, Event, Failure, Freshness, MapState, RosBridgeRequest, RosConfig, Service,
-    SiteConfig, Standing, StatusBoard,
+    Asked, CurrentActivity, Done, Event, Failure, RosBridgeRequest, RosConfig, Service, SiteConfig, Standing,
+    StatusBoard,
 };
 use frames::Point2;
 use messages::{Activity, AlignmentVerdict, PoseRecord, PoseValidity};
 use ros::markers::each_room;
 use ros::msg::tf2_msgs::TFMessage;
 use ros::transforms::{alignment_pose, pose_in_map, site_map_from_map};
-use site_view::{SiteSample, SiteSamples};
+use site_view::{Freshness, MapState, SiteSample, SiteSamples};
 use std::sync::Arc;
 use std::time::Instant;
 use tracing::{error, info};
@@ -228,7 +227,7 @@ impl BridgeService {
     /// Once a second: heartbeat, diagnostics, and what follows when maps become stale or fresh.
     fn tick(&mut self) {
         let board = StatusBoard::of(&self.config.bus.root);
-        read_board(&mut self.freshness, &board);
+        daemon::hear_daemons(&board, &mut self.freshness);
         self.freshness.set_obstacle(self.warning.clone().or_else(|| self.obstacle.clone()));
         let sent = self.sender.sent();
         if let Some(maps) = &sent.maps {
@@ -279,11 +278,11 @@ impl Service for BridgeService {
         match event {
             Event::Input(BridgeInput::Site(site)) => self.samples.insert(SiteSample::Site(site)),
             Event::Input(BridgeInput::ScheduleState(state)) => {
-                self.freshness.on_schedule_state(Stamp::now(), state.content_hash(), *state.view().head);
+                self.freshness.on_schedule_state(Stamp::now(), state.content_hash(), state.view().head);
                 self.samples.insert(SiteSample::ScheduleState(state));
             }
             Event::Input(BridgeInput::Grids(index)) => {
-                self.freshness.on_index(*index.view().head, index.view().slots.to_vec());
+                self.freshness.on_index(Stamp::now(), index.view().head, index.view().slots.to_vec());
                 self.samples.insert(SiteSample::Index(index));
             }
             Event::Input(BridgeInput::MissionPlan(plan)) => self.samples.insert(SiteSample::MissionPlan(plan)),

@@ -4,10 +4,11 @@ use crate::args::SiteArgs;
 use crate::failure::Failure;
 use crate::lag::lags;
 use crate::run::{Outcome, Run};
-use bus::{Daemon, HEARTBEAT_PERIOD, MISSED_HEARTBEATS, Stamp};
+use bus::{Daemon, Stamp};
 use daemon::facts::{AlignFacts, IngestFacts, RasterizeFacts, ScheduleFacts};
 use daemon::{Report, SiteConfig, SiteProcess, StatusBoard, StopSignal, write_durably};
 use serde::de::{DeserializeOwned, IgnoredAny};
+use site_view::SILENT_AFTER;
 use std::fmt::Write;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -85,7 +86,7 @@ fn of_processes(metrics: &mut Metrics, config: &SiteConfig, board: &StatusBoard)
     let label = |process: SiteProcess| format!("{{daemon=\"{process}\"}}");
     let is_up = |process: SiteProcess| {
         let report = board.report::<IgnoredAny>(process);
-        board.is_alive(process) && report.is_some_and(|r| r.age() < HEARTBEAT_PERIOD * MISSED_HEARTBEATS)
+        board.is_alive(process) && report.is_some_and(|r| r.age() < SILENT_AFTER)
     };
     let up = board.processes(config).map(|process| (label(process), f64::from(u8::from(is_up(process)))));
     metrics.family("up", "gauge", "1 if the process lives and reports", up);

@@ -6,7 +6,7 @@ use crate::failure::Failure;
 use crate::lag::{Lag, lags};
 use crate::run::{Outcome, Run};
 use crate::wait::require_up;
-use bus::{Daemon, HEARTBEAT_PERIOD, MISSED_HEARTBEATS};
+use bus::Daemon;
 use daemon::facts::{
     AlignFacts, AlignmentSummary, IngestFacts, ModelFile, RasterizeFacts, ScheduleFacts, WaypointFacts,
 };
@@ -15,6 +15,7 @@ use diagnostics::counted;
 use schemars::JsonSchema;
 use serde::Serialize;
 use serde::de::{DeserializeOwned, IgnoredAny};
+use site_view::SILENT_AFTER;
 use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::time::Duration;
@@ -173,7 +174,7 @@ impl ProcessStatus {
         Self {
             alive,
             process_id: if alive { process_id } else { 0 },
-            activity: match (alive, age >= HEARTBEAT_PERIOD * MISSED_HEARTBEATS) {
+            activity: match (alive, age >= SILENT_AFTER) {
                 (false, _) => "dead".to_owned(),
                 (true, true) => HANGS.to_owned(),
                 (true, false) => activity,

@@ -10,8 +10,8 @@ mod state;
 mod subscriptions;
 
 use crate::failure::Failure;
-use bus::{Bus, Daemon, Waiter, Waker};
-use daemon::{SiteConfig, StopSignal};
+use bus::{Bus, Daemon, HEARTBEAT_PERIOD, Waiter, Waker};
+use daemon::{SiteConfig, StatusBoard, StopSignal};
 use ratatui::crossterm::event::{self, Event, KeyCode, KeyEventKind, KeyModifiers};
 use screen::View;
 use state::State;
@@ -127,7 +127,7 @@ fn show(config: &SiteConfig, mut stop: StopSignal, ends: Option<Instant>, output
                 waiter.stop_on(stop.descriptor().map_err(Failure::work)?);
                 output.wake_by_keys(Some(&waiter));
                 state.joined(bus.generation());
-                if run_generation(&bus, &mut waiter, ends, &mut state, output)? == End::Quit {
+                if run_generation(config, &bus, &mut waiter, ends, &mut state, output)? == End::Quit {
                     return Ok(());
                 }
                 output.wake_by_keys(None);
@@ -152,6 +152,7 @@ enum End {
 }
 
 fn run_generation(
+    config: &SiteConfig,
     bus: &Bus,
     waiter: &mut Waiter,
     ends: Option<Instant>,
@@ -160,7 +161,14 @@ fn run_generation(
 ) -> Result<End, Failure> {
     let mut subscriptions = Subscriptions::to(bus).map_err(Failure::work)?;
     let (mut drawn, mut is_new) = (Instant::now(), true);
+    let mut board_read: Option<Instant> = None;
     loop {
+        if board_read.is_none_or(|read| read.elapsed() >= HEARTBEAT_PERIOD) {
+            board_read = Some(Instant::now());
+            // Without a report the last one counts: heartbeats tell whether its daemon lives.
+            let next = StatusBoard::of_site(config).ok().and_then(|board| daemon::next_state(&board));
+            next.into_iter().for_each(|next| state.set_next_state(next));
+        }
         is_new |= subscriptions.take(bus, state).map_err(Failure::work)?;
         let since = drawn.elapsed();
         // Lines are printed for changes; a screen also shows the passing time.

@@ -2,10 +2,12 @@
 
 use super::snapshot::{DaemonLine, PlanTimeLine, Snapshot, StoreyLine, TopicLine};
 use crate::date_argument;
-use bus::{ConsistentSet, Daemon, GridSlot, HEARTBEAT_PERIOD, MISSED_HEARTBEATS, MapVerdict, Stamp, TopicName};
+use bus::{Daemon, GridSlot, Stamp, TopicName};
 use daemon::facts::AlignmentSummary;
 use export::text_or_null;
+use jiff::Timestamp;
 use messages::{Activity, Grid, Grids, SampleHeader, ScheduleState, StatusRecord};
+use site_view::{ClockTime, ConsistentSet, MapVerdict, NextState, SILENT_AFTER};
 use std::collections::{BTreeMap, VecDeque};
 use std::time::Duration;
 
@@ -19,7 +21,6 @@ pub(crate) struct State {
     daemons: BTreeMap<Daemon, DaemonState>,
     topics: BTreeMap<TopicName, TopicState>,
     plan_time_line: Option<PlanTimeLine>,
-    plan_time_s: Option<i64>,
     robot: Option<String>,
     alignment: Option<AlignmentSummary>,
     names: Vec<String>,
@@ -48,7 +49,6 @@ impl State {
             daemons: BTreeMap::new(),
             topics: BTreeMap::new(),
             plan_time_line: None,
-            plan_time_s: None,
             robot: None,
             alignment: None,
             names: Vec::new(),
@@ -114,6 +114,11 @@ impl State {
         self.names = names;
     }
 
+    /// When the next schedule state is due.
+    pub(crate) fn set_next_state(&mut self, next: NextState) {
+        self.set.set_next_state(next);
+    }
+
     /// An alignment has come.
     pub(crate) fn on_alignment(&mut self, alignment: AlignmentSummary) {
         self.alignment = Some(alignment);
@@ -123,7 +128,6 @@ impl State {
     pub(crate) fn on_schedule_state(&mut self, now: Stamp, schedule_state: &ScheduleState<'_>) {
         let head = schedule_state.head;
         self.set.insert_schedule_state(now, schedule_state.content_hash(), head, ());
-        self.plan_time_s = date_argument::known(head.plan_time_s);
         self.plan_time_line = Some(PlanTimeLine {
             plan_time: date_argument::optional_text(head.plan_time_s),
             valid_from: date_argument::optional_text(head.valid_from_s),
@@ -133,16 +137,23 @@ impl State {
     }
 
     /// An index of grids has come.
-    pub(crate) fn on_index(&mut self, index: &Grids<'_>) {
-        self.set.insert_index(index.content_hash(), index.head, index.slots, ());
+    pub(crate) fn on_index(&mut self, now: Stamp, index: &Grids<'_>) {
+        self.set.insert_index(now, index.content_hash(), index.head, index.slots, ());
         self.robot = Some(index.robot_name.to_owned());
         let n_storeys = index.slots.len();
         self.storeys.retain(|slot, _| *slot < n_storeys);
     }
 
     /// A grid has come; `before` is the last one of its slot.
-    pub(crate) fn on_grid(&mut self, slot: GridSlot, epoch: u64, grid: &Grid<'_>, before: Option<&Grid<'_>>) {
-        self.set.insert_grid(slot, grid.content_hash(), ());
+    pub(crate) fn on_grid(
+        &mut self,
+        now: Stamp,
+        slot: GridSlot,
+        epoch: u64,
+        grid: &Grid<'_>,
+        before: Option<&Grid<'_>>,
+    ) {
+        self.set.insert_grid(now, slot, grid.content_hash(), ());
         let cell_m2 = grid.spec().resolution_m().powi(2);
         let line = StoreyLine {
             index: slot.index(),
@@ -158,12 +169,12 @@ impl State {
 
     /// What is to be shown now.
     pub(crate) fn snapshot(&self) -> Snapshot {
-        self.snapshot_at(Stamp::now())
+        self.snapshot_at(Stamp::now(), Timestamp::now().as_millisecond())
     }
 
-    fn snapshot_at(&self, now: Stamp) -> Snapshot {
-        let verdict = self.set.verdict(now, self.plan_time_s);
-        let why_no_map = match verdict {
+    fn snapshot_at(&self, now: Stamp, utc_ms: i64) -> Snapshot {
+        let verdict = self.set.verdict(now, ClockTime::Machine(utc_ms));
+        let why_no_map = match &verdict {
             _ if self.generation.is_none() => Some("there is no bus".to_owned()),
             MapVerdict::NoMap(why) => Some(why.to_string()),
             MapVerdict::Current | MapVerdict::Overtaken | MapVerdict::Hold => None,
@@ -194,7 +205,7 @@ impl State {
                 let silent = now.since(*received);
                 DaemonLine {
                     name: daemon.name(),
-                    alive: self.generation.is_some() && silent < HEARTBEAT_PERIOD * MISSED_HEARTBEATS,
+                    alive: self.generation.is_some() && silent < SILENT_AFTER,
                     activity: record.activity.known().map_or("unknown", Activity::name),
                     process_id: record.process_id,
                     restarts: *restarts,
@@ -289,12 +300,12 @@ mod tests {
         for (process, error) in [(7, ""), (7, ""), (8, "it is broken"), (8, "it is broken"), (8, "")] {
             state.on_status(now, heartbeat(Daemon::Rasterize, process, error));
         }
-        let snapshot = state.snapshot_at(now + Duration::from_secs(1));
+        let snapshot = state.snapshot_at(now + Duration::from_secs(1), 0);
         let line = &snapshot.daemons[2];
         assert_eq!((line.restarts, line.alive, &line.error), (1, true, &None));
         assert_eq!(snapshot.errors, ["rasterize: it is broken"]);
         assert!(!snapshot.daemons[0].alive, "it sent no heartbeat");
-        assert!(!state.snapshot_at(now + Duration::from_secs(4)).daemons[2].alive);
+        assert!(!state.snapshot_at(now + Duration::from_secs(4), 0).daemons[2].alive);
     }
 
     #[test]
@@ -302,7 +313,7 @@ mod tests {
         let mut state = State::new();
         state.joined(1);
         let now = Stamp::now();
-        assert_eq!(state.snapshot_at(now).verdict, "no_map");
+        assert_eq!(state.snapshot_at(now, 0).verdict, "no_map");
         state.on_storey_names(vec!["Ground".to_owned()]);
         let schedule_state = ScheduleStateBuilder::everything_built(1, 0, 0).finish();
         let schedule_state = ScheduleState::open(schedule_state.bytes()).unwrap();
@@ -310,8 +321,8 @@ mod tests {
         let grids = [grid(-1), grid(100)];
         let [before, after] = [0, 1].map(|k| Grid::open(grids[k].bytes()).unwrap());
         let slot = GridSlot::new(0).unwrap();
-        state.on_grid(slot, 1, &before, None);
-        state.on_grid(slot, 2, &after, Some(&before));
+        state.on_grid(now, slot, 1, &before, None);
+        state.on_grid(now, slot, 2, &after, Some(&before));
         let head = GridsHead {
             site_hash: 1,
             schedule_state_hash: schedule_state.content_hash(),
@@ -322,14 +333,19 @@ mod tests {
         let index =
             GridsBuilder { head, slots, robot_name: "default", robot_footprint_m: &[], doors: &[], regions: &[] }
                 .finish();
-        state.on_index(&Grids::open(index.bytes()).unwrap());
-        let snapshot = state.snapshot_at(now);
+        state.on_index(now, &Grids::open(index.bytes()).unwrap());
+        let snapshot = state.snapshot_at(now, 0);
         assert_eq!((snapshot.verdict, &snapshot.why_no_map), ("current", &None));
         let storey = &snapshot.storeys[0];
         assert_eq!((storey.name.as_deref(), storey.changed_cells), (Some("Ground"), Some(3)));
         assert!((storey.free_m2 - 0.05).abs() < 1e-9);
+        state.set_next_state(NextState::Due { utc_ms: 10_000 });
+        assert_eq!(state.snapshot_at(now, 12_999).verdict, "current");
+        let snapshot = state.snapshot_at(now, 13_000);
+        assert_eq!(snapshot.verdict, "no_map");
+        assert!(snapshot.why_no_map.unwrap().ends_with("the next one was due at 1970-01-01T00:00:10Z"));
         state.left();
-        assert_eq!(state.snapshot_at(now).verdict, "no_map");
+        assert_eq!(state.snapshot_at(now, 0).verdict, "no_map");
     }
 
     #[test]
@@ -338,10 +354,10 @@ mod tests {
         let joined = Stamp(5_000_000_000);
         let header = |stamp_ns| SampleHeader { stamp_ns, ..SampleHeader::of(ArchiveKind::ScheduleState) };
         state.on_sample(joined, joined, TopicName::ScheduleState, header(1_000_000_000));
-        let line = state.snapshot_at(joined).topics.remove(0);
+        let line = state.snapshot_at(joined, 0).topics.remove(0);
         assert_eq!((line.latency_ms, line.rate_hz, line.age_s), (None, 0.0, 4.0));
         state.on_sample(Stamp(6_002_000_000), joined, TopicName::ScheduleState, header(6_000_000_000));
-        let line = state.snapshot_at(Stamp(6_500_000_000)).topics.remove(0);
+        let line = state.snapshot_at(Stamp(6_500_000_000), 0).topics.remove(0);
         assert_eq!((line.latency_ms, line.rate_hz, line.samples), (Some(2.0), 0.1, 2));
     }
 }

@@ -84,7 +84,7 @@ impl Subscriptions {
             for slot in GridSlot::all().take(n_storeys).skip(self.grids.len()) {
                 self.grids.push(bus.subscriber(topics::Grid(slot))?);
             }
-            state.on_index(&index.view());
+            state.on_index(Stamp::now(), &index.view());
         }
         if let Some(alignment) = take_sample(&self.alignments, self.joined, state, &mut is_new)? {
             state.on_alignment(AlignmentSummary::of(alignment.bytes().header().epoch, &alignment.view()));
@@ -98,7 +98,7 @@ impl Subscriptions {
         for (slot, subscriber) in GridSlot::all().zip(&self.grids) {
             if let Some(grid) = take_sample(subscriber, self.joined, state, &mut is_new)? {
                 let before = self.samples.grid(slot).map(Checked::view);
-                state.on_grid(slot, grid.bytes().header().epoch, &grid.view(), before.as_ref());
+                state.on_grid(Stamp::now(), slot, grid.bytes().header().epoch, &grid.view(), before.as_ref());
                 self.samples.insert(SiteSample::Grid(slot, grid));
             }
         }

@@ -1,11 +1,11 @@
 //! Conclusions from a daemon's last report.
 
-use bus::{HEARTBEAT_PERIOD, MISSED_HEARTBEATS};
 use daemon::Report;
+use site_view::SILENT_AFTER;
 
 /// True if a daemon has not reported for so long that it hangs, or is gone.
 pub(super) fn is_silent<F>(report: &Report<F>) -> bool {
-    report.age() >= HEARTBEAT_PERIOD * MISSED_HEARTBEATS
+    report.age() >= SILENT_AFTER
 }
 
 /// True if a daemon makes its output at the moment; those behind it wait for it.

@@ -4,11 +4,12 @@ use super::content_names::name_of;
 use super::shared_site::SharedSite;
 use super::slam_picture::{picture, place, sigmas};
 use bus::{CheckedSample, Daemon, Stamp, topics};
-use daemon::facts::{RosBridgeFacts, ScheduleFacts};
-use daemon::{FRESH_TOLERANCE, Freshness, MapState, MapsInUse, Report, SiteConfig, SiteProcess, StatusBoard};
+use daemon::facts::RosBridgeFacts;
+use daemon::{Report, SiteConfig, SiteProcess, StatusBoard};
 use messages::{DeviationVerdict, Deviations, Observation, PoseValidity, Site};
 use serde::de::IgnoredAny;
 use serde_json::{Map, Value, json};
+use site_view::{Freshness, MapState, MapsInUse, SILENT_AFTER};
 use std::time::{SystemTime, UNIX_EPOCH};
 
 /// The newest of what lies over the plan.
@@ -28,12 +29,12 @@ impl Overlays {
     }
 
     pub(super) fn on_schedule_state(&mut self, state: &CheckedSample<topics::ScheduleState>) {
-        self.freshness.on_schedule_state(Stamp::now(), state.content_hash(), *state.view().head);
+        self.freshness.on_schedule_state(Stamp::now(), state.content_hash(), state.view().head);
     }
 
     pub(super) fn on_index(&mut self, index: &CheckedSample<topics::Grids>) {
         let view = index.view();
-        self.freshness.on_index(*view.head, view.slots.to_vec());
+        self.freshness.on_index(Stamp::now(), view.head, view.slots.to_vec());
     }
 
     /// The maps that viewers see now.
@@ -73,16 +74,7 @@ impl Overlays {
     /// Once a second: daemons, whether maps may be used, where the robot is.
     pub(super) fn tick(&mut self, shared: &SharedSite, config: &SiteConfig) {
         let board = StatusBoard::of(&config.bus.root);
-        for daemon in [Daemon::ScheduleEval, Daemon::Rasterize] {
-            let report: Option<Report<IgnoredAny>> = board.report(daemon);
-            if board.is_alive(daemon) && report.is_some_and(|report| report.age() < FRESH_TOLERANCE) {
-                self.freshness.on_heartbeat(Stamp::now(), daemon);
-            }
-        }
-        if let Some(Report { facts, .. }) = board.report::<ScheduleFacts>(Daemon::ScheduleEval) {
-            self.freshness.set_next_update(facts.next_update_ms);
-            self.freshness.set_clock_distrust(facts.clock_distrust);
-        }
+        daemon::hear_daemons(&board, &mut self.freshness);
         let utc_ms = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_millis() as i64);
         match self.freshness.state(Stamp::now(), utc_ms) {
             MapState::Fresh { .. } => self.stale = None,
@@ -95,7 +87,7 @@ impl Overlays {
 
     fn robot(&self, board: &StatusBoard) -> Value {
         let report: Option<Report<RosBridgeFacts>> = board.report(Daemon::RosBridge);
-        let Some(report) = report.filter(|report| report.age() < FRESH_TOLERANCE) else { return Value::Null };
+        let Some(report) = report.filter(|report| report.age() < SILENT_AFTER) else { return Value::Null };
         let (Some(storey), Some(pose)) = (report.facts.storey, report.facts.robot_in_map) else { return Value::Null };
         let alignment = self.alignment.as_ref().map(CheckedSample::view);
         let [sigma_m, sigma_deg] = alignment.and_then(|a| a.pose().map(sigmas)).unwrap_or_default();
@@ -129,7 +121,7 @@ fn service(board: &StatusBoard, process: SiteProcess) -> Value {
     let report: Option<Report<IgnoredAny>> = board.report(process).filter(|_| board.is_alive(process));
     let (state, detail) = match &report {
         None => ("down", Some("it does not run".to_owned())),
-        Some(report) if report.age() >= FRESH_TOLERANCE => ("error", Some("it hangs".to_owned())),
+        Some(report) if report.age() >= SILENT_AFTER => ("error", Some("it hangs".to_owned())),
         Some(report) => match (&report.error, &report.warning) {
             (Some(error), _) => ("error", Some(error.clone())),
             (None, Some(warning)) => ("warning", Some(warning.clone())),

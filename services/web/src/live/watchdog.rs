@@ -2,7 +2,8 @@
 
 use super::overlays::tell_not_checked;
 use super::shared_site::SharedSite;
-use daemon::{FRESH_TOLERANCE, Failure, SiteConfig};
+use daemon::{Failure, SiteConfig};
+use site_view::FRESH_TOLERANCE;
 use std::sync::{Arc, Weak};
 use std::time::Duration;
 

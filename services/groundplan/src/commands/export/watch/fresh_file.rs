@@ -1,10 +1,10 @@
 //! `fresh`: the file by which consumers see whether the maps beside it may be used.
 
 use crate::date_argument;
-use daemon::{Freshness, MapState};
 use jiff::{Timestamp, Unit};
 use schemars::JsonSchema;
 use serde::Serialize;
+use site_view::{Freshness, MapState};
 use std::collections::BTreeSet;
 use std::fs;
 use std::io;

@@ -1,7 +1,7 @@
 //! Programs that are run when maps change or become stale: one at a time, tried again with back-off, ended when they hang.
 
-use daemon::{Staleness, Storeys};
 use rustix::process::{Pid, Signal, kill_process_group};
+use site_view::{Staleness, Storeys};
 use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};

@@ -12,12 +12,12 @@ use crate::failure::Failure;
 use crate::run::Outcome;
 use crate::wait::Expectation;
 use bus::{Bus, Daemon, HEARTBEAT_PERIOD, Stamp, Waiter};
-use daemon::facts::ScheduleFacts;
-use daemon::{Freshness, MapState, Report, Staleness, StopSignal, Storeys};
+use daemon::StopSignal;
 use epoch_folders::EpochFolders;
 use fresh_file::FreshFile;
 use hooks::{Hooks, Occasion};
 use jiff::Timestamp;
+use site_view::{Freshness, MapState, Staleness, Storeys};
 use std::collections::BTreeSet;
 use std::io;
 use std::path::PathBuf;
@@ -166,11 +166,9 @@ impl Watch {
         }
         self.board_read = Some(now);
         let board = self.expectation.board().ok();
-        let facts: Option<Report<ScheduleFacts>> = board.and_then(|board| board.report(Daemon::ScheduleEval));
         // Without a report the last one counts: heartbeats tell whether its daemon lives.
-        if let Some(Report { facts, .. }) = facts {
-            self.freshness.set_next_update(facts.next_update_ms);
-            self.freshness.set_clock_distrust(facts.clock_distrust);
+        if let Some(next) = board.and_then(daemon::next_state) {
+            self.freshness.set_next_state(next);
         }
         self.freshness.set_obstacle(self.write_error.clone().or_else(|| self.expectation.reason()));
     }

@@ -2,7 +2,7 @@
 
 use crate::failure::Failure;
 use bus::{Bus, Daemon, Stamp, StatusReader, Subscriber, topics};
-use daemon::Freshness;
+use site_view::Freshness;
 
 /// Subscriptions of a generation of the bus.
 pub(super) struct Subscriptions {
@@ -34,11 +34,11 @@ impl Subscriptions {
         }
         if let Some(sample) = self.schedule_states.take().map_err(Failure::work)? {
             let state = sample.check().map_err(Failure::work)?;
-            freshness.on_schedule_state(Stamp::now(), state.content_hash(), *state.view().head);
+            freshness.on_schedule_state(Stamp::now(), state.content_hash(), state.view().head);
         }
         if let Some(sample) = self.indices.take().map_err(Failure::work)? {
             let index = sample.check().map_err(Failure::work)?;
-            freshness.on_index(*index.view().head, index.view().slots.to_vec());
+            freshness.on_index(Stamp::now(), index.view().head, index.view().slots.to_vec());
         }
         Ok(())
     }

@@ -1,74 +1,25 @@
-//! The newest site, schedule state, grids and mission plan that belong together, and whether a robot may use them. Samples of
-//! topics arrive in any order; no bus and no clock inside: times are arguments.
-//!
-//! Samples arrive in any order. This is logic without a bus and without a clock of its own.
+//! The newest site, schedule state, grids and mission plan that belong together, held with the verdict whether a robot may use
+//! them. Samples of topics arrive in any order; no bus and no clock inside: times are arguments.
 
-use crate::latched::RawSample;
-use crate::names::{Daemon, GridSlot, TopicName};
-use crate::stamp::Stamp;
+use crate::map_rule::MapRule;
+use crate::map_verdict::MapVerdict;
+use crate::plan_clock::{ClockTime, NextState};
+use bus::{Daemon, GridSlot, RawSample, Stamp, TopicName};
 use messages::{
     ArchiveError, GridSlotRecord, Grids, GridsHead, MissionPlan, MissionPlanHead, ScheduleState, ScheduleStateHead,
 };
-use std::time::Duration;
-
-/// A newer schedule state without its grids stops the robot after this long.
-pub const GRIDS_LATE: Duration = Duration::from_secs(1);
-
-/// Heartbeats come this often.
-pub const HEARTBEAT_PERIOD: Duration = Duration::from_secs(1);
-
-/// Heartbeats that may be missed: at this many there is no map.
-pub const MISSED_HEARTBEATS: u32 = 3;
-
-/// Daemons without which maps grow old unnoticed.
-const WATCHED: [Daemon; 2] = [Daemon::ScheduleEval, Daemon::Rasterize];
-
-/// How a robot may use the maps.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum MapVerdict {
-    /// The set is of the newest schedule state: use it.
-    Current,
-    /// A newer schedule state is here, its grids are not yet: use the set, but do not enter what
-    /// [`ConsistentSet::newest_schedule_state`] blocks.
-    Overtaken,
-    /// The grids of the newest schedule state are late: stand still.
-    Hold,
-    /// There is no map.
-    NoMap(NoMapReason),
-}
-
-/// Why there is no map.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-pub enum NoMapReason {
-    /// Schedule state, index and grids have never matched yet.
-    #[error("grids, index and schedule state have not come together yet")]
-    Incomplete,
-    /// The plan time has passed the end of the newest schedule state.
-    #[error("the plan time is past the validity of the schedule state, and no newer schedule state has come")]
-    Expired,
-    /// A daemon that keeps the map up to date is silent.
-    #[error("{daemon} has missed {MISSED_HEARTBEATS} heartbeats")]
-    Silent {
-        /// Which.
-        daemon: Daemon,
-    },
-}
 
 /// Key of a schedule state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct ScheduleStateKey {
     hash: u64,
     site: u64,
-    valid_until_s: i64,
-    at: Stamp,
 }
 
 /// Key of an index.
 #[derive(Debug)]
 struct IndexKey {
     hash: u64,
-    schedule_state: u64,
-    site: u64,
     grids: Vec<u64>,
 }
 
@@ -128,43 +79,46 @@ pub struct ConsistentSet<T> {
     index: TopicSamples<IndexKey, T>,
     grids: [TopicSamples<u64, T>; GridSlot::COUNT],
     mission_plan: TopicSamples<MissionPlanKey, T>,
-    heard: [Stamp; WATCHED.len()],
+    rule: MapRule,
 }
 
 impl<T> ConsistentSet<T> {
     /// Nothing seen; heartbeats count from `now`.
     pub fn new(now: Stamp) -> Self {
+        let mut rule = MapRule::default();
+        rule.joined(now);
         Self {
             schedule_state: TopicSamples::EMPTY,
             index: TopicSamples::EMPTY,
             grids: [const { TopicSamples::EMPTY }; GridSlot::COUNT],
             mission_plan: TopicSamples::EMPTY,
-            heard: [now; WATCHED.len()],
+            rule,
         }
     }
 
     /// A schedule state has come; `hash` is its content hash. One that says the same as the last one is not new.
     pub fn insert_schedule_state(&mut self, now: Stamp, hash: u64, head: &ScheduleStateHead, sample: T) {
-        let key = ScheduleStateKey { hash, site: head.site_hash, valid_until_s: head.valid_until_s, at: now };
         // A restarted producer repeats itself; a set in use stays what it is.
         if self.schedule_state.newest().is_none_or(|s| s.key.hash != hash) {
-            self.schedule_state.insert(key, sample);
-            self.advance();
+            self.schedule_state.insert(ScheduleStateKey { hash, site: head.site_hash }, sample);
         }
+        self.rule.insert_schedule_state(now, hash, head);
+        self.advance();
     }
 
     /// An index of grids has come; `hash` is its content hash. Its n-th record speaks of slot n; there are never more
     /// than [`GridSlot::COUNT`].
-    pub fn insert_index(&mut self, hash: u64, head: &GridsHead, slots: &[GridSlotRecord], sample: T) {
+    pub fn insert_index(&mut self, now: Stamp, hash: u64, head: &GridsHead, slots: &[GridSlotRecord], sample: T) {
         let grids = slots.iter().map(|s| s.content_hash).collect();
-        self.index
-            .insert(IndexKey { hash, schedule_state: head.schedule_state_hash, site: head.site_hash, grids }, sample);
+        self.index.insert(IndexKey { hash, grids }, sample);
+        self.rule.insert_index(now, head, self.has_grids());
         self.advance();
     }
 
     /// A grid has come; `hash` is its content hash.
-    pub fn insert_grid(&mut self, slot: GridSlot, hash: u64, sample: T) {
+    pub fn insert_grid(&mut self, now: Stamp, slot: GridSlot, hash: u64, sample: T) {
         self.grids[slot.index()].insert(hash, sample);
+        self.rule.set_grids(now, self.has_grids());
         self.advance();
     }
 
@@ -180,41 +134,22 @@ impl<T> ConsistentSet<T> {
 
     /// A heartbeat has come.
     pub fn insert_heartbeat(&mut self, now: Stamp, daemon: Daemon) {
-        for (heard, watched) in self.heard.iter_mut().zip(WATCHED) {
-            if watched == daemon {
-                *heard = now;
-            }
-        }
+        self.rule.insert_heartbeat(now, daemon);
     }
 
-    /// What the consumer may do. `plan_time_s` is the plan time in civil seconds; `None` if the clock stands.
-    pub fn verdict(&self, now: Stamp, plan_time_s: Option<i64>) -> MapVerdict {
-        for (heard, daemon) in self.heard.iter().zip(WATCHED) {
-            if now.since(*heard) >= HEARTBEAT_PERIOD * MISSED_HEARTBEATS {
-                return MapVerdict::NoMap(NoMapReason::Silent { daemon });
-            }
-        }
-        let (Some(used), Some(newest)) = (&self.schedule_state.used, self.schedule_state.newest()) else {
-            return MapVerdict::NoMap(NoMapReason::Incomplete);
-        };
-        let until = newest.key.valid_until_s;
-        if until != ScheduleStateHead::NO_TIME && plan_time_s.is_some_and(|now| now > until) {
-            return MapVerdict::NoMap(NoMapReason::Expired);
-        }
-        if newest.key.hash == used.key.hash {
-            MapVerdict::Current
-        } else if now.since(newest.key.at) < GRIDS_LATE {
-            MapVerdict::Overtaken
-        } else {
-            MapVerdict::Hold
-        }
+    /// When the next schedule state is due, as its producer says.
+    pub fn set_next_state(&mut self, next: NextState) {
+        self.rule.set_next_state(next);
     }
 
-    /// When to ask for the verdict again if nothing comes before.
+    /// What the consumer may do, see [`MapRule::verdict`]. Without a map the last set stays; it is not to be used.
+    pub fn verdict(&self, now: Stamp, clock: ClockTime) -> MapVerdict {
+        self.rule.verdict(now, clock)
+    }
+
+    /// When to ask for the verdict again if nothing comes before, see [`MapRule::next_change`].
     pub fn next_change(&self, now: Stamp) -> Stamp {
-        let silent = self.heard.iter().map(|heard| *heard + HEARTBEAT_PERIOD * MISSED_HEARTBEATS);
-        let late = self.schedule_state.newest.iter().map(|s| s.key.at + GRIDS_LATE);
-        silent.chain(late).filter(|at| *at > now).min().unwrap_or(now + HEARTBEAT_PERIOD)
+        self.rule.next_change(now)
     }
 
     /// The schedule state of the set.
@@ -245,7 +180,7 @@ impl<T> ConsistentSet<T> {
 
     /// Makes the newest samples the set, if they match.
     fn advance(&mut self) {
-        if self.is_complete() {
+        if self.rule.is_matched() {
             self.schedule_state.promote(|_| true);
             self.index.promote(|_| true);
             let wanted = self.index.used.as_ref().map_or(&[][..], |s| &s.key.grids);
@@ -259,15 +194,11 @@ impl<T> ConsistentSet<T> {
         self.mission_plan.promote(|p| is_of(p, &self.schedule_state.used, &self.index.used));
     }
 
-    /// True if the newest schedule state, the newest index and grids at hand match, and are not the set already.
-    fn is_complete(&self) -> bool {
-        let (Some(schedule_state), Some(index)) = (self.schedule_state.newest(), self.index.newest()) else {
-            return false;
-        };
-        let matches = index.key.schedule_state == schedule_state.key.hash && index.key.site == schedule_state.key.site;
+    /// True if the grids that the newest index names are there, in the set or newer.
+    fn has_grids(&self) -> bool {
+        let Some(index) = self.index.newest() else { return false };
         let grids = &index.key.grids;
-        let all_there = self.grids.iter().zip(grids).all(|(held, hash)| held.has(|h| h == hash));
-        matches && grids.len() <= GridSlot::COUNT && all_there
+        grids.len() <= GridSlot::COUNT && self.grids.iter().zip(grids).all(|(held, hash)| held.has(|h| h == hash))
     }
 }
 
@@ -296,9 +227,9 @@ impl ConsistentSet<RawSample> {
             TopicName::Grids => {
                 let grids = Grids::open(sample.bytes())?;
                 let (head, slots) = (*grids.head, grids.slots.to_vec());
-                self.insert_index(header.content_hash, &head, &slots, sample);
+                self.insert_index(now, header.content_hash, &head, &slots, sample);
             }
-            TopicName::Grid(slot) => self.insert_grid(slot, header.content_hash, sample),
+            TopicName::Grid(slot) => self.insert_grid(now, slot, header.content_hash, sample),
             TopicName::MissionPlan => {
                 let head = *MissionPlan::open(sample.bytes())?.head;
                 self.insert_mission_plan(header.inputs.grids, &head, sample);
@@ -312,8 +243,10 @@ impl ConsistentSet<RawSample> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::map_verdict::NoMapReason;
     use bytemuck::Zeroable;
     use messages::{RobotProfile, ScheduleStateBuilder};
+    use std::time::Duration;
 
     const SITE: u64 = 1;
 
@@ -325,25 +258,27 @@ mod tests {
         Stamp(1_000_000_000_000) + Duration::from_millis(milliseconds)
     }
 
-    /// A set with heartbeats of all daemons until `until_ms`.
+    /// A set, and the time that it was last told or asked at.
     struct TestSet {
         set: ConsistentSet<String>,
+        now: Stamp,
     }
 
     impl TestSet {
         fn new() -> Self {
-            Self { set: ConsistentSet::new(at(0)) }
+            Self { set: ConsistentSet::new(at(0)), now: at(0) }
         }
 
         fn schedule_state(&mut self, ms: u64, hash: u64, valid_until_s: i64) -> &mut Self {
             let everything = ScheduleStateBuilder::everything_built(SITE, 0, 0).head;
             let head = ScheduleStateHead { valid_until_s, ..everything };
-            self.set.insert_schedule_state(at(ms), hash, &head, format!("schedule state {hash}"));
+            self.now = at(ms);
+            self.set.insert_schedule_state(self.now, hash, &head, format!("schedule state {hash}"));
             self
         }
 
         fn grid(&mut self, index: usize, hash: u64) -> &mut Self {
-            self.set.insert_grid(slot(index), hash, format!("grid {hash}"));
+            self.set.insert_grid(self.now, slot(index), hash, format!("grid {hash}"));
             self
         }
 
@@ -356,7 +291,7 @@ mod tests {
             };
             let record = |&content_hash| GridSlotRecord { map_storey: 0, cell_tenths: 500, content_hash };
             let slots: Vec<_> = hashes.iter().map(record).collect();
-            self.set.insert_index(schedule_state + 100, &head, &slots, format!("index {schedule_state}"));
+            self.set.insert_index(self.now, schedule_state + 100, &head, &slots, format!("index {schedule_state}"));
             self
         }
 
@@ -374,7 +309,8 @@ mod tests {
         }
 
         fn expect_verdict(&mut self, ms: u64, verdict: MapVerdict) -> &mut Self {
-            assert_eq!(self.set.verdict(at(ms), Some(50)), verdict);
+            self.now = at(ms);
+            assert_eq!(self.set.verdict(self.now, ClockTime::Plan(50)), verdict);
             self
         }
 
@@ -468,6 +404,23 @@ mod tests {
     }
 
     #[test]
+    fn states_that_follow_each_other_faster_than_grids_make_the_robot_stand_still() {
+        let mut test_set = complete();
+        for (ms, state) in (0u64..).map(|n| 100 + 900 * n).zip(11..).take(4) {
+            test_set.schedule_state(ms, state, 200).heartbeat(ms).expect_verdict(ms, MapVerdict::Overtaken);
+        }
+        test_set.expect_verdict(3_099, MapVerdict::Overtaken).expect_verdict(3_100, MapVerdict::Hold);
+    }
+
+    #[test]
+    fn an_index_whose_grids_do_not_come_makes_the_robot_stand_still() {
+        let mut test_set = complete();
+        test_set.expect_verdict(100, MapVerdict::Current).index(10, &[30, 21]).heartbeat(3_000);
+        test_set.expect_verdict(3_099, MapVerdict::Overtaken).expect_verdict(3_100, MapVerdict::Hold);
+        test_set.grid(0, 30).expect_verdict(3_200, MapVerdict::Current);
+    }
+
+    #[test]
     fn a_schedule_state_that_is_sent_again_is_not_newer() {
         let mut test_set = complete();
         test_set.schedule_state(500, 10, 100).expect_verdict(2000, MapVerdict::Current).holds(
@@ -483,7 +436,7 @@ mod tests {
         let mut test_set = TestSet::new();
         test_set.schedule_state(0, 10, 100).grid(0, 20);
         let head = GridsHead { site_hash: 2, schedule_state_hash: 10, plan_time_s: 0, robot: RobotProfile::DEFAULT };
-        test_set.set.insert_index(110, &head, &[], "other site".to_owned());
+        test_set.set.insert_index(at(0), 110, &head, &[], "other site".to_owned());
         test_set.expect_verdict(1, MapVerdict::NoMap(NoMapReason::Incomplete));
     }
 
@@ -507,7 +460,8 @@ mod tests {
             .index(12, &[])
             .expect_verdict(5, MapVerdict::Current);
         test_set.schedule_state(6, 13, 49);
-        assert_eq!(test_set.set.verdict(at(7), None), MapVerdict::Overtaken, "a clock that stands passes nothing");
+        let verdict = test_set.set.verdict(at(7), ClockTime::Unknown);
+        assert_eq!(verdict, MapVerdict::Overtaken, "a clock that stands passes nothing");
     }
 
     #[test]

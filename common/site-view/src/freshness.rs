@@ -1,18 +1,13 @@
-//! Freshness of maps that were passed on, into a folder or to ROS 2: those that the daemons hold are fresh. No bus and no files
+//! Whether maps that were passed on, into a folder, to a page or to ROS 2, are those that the daemons hold. No bus and no files
 //! inside, times are arguments.
 
-use bus::{Daemon, GRIDS_LATE, HEARTBEAT_PERIOD, MISSED_HEARTBEATS, NoMapReason, Stamp};
-use jiff::Timestamp;
+use crate::limits::FRESH_TOLERANCE;
+use crate::map_rule::MapRule;
+use crate::map_verdict::{MapVerdict, NoMapReason};
+use crate::plan_clock::{ClockTime, NextState};
+use bus::{Daemon, Stamp};
 use messages::{GridSlotRecord, GridsHead, ScheduleStateHead};
 use std::collections::{BTreeMap, BTreeSet};
-use std::time::Duration;
-
-/// Maps are stale when it was unknown for this long whether they are those of the daemons. A consumer takes a check that is
-/// older for none, so that a watch that was killed counts as stale at the same age.
-pub const FRESH_TOLERANCE: Duration = Duration::from_secs(3);
-
-/// Daemons without which maps grow old unnoticed.
-const WATCHED: [Daemon; 2] = [Daemon::ScheduleEval, Daemon::Rasterize];
 
 /// The maps that were passed on.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -62,8 +57,7 @@ pub enum MapState {
         /// Indices of map storeys.
         outdated_storeys: BTreeSet<u32>,
     },
-    /// It is unknown, and was not for [`FRESH_TOLERANCE`], or for [`GRIDS_LATE`] since a newer schedule state: what was last known
-    /// counts.
+    /// It is unknown, and not for too long yet ([`crate::GRIDS_LATE`], [`FRESH_TOLERANCE`]): what was last known counts.
     Unknown,
     /// None of them may be used.
     Stale {
@@ -75,26 +69,22 @@ pub enum MapState {
 /// What the daemons hold, and what was passed on; nothing is known by default.
 #[derive(Debug, Default)]
 pub struct Freshness {
+    rule: MapRule,
     maps: Option<MapsInUse>,
-    schedule_state: Option<(u64, ScheduleStateHead)>,
-    /// The newest schedule state that differs from the one before, also across generations of the bus, and when it came.
-    newer_state: Option<(u64, Stamp)>,
-    /// The last schedule state whose grids were there.
-    drawn_state: Option<u64>,
-    index: Option<(GridsHead, Vec<GridSlotRecord>)>,
-    heard: BTreeMap<Daemon, Stamp>,
+    schedule_state: Option<ScheduleStateHead>,
+    /// Site and grids of the newest index.
+    index: Option<(u64, Vec<GridSlotRecord>)>,
     no_bus: Option<String>,
     /// Why there are no new maps, if it is known.
     obstacle: Option<String>,
-    /// When the next schedule state is due by the machine's clock, milliseconds since 1970 in UTC.
-    next_update_ms: Option<i64>,
-    /// Why nothing tells when it is due.
-    clock_distrust: Option<String>,
     /// Since when it is unknown whether the maps are those of the daemons, without a break.
     unknown_since: Option<Stamp>,
     /// Since when maps of storeys are outdated, by storey.
     outdated_since: BTreeMap<u32, Stamp>,
 }
+
+/// Why maps of which the rule says that they are overtaken, or that they are to be held, are not those of the daemons.
+const LATE_GRIDS: &str = "the grids of the newest schedule state have not come";
 
 /// Why it is unknown whether maps are those of the daemons.
 struct Doubt {
@@ -107,7 +97,7 @@ impl Freshness {
     /// A generation of the bus was joined: samples come again, heartbeats count from now.
     pub fn joined(&mut self, now: Stamp) {
         (self.schedule_state, self.index, self.no_bus) = (None, None, None);
-        self.heard = WATCHED.map(|daemon| (daemon, now)).into();
+        self.rule.joined(now);
     }
 
     /// There is no bus.
@@ -115,24 +105,21 @@ impl Freshness {
         self.no_bus = Some(why);
     }
 
-    /// A heartbeat has come.
-    pub fn on_heartbeat(&mut self, now: Stamp, daemon: Daemon) {
-        if let Some(heard) = self.heard.get_mut(&daemon) {
-            *heard = now;
-        }
+    /// A daemon was heard at this time.
+    pub fn on_heartbeat(&mut self, at: Stamp, daemon: Daemon) {
+        self.rule.insert_heartbeat(at, daemon);
     }
 
     /// A schedule state has come; `hash` is that of its content. One that says the same as the last one is not new.
-    pub fn on_schedule_state(&mut self, now: Stamp, hash: u64, head: ScheduleStateHead) {
-        self.schedule_state = Some((hash, head));
-        if self.newer_state.is_none_or(|(newer, _)| newer != hash) {
-            self.newer_state = Some((hash, now));
-        }
+    pub fn on_schedule_state(&mut self, now: Stamp, hash: u64, head: &ScheduleStateHead) {
+        self.rule.insert_schedule_state(now, hash, head);
+        self.schedule_state = Some(*head);
     }
 
     /// An index of grids has come.
-    pub fn on_index(&mut self, head: GridsHead, grids: Vec<GridSlotRecord>) {
-        self.index = Some((head, grids));
+    pub fn on_index(&mut self, now: Stamp, head: &GridsHead, grids: Vec<GridSlotRecord>) {
+        self.rule.insert_index(now, head, true);
+        self.index = Some((head.site_hash, grids));
     }
 
     /// These maps were passed on.
@@ -145,14 +132,9 @@ impl Freshness {
         self.obstacle = why;
     }
 
-    /// When the next schedule state is due, milliseconds since 1970 in UTC; `None` if the plan time stands.
-    pub fn set_next_update(&mut self, at_ms: Option<i64>) {
-        self.next_update_ms = at_ms;
-    }
-
-    /// Why a plan time that moves does not follow the machine's clock.
-    pub fn set_clock_distrust(&mut self, why: Option<String>) {
-        self.clock_distrust = why;
+    /// When the next schedule state is due, as its producer says.
+    pub fn set_next_state(&mut self, next: NextState) {
+        self.rule.set_next_state(next);
     }
 
     /// The maps that were passed on.
@@ -162,7 +144,7 @@ impl Freshness {
 
     /// The newest schedule state.
     pub fn schedule_state(&self) -> Option<&ScheduleStateHead> {
-        self.schedule_state.as_ref().map(|(_, head)| head)
+        self.schedule_state.as_ref()
     }
 
     /// What is known of the maps now; `utc_ms` is the machine's clock, milliseconds since 1970.
@@ -170,7 +152,6 @@ impl Freshness {
         match self.outdated_storeys(now, utc_ms) {
             Ok(outdated_storeys) => {
                 self.unknown_since = None;
-                self.drawn_state = self.schedule_state.as_ref().map(|(hash, _)| *hash);
                 self.outdated_since.retain(|storey, _| outdated_storeys.contains(storey));
                 outdated_storeys.iter().for_each(|storey| {
                     self.outdated_since.entry(*storey).or_insert(now);
@@ -201,30 +182,16 @@ impl Freshness {
         if let Some(why) = &self.no_bus {
             return Err(Doubt { reason: why.clone(), is_certain: false });
         }
-        let silent = self.heard.iter().find(|(_, heard)| now.since(**heard) >= HEARTBEAT_PERIOD * MISSED_HEARTBEATS);
-        if let Some((daemon, _)) = silent {
-            let reason = NoMapReason::Silent { daemon: *daemon }.to_string();
-            return Err(Doubt { reason, is_certain: true });
-        }
-        if let Some(why) = &self.clock_distrust {
-            return Err(Doubt { reason: why.clone(), is_certain: true });
-        }
-        if let Some(due_ms) = self.next_update_ms.filter(|due_ms| utc_ms - due_ms >= FRESH_TOLERANCE.as_millis() as i64)
-        {
-            let due = Timestamp::from_millisecond(due_ms).map(|due| due.to_string()).unwrap_or_default();
-            let reason = format!("{}: the next one was due at {due}", NoMapReason::Expired);
-            return Err(Doubt { reason, is_certain: true });
-        }
-        let (Some((state_hash, _)), Some((index, grids))) = (&self.schedule_state, &self.index) else {
-            return Err(self.missing("the daemons have published no maps"));
+        let (site_hash, grids) = match (self.rule.verdict(now, ClockTime::Machine(utc_ms)), &self.index) {
+            (MapVerdict::Current, Some(index)) => index,
+            (MapVerdict::Current, None) | (MapVerdict::Overtaken, _) => return Err(self.missing(LATE_GRIDS)),
+            (MapVerdict::Hold, _) => return Err(Doubt { is_certain: true, ..self.missing(LATE_GRIDS) }),
+            (MapVerdict::NoMap(reason @ NoMapReason::Incomplete), _) => return Err(self.missing(&reason.to_string())),
+            (MapVerdict::NoMap(reason), _) => {
+                return Err(Doubt { reason: reason.to_string(), is_certain: true });
+            }
         };
-        if index.schedule_state_hash != *state_hash {
-            // What a newer state blocks is open on the maps: they are held as soon as their grids are late.
-            let is_newer = self.drawn_state != Some(*state_hash);
-            let is_certain = is_newer && self.newer_state.is_some_and(|(_, came)| now.since(came) >= GRIDS_LATE);
-            return Err(Doubt { is_certain, ..self.missing("the grids of the newest schedule state have not come") });
-        }
-        let Some(maps) = self.maps.as_ref().filter(|maps| maps.site_hash == index.site_hash) else {
+        let Some(maps) = self.maps.as_ref().filter(|maps| maps.site_hash == *site_hash) else {
             return Err(self.missing("the maps of the newest site were not passed on yet"));
         };
         let held: BTreeSet<_> = grids.iter().map(key).collect();
@@ -246,7 +213,9 @@ fn key(grid: &GridSlotRecord) -> (u32, u64) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::limits::WATCHED;
     use messages::{RobotProfile, ScheduleStateBuilder};
+    use std::time::Duration;
 
     const SITE: u64 = 1;
 
@@ -265,10 +234,10 @@ mod tests {
 
     /// The daemons hold these grids at a schedule state.
     fn publish(freshness: &mut Freshness, state_hash: u64, hashes: &[u64]) {
-        freshness.on_schedule_state(at(0), state_hash, ScheduleStateBuilder::everything_built(SITE, 0, 0).head);
+        freshness.on_schedule_state(at(0), state_hash, &ScheduleStateBuilder::everything_built(SITE, 0, 0).head);
         let robot = RobotProfile::DEFAULT;
         let head = GridsHead { site_hash: SITE, schedule_state_hash: state_hash, plan_time_s: 0, robot };
-        freshness.on_index(head, grids(hashes));
+        freshness.on_index(at(0), &head, grids(hashes));
     }
 
     fn write(freshness: &mut Freshness, hashes: &[u64]) {
@@ -311,22 +280,22 @@ mod tests {
     #[test]
     fn a_schedule_state_that_was_due_and_did_not_come_makes_maps_stale() {
         let mut freshness = fresh();
-        freshness.set_next_update(Some(10_000));
+        freshness.set_next_state(NextState::Due { utc_ms: 10_000 });
         let mut is_stale = |utc_ms: i64| matches!(freshness.state(at(100), utc_ms), MapState::Stale { .. });
         assert!(!is_stale(9_000) && !is_stale(12_999), "it may take as long as a check is good");
         assert!(is_stale(13_000));
         let MapState::Stale { reason } = freshness.state(at(100), 13_000) else { panic!("they are stale") };
         assert!(reason.ends_with("the next one was due at 1970-01-01T00:00:10Z"), "{reason}");
-        freshness.set_next_update(None);
+        freshness.set_next_state(NextState::None);
         assert!(matches!(freshness.state(at(100), 13_000), MapState::Fresh { .. }));
     }
 
     #[test]
     fn a_clock_that_is_not_followed_makes_maps_stale_until_it_is() {
         let mut freshness = fresh();
-        freshness.set_clock_distrust(Some("clock_untrusted".to_owned()));
+        freshness.set_next_state(NextState::Unknown { why: "clock_untrusted".to_owned() });
         assert_eq!(is_stale(&mut freshness, 100).as_deref(), Some("clock_untrusted"));
-        freshness.set_clock_distrust(None);
+        freshness.set_next_state(NextState::None);
         assert_eq!(is_stale(&mut freshness, 100), None);
     }
 
@@ -347,7 +316,7 @@ mod tests {
     #[test]
     fn a_schedule_state_without_grids_makes_all_maps_stale() {
         let mut freshness = fresh();
-        freshness.on_schedule_state(at(50), 8, ScheduleStateBuilder::everything_built(SITE, 0, 0).head);
+        freshness.on_schedule_state(at(50), 8, &ScheduleStateBuilder::everything_built(SITE, 0, 0).head);
         assert_eq!(freshness.state(at(1_049), 0), MapState::Unknown);
         assert!(is_stale(&mut freshness, 1_050).unwrap().contains("have not come"));
         heartbeats(&mut freshness, 3_000);
@@ -360,10 +329,10 @@ mod tests {
     fn a_schedule_state_whose_grids_were_there_is_no_newer_one_when_its_producer_repeats_it() {
         let mut freshness = fresh();
         freshness.joined(at(2_000));
-        freshness.on_schedule_state(at(2_000), 7, ScheduleStateBuilder::everything_built(SITE, 0, 0).head);
+        freshness.on_schedule_state(at(2_000), 7, &ScheduleStateBuilder::everything_built(SITE, 0, 0).head);
         let robot = RobotProfile::DEFAULT;
         let head = GridsHead { site_hash: SITE, schedule_state_hash: 6, plan_time_s: 0, robot };
-        freshness.on_index(head, grids(&[1, 2]));
+        freshness.on_index(at(2_000), &head, grids(&[1, 2]));
         assert_eq!(freshness.state(at(2_100), 0), MapState::Unknown);
         heartbeats(&mut freshness, 4_000);
         assert_eq!(freshness.state(at(4_900), 0), MapState::Unknown);
@@ -390,9 +359,9 @@ mod tests {
     fn maps_of_another_site_are_stale_as_a_whole() {
         let mut freshness = fresh();
         let robot = RobotProfile::DEFAULT;
-        freshness.on_schedule_state(at(0), 8, ScheduleStateBuilder::everything_built(2, 0, 0).head);
+        freshness.on_schedule_state(at(0), 8, &ScheduleStateBuilder::everything_built(2, 0, 0).head);
         let head = GridsHead { site_hash: 2, schedule_state_hash: 8, plan_time_s: 0, robot };
-        freshness.on_index(head, grids(&[1, 2]));
+        freshness.on_index(at(0), &head, grids(&[1, 2]));
         freshness.state(at(0), 0);
         heartbeats(&mut freshness, 3_000);
         freshness.set_obstacle(Some("the disk is full".to_owned()));
