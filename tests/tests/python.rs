@@ -45,6 +45,21 @@ with groundplan.Bus(sys.argv[1], sys.argv[2]) as bus:
         ended.wait(0.2)
 "#;
 
+/// Says when the maps may be used, and then when they may not be used any more because of one daemon.
+const ROBOT: &str = r#"
+import sys, time, groundplan
+
+with groundplan.Bus(sys.argv[1], sys.argv[2]) as bus:
+    reader, ends = groundplan.SiteReader(bus), time.monotonic() + 60
+    def wait_for(is_it):
+        while not is_it(reader.verdict()):
+            assert time.monotonic() < ends, reader.verdict()
+            time.sleep(0.05)
+        print(reader.verdict(), flush=True)
+    wait_for(lambda verdict: verdict.word == "current" and verdict.may_drive)
+    wait_for(lambda verdict: "rasterize" in (verdict.reason or "") and not verdict.may_drive)
+"#;
+
 /// Joins with one reader after the other until there is no place; says how many have one, and why the next has none.
 const CROWD: &str = r#"
 import sys, groundplan
@@ -94,6 +109,26 @@ fn readers_do_not_keep_the_operator_out() {
         drop(reader.stdin.take());
         assert!(reader.wait().unwrap().success());
     }
+    live.down();
+}
+
+#[test]
+fn a_robot_in_python_has_no_map_when_a_daemon_falls_silent() {
+    if python().is_none() {
+        return;
+    }
+    let mut live = Live::start();
+    let (mut robot, first) = started(&live, ROBOT);
+    assert!(first.contains("word='current', reason=None"), "{first}");
+    let process = live.status().unwrap()["daemons"]["rasterize"]["process_id"].to_string();
+    assert!(Command::new("kill").args(["-STOP", &process]).status().unwrap().success());
+    let mut second = String::new();
+    BufReader::new(robot.stdout.as_mut().unwrap()).read_line(&mut second).unwrap();
+    assert!(second.contains("word='no_map', reason='rasterize has missed 3 heartbeats'"), "{second}");
+    assert!(robot.wait().unwrap().success());
+    // It may have been killed for its silence, and be another process now.
+    let _ = Command::new("kill").args(["-CONT", &process]).status().unwrap();
+    live.wait_until_healthy();
     live.down();
 }
 

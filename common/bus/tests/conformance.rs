@@ -100,7 +100,6 @@ on_both! {
     a_subscriber_may_hold_a_few_samples
     a_publisher_that_comes_again_goes_on
     heartbeats_arrive_in_order_and_the_oldest_give_way
-    a_consumer_uses_what_belongs_together
 }
 
 fn a_late_joiner_gets_the_last_sample(site: &Site) {

@@ -1,12 +1,14 @@
 """Reads the maps of running groundplan daemons in shared memory, in place.
 
-`Bus` joins the daemons, `Subscriber` reads a topic, `SiteReader` gives schedule state, index and grids that belong together.
+`Bus` joins the daemons, `Subscriber` reads a topic, `SiteReader` gives schedule state, index and grids that belong together,
+and the verdict whether a robot may use them.
 A view of shared memory keeps its sample: what a program looks at is neither given back nor written.
 """
 
 from .archive import Archive, Header, LayoutError
 from .bus import Bus, BusFull, BusGone, Sample, Subscriber
 from .grid import Grid, GridIndex, GridSlot, ScheduleState
+from .map_rule import MapRule, MapVerdict
 from .site import SiteReader, SiteSet
 
 __all__ = [
@@ -19,6 +21,8 @@ __all__ = [
     "GridSlot",
     "Header",
     "LayoutError",
+    "MapRule",
+    "MapVerdict",
     "Sample",
     "ScheduleState",
     "SiteReader",

@@ -193,6 +193,11 @@ class Bus:
         self.node = builder.signal_handling_mode(signals).create(iox2.ServiceType.Ipc)
         self.generation = generation
 
+    @property
+    def root(self) -> pathlib.Path:
+        """The folder of the bus."""
+        return self._root
+
     def events(self, producer: str) -> _Events:
         """What a producer wakes this program with, opened once.
 

@@ -1,4 +1,4 @@
-"""Schedule state, index and grids that belong together."""
+"""Schedule state, index and grids that belong together, and whether a robot may use them."""
 
 from __future__ import annotations
 
@@ -6,8 +6,10 @@ import datetime
 import time
 from dataclasses import dataclass
 
-from .bus import Bus, Subscriber
+from . import board
+from .bus import Bus, BusGone, Subscriber
 from .grid import Grid, GridIndex, ScheduleState
+from .map_rule import WATCHED, MapRule, MapVerdict
 
 
 @dataclass(frozen=True)
@@ -36,12 +38,18 @@ def set_of(state: ScheduleState | None, index: GridIndex | None, grids: list[Gri
         return None
     if (index.site_hash, index.schedule_state_hash) != (state.site_hash, state.content_hash):
         return None
+    named = named_grids(index, grids)
+    return None if named is None else SiteSet(state, index, named)
+
+
+def named_grids(index: GridIndex, grids: list[Grid | None]) -> list[Grid] | None:
+    """The grids that an index names; None while one of them is on its way."""
     named: list[Grid] = []
     for slot, grid in zip(index.slots, grids):
         if grid is None or grid.content_hash != slot.content_hash:
             return None
         named.append(grid)
-    return SiteSet(state, index, named) if len(named) == len(index.slots) else None
+    return named if len(named) == len(index.slots) else None
 
 
 class SiteReader:
@@ -56,12 +64,20 @@ class SiteReader:
         self._index: GridIndex | None = None
         self._grids: list[Grid | None] = []
         self._current: SiteSet | None = None
+        self._rule = MapRule()
+        self._generation = 0
 
     def current(self) -> SiteSet | None:
         """The newest set of samples that belong together; None before there was one."""
         state, index = self._state_topic.receive(), self._index_topic.receive()
+        now_ns = board.monotonic_ns()
+        if self._bus.generation != self._generation:
+            # As in a new reader: there is no map until schedule state, index and grids have come again.
+            self._rule, self._generation = MapRule(), self._bus.generation
+            self._rule.joined(now_ns)
         if state is not None:
             self._state = ScheduleState(state.memory)
+            self._rule.insert_schedule_state(now_ns, self._state.content_hash, self._state.site_hash)
         if index is not None:
             self._index = GridIndex(index.memory)
             wanted = len(self._index.slots)
@@ -73,10 +89,33 @@ class SiteReader:
             sample = topic.receive()
             if sample is not None:
                 self._grids[slot] = Grid(sample.memory)
+        if self._index is not None:
+            has_grids = named_grids(self._index, self._grids) is not None
+            if index is not None:
+                self._rule.insert_index(now_ns, self._index.schedule_state_hash, self._index.site_hash, has_grids)
+            self._rule.set_grids(now_ns, has_grids)
         found = set_of(self._state, self._index, self._grids)
         if found is not None:
             self._current = found
         return self._current
+
+    def verdict(self) -> MapVerdict:
+        """Whether a robot may use the current set, by the rule of the daemons' own consumers: to be asked before each use.
+
+        Takes what has come. Without a bus there is no map.
+        """
+        try:
+            self.current()
+        except BusGone as gone:
+            return MapVerdict("no_map", str(gone))
+        for daemon in WATCHED:
+            report = board.report(self._bus.root, daemon)
+            if report is None:
+                continue
+            self._rule.insert_heartbeat(report.stamp_ns, daemon)
+            if daemon == "schedule-eval":
+                self._rule.set_next_state(report.facts.get("next_update_ms"), report.facts.get("clock_distrust"))
+        return self._rule.verdict(board.monotonic_ns(), time.time_ns() // 1_000_000)
 
     def wait(self, timeout_s: float) -> SiteSet:
         """As `current`, but waits for a first set.
