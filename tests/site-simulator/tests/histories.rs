@@ -7,7 +7,7 @@
 #[expect(dead_code, reason = "other tests use the rest of it")]
 mod house;
 
-use bus::{Bus, CheckedSample, Daemon, GridSlot, RawSubscriber, SiteSetReader, TopicName, topics};
+use bus::{Bus, CheckedSample, Daemon, GridSlot, RawSubscriber, TopicName, topics};
 use daemon::{
     ActualsSource, FileText, IngestRequest, Published, RasterizeRequest, RevisionEffect, Robot, ScheduleRequest,
     WaypointRequest,
@@ -16,6 +16,7 @@ use house::{House, PLAIN};
 use messages::{RobotProfile, ScheduleState};
 use raster::Rasterizer;
 use schedule::{Overrides, Rules, evaluate, parse_actuals};
+use site_view::SiteSetReader;
 use site_simulator::{DAEMONS, Daemons, DiskFaults, End, SimulatedClock};
 use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};

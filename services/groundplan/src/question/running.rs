@@ -9,7 +9,7 @@ use crate::progress_line::ProgressLine;
 use crate::run::Outcome;
 use crate::wait::{Expectation, join};
 use answers::{AnswerBasis, Circumstances, Epochs, Later, MapUse, Situation, date_text, optional_date_text};
-use bus::{Daemon, SiteSet, SiteSetReader, SiteViews, Stamp};
+use bus::{Daemon, Stamp};
 use daemon::facts::ScheduleFacts;
 use daemon::{
     FRESH_TOLERANCE, Freshness, MapState, MapsInUse, Report, Robot, SiteConfig, StatusBoard, progress_in_force,
