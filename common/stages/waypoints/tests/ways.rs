@@ -201,8 +201,8 @@ fn a_stair_that_is_not_built_is_missing() {
 
 #[test]
 fn a_stair_to_a_storey_without_floor_is_told_if_it_is_not_for_the_robot() {
-    let bare = UPPER.replace(['c', 'd'], " ").replacen("    ", "cccc", 1).replacen("cccc", "CCCC", 1);
-    let mut house = House::drawn(&[GROUND, &bare]);
+    let bare = UPPER.replace(['c', 'd', 'L'], " ").replacen("    ", "CCCC", 1);
+    let mut house = House::drawn(&[&GROUND.replace('L', "b"), &bare]);
     let none = way(&house, &[], 'a', 'c').unwrap_err();
     assert_eq!(none.to.unwrap().why, NoWaypoint::NoFloor);
     let [WayObstacle::Portal { kind, is_built: true, is_usable: Some(false), .. }] = none.obstacles[..] else {

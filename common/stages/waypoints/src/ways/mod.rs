@@ -175,7 +175,8 @@ impl<'a> WayFinder<'a> {
             WayEnd::Point { map_storey, .. } => map_storey,
         };
         let map_storeys = [from, to].map(storey_of);
-        if map_storeys[0] == map_storeys[1] || map_storeys.contains(&NONE) {
+        let is_known = |storey: &u32| (*storey as usize) < self.site.map_storeys.len();
+        if map_storeys[0] == map_storeys[1] || !map_storeys.iter().all(is_known) {
             return None;
         }
         let state = |element: usize| self.schedule_state.effective(element);
