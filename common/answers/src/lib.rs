@@ -8,6 +8,9 @@
 //! |---|---|
 //! | how does this robot get from a room or point to another, over storeys, or what is missing | [`way()`], [`WayAnswer`] |
 //! | where is a room, may this robot enter it, when does that change, what is in it | [`room()`], [`RoomAnswer`] |
+//! | what stands and which rooms are open at a date, and how probable that is | [`states`] |
+//! | what changes: at every change instant, between two dates, by a revision of the plan | [`changes`] |
+//! | when the tasks are, what they act on, what is wrong with them | [`tasks`] |
 //! | where is a door, can this robot pass it, when does that change | [`door()`], [`DoorAnswer`] |
 //!
 //! Rooms, doors and points are named as people name them ([`find_room`], [`find_door`], [`find_place`]); what is not found is an
@@ -16,6 +19,10 @@
 //! Plan times are civil date-times of the site, lengths metres, coordinates those of `map`; keys of measures end with their unit,
 //! and what there is not is null. What was not looked at is null, too, with the reason beside it: nothing is said that was not
 //! checked.
+
+pub mod changes;
+pub mod states;
+pub mod tasks;
 
 mod circumstances;
 mod closed_by;

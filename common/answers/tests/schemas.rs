@@ -11,4 +11,5 @@ fn schemas_are_current() {
     check::<answers::WayAnswer>("way");
     check::<answers::RoomAnswer>("room");
     check::<answers::DoorAnswer>("door");
+    check::<answers::tasks::TaskList<'_>>("tasks");
 }

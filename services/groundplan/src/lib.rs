@@ -43,5 +43,4 @@ mod shipped_schema;
 mod site_check;
 mod site_service;
 mod supervise;
-mod task_name;
 mod wait;

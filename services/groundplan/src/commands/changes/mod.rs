@@ -1,19 +1,19 @@
 //! `groundplan changes`: when anything changes, and what differs between two dates.
 
-mod difference;
-mod list;
-mod revised_steps;
-mod revision;
-
 use crate::args::{ModelArgs, RobotArgs, ScheduleArgs, ScheduleInput, with_timeline};
 use crate::date_argument;
 use crate::failure::Failure;
+use crate::maps::{MapInputs, with_maps};
+use crate::progress_line::ProgressLine;
 use crate::run::{Outcome, Run};
-use difference::{Side, difference};
+use answers::changes::{self, Side, difference, revision};
+use daemon::Robot;
+use messages::{ScheduleState, Site};
 use raster::Rasterizer;
-use revision::revision;
+use schedule::{Period, Timeline};
 use serde::Serialize;
 use std::path::PathBuf;
+use waypoints::MissionPlanOptions;
 
 /// Arguments of `changes`.
 #[derive(Debug, Clone, clap::Args)]
@@ -80,22 +80,38 @@ impl Run for Args {
             let &[from_s, to_s] = diff_s.as_slice() else {
                 let changes = timeline.changes();
                 return if self.json {
-                    json(&list::document(site, timeline, &changes))
+                    json(&changes::document(site, timeline, &changes))
                 } else {
-                    Ok(list::text(site, timeline, &changes).into())
+                    Ok(changes::text(site, timeline, &changes).into())
                 };
             };
             progress.stage("slicing");
             let mut rasterizer = Rasterizer::new(site, &robot.profile, self.robot.resolution).map_err(Failure::work)?;
-            let sides = [from_s, to_s].map(|at_s| Side::at(site, timeline, &mut rasterizer, &robot, at_s, progress));
+            let sides = [from_s, to_s].map(|at_s| side_at(site, timeline, &mut rasterizer, &robot, at_s, progress));
             let [before, after] = sides;
             let between = from_s.min(to_s) + 1..=from_s.max(to_s);
             let changes = timeline.changes().into_iter().filter(|c| between.contains(&c.at_s));
-            let causes = changes.map(|change| list::causes_of(site, timeline, &change)).filter(|c| !c.tasks.is_empty());
+            let causes = changes.map(|change| changes::causes_of(site, timeline, &change)).filter(|c| !c.is_empty());
             let difference = difference(site, &before?, &after?, causes.collect());
             if self.json { json(&difference) } else { Ok(difference.text().into()) }
         })
     }
+}
+
+/// Draws and plans the maps of one of the two dates.
+fn side_at(
+    site: &Site<'_>,
+    timeline: &Timeline,
+    rasterizer: &mut Rasterizer,
+    robot: &Robot,
+    at_s: i64,
+    progress: &ProgressLine,
+) -> Result<Side, Failure> {
+    let schedule_state = timeline.schedule_state(Period::instant(at_s)).finish();
+    let schedule_state = ScheduleState::open(schedule_state.bytes()).map_err(Failure::work)?;
+    let options = MissionPlanOptions::centres_only();
+    let inputs = MapInputs { site, schedule_state: &schedule_state, robot, options: &options, progress };
+    with_maps(&inputs, rasterizer, |maps| Ok(Side::of(site, at_s, &schedule_state, maps.index, maps.mission_plan)))
 }
 
 fn json(value: &impl Serialize) -> Result<Outcome, Failure> {

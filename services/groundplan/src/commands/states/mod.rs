@@ -1,18 +1,12 @@
 //! `groundplan states`: which elements stand and which spaces may be entered.
 
-mod document;
-mod probability;
-mod text;
-
 use crate::args::{ModelArgs, ScheduleArgs, ScheduleInput, with_timeline};
 use crate::date_argument;
 use crate::failure::Failure;
 use crate::run::{Outcome, Run};
-use document::{json_of, whole_day};
+use answers::states::{StateProbabilities, states, text_of, whole_day};
 use messages::{ScheduleState, Site};
-use probability::StateProbabilities;
 use schedule::{Period, Probabilities, Timeline};
-use text::text_of;
 
 /// Arguments of `states`.
 #[derive(Debug, Clone, clap::Args)]
@@ -108,7 +102,8 @@ fn at(
     let whole_day = day.zip(of_day.as_ref()).map(|(day, of_day)| whole_day(site, &schedule_state, day, of_day));
     let probability = probabilities.map(|probabilities| StateProbabilities::of(site, probabilities, period));
     if json {
-        json_of(site, &schedule_state, period, whole_day, probability)
+        let states = states(site, &schedule_state, period, whole_day, probability);
+        Ok(serde_json::to_string(&states).map_err(Failure::work)? + "\n")
     } else {
         let more = probability.map_or(String::new(), |probability| probability.text(site));
         Ok(text_of(site, timeline, &schedule_state, period, whole_day) + &more)

@@ -1,13 +1,10 @@
 //! `groundplan tasks`: the tasks of a schedule with their dates, what they act on, and what is wrong with them.
 
-mod list;
-mod text;
-
 use crate::args::{ModelArgs, ScheduleArgs, ScheduleInput, with_timeline};
 use crate::date_argument;
 use crate::failure::Failure;
 use crate::run::{Outcome, Run};
-use list::list;
+use answers::tasks::list;
 use schedule::find_task;
 
 /// Arguments of `tasks`.

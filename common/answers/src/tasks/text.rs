@@ -9,7 +9,7 @@ const MAX_NAMED: usize = 3;
 
 impl TaskList<'_> {
     /// For people: a line per task, and what it acts on.
-    pub(super) fn text(&self, timeline: &Timeline, is_without_tasks: bool) -> String {
+    pub fn text(&self, timeline: &Timeline, is_without_tasks: bool) -> String {
         if is_without_tasks {
             let why =
                 if timeline.instants_s().is_empty() { "nothing has a date" } else { "dates are those of properties" };

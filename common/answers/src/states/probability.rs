@@ -1,6 +1,6 @@
 //! Probabilities of states at a date, as JSON and for people.
 
-use crate::date_argument;
+use crate::named::date_text;
 use diagnostics::counted;
 use frames::written_date::DAY_S;
 use messages::Site;
@@ -20,7 +20,7 @@ const MAX_ELEMENTS: usize = 12;
 
 /// Probabilities of the states of all elements and spaces.
 #[derive(Debug, Serialize)]
-pub(super) struct StateProbabilities<'s> {
+pub struct StateProbabilities<'s> {
     /// How often the schedule was simulated.
     runs: u32,
     /// Seed of the drawn durations.
@@ -54,14 +54,15 @@ struct Day {
 
 impl Day {
     fn of(safe_day: &SafeDay) -> Self {
-        let date = date_argument::text(safe_day.day * DAY_S);
+        let date = date_text(safe_day.day * DAY_S);
         let day = date.split('T').next().unwrap_or_default().to_owned();
         Self { day, open: safe_day.open }
     }
 }
 
 impl<'s> StateProbabilities<'s> {
-    pub(super) fn of(site: &'s Site<'_>, probabilities: &Probabilities<'_>, period: Period) -> Self {
+    /// Those of a period.
+    pub fn of(site: &'s Site<'_>, probabilities: &Probabilities<'_>, period: Period) -> Self {
         let Uncertainty { runs, seed, .. } = *probabilities.uncertainty();
         let elements = site.elements.iter().zip(probabilities.elements(period));
         let open = probabilities.spaces_open(period);
@@ -87,7 +88,7 @@ impl<'s> StateProbabilities<'s> {
     }
 
     /// For people: what is uncertain, then every space with its safest day.
-    pub(super) fn text(&self, site: &Site<'_>) -> String {
+    pub fn text(&self, site: &Site<'_>) -> String {
         let is_uncertain = |e: &Element| (0.0 < e.stands && e.stands < 1.0) || (0.0 < e.there && e.there < 1.0);
         let found = |id: messages::Text| self.elements.get(site.text(id)).copied();
         let uncertain: Vec<(&messages::ElementRecord, Element)> = site

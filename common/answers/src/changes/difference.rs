@@ -1,21 +1,14 @@
 //! Difference between two dates: elements, passable doors and reachable spaces that come and go.
 
 use super::list::{CauseJson, Causes};
-use crate::date_argument;
-use crate::failure::Failure;
-use crate::maps::{MapInputs, with_maps};
-use crate::progress_line::ProgressLine;
-use daemon::Robot;
-use messages::{DoorPassage, NONE, ScheduleState, Site};
-use raster::Rasterizer;
-use schedule::{Period, Timeline};
+use crate::named::date_text;
+use messages::{DoorPassage, Grids, MissionPlan, NONE, ScheduleState, Site};
 use serde::Serialize;
 use std::fmt::Write;
-use waypoints::MissionPlanOptions;
 
 /// What differs between two dates.
 #[derive(Debug, Serialize)]
-pub(super) struct Difference<'s> {
+pub struct Difference<'s> {
     from: String,
     to: String,
     /// Elements that stand or are worked on at the second date only.
@@ -61,7 +54,8 @@ struct Unreachable<'s> {
 }
 
 /// One of the two dates.
-pub(super) struct Side {
+#[derive(Debug)]
+pub struct Side {
     at_s: i64,
     stands: Vec<bool>,
     blocked: Vec<bool>,
@@ -73,41 +67,31 @@ pub(super) struct Side {
 }
 
 impl Side {
-    pub(super) fn at(
+    /// Of the maps of an instant, civil seconds, with a mission plan of the centres of all rooms.
+    pub fn of(
         site: &Site<'_>,
-        timeline: &Timeline,
-        rasterizer: &mut Rasterizer,
-        robot: &Robot,
         at_s: i64,
-        progress: &ProgressLine,
-    ) -> Result<Self, Failure> {
-        let schedule_state = timeline.schedule_state(Period::instant(at_s)).finish();
-        let schedule_state = ScheduleState::open(schedule_state.bytes()).map_err(Failure::work)?;
-        let options = MissionPlanOptions::centres_only();
-        let inputs = MapInputs { site, schedule_state: &schedule_state, robot, options: &options, progress };
-        with_maps(&inputs, rasterizer, |maps| {
-            let mut doors = vec![DoorPassage::Absent; site.doors.len()];
-            for record in export::each_door(site, maps.index.doors) {
-                doors[record.door as usize] = record.passage.get();
-            }
-            Ok(Self {
-                at_s,
-                stands: (0..site.elements.len()).map(|k| schedule_state.effective(k).is_obstacle()).collect(),
-                blocked: (0..site.spaces.len()).map(|k| schedule_state.is_blocked(k)).collect(),
-                doors,
-                reasons: (0..site.spaces.len()).map(|k| maps.mission_plan.reason(k).to_owned()).collect(),
-                has_waypoint: maps.mission_plan.spaces.iter().map(|s| s.centre != NONE).collect(),
-            })
-        })
+        schedule_state: &ScheduleState<'_>,
+        index: &Grids<'_>,
+        mission_plan: &MissionPlan<'_>,
+    ) -> Self {
+        let mut doors = vec![DoorPassage::Absent; site.doors.len()];
+        for record in export::each_door(site, index.doors) {
+            doors[record.door as usize] = record.passage.get();
+        }
+        Self {
+            at_s,
+            stands: (0..site.elements.len()).map(|k| schedule_state.effective(k).is_obstacle()).collect(),
+            blocked: (0..site.spaces.len()).map(|k| schedule_state.is_blocked(k)).collect(),
+            doors,
+            reasons: (0..site.spaces.len()).map(|k| mission_plan.reason(k).to_owned()).collect(),
+            has_waypoint: mission_plan.spaces.iter().map(|s| s.centre != NONE).collect(),
+        }
     }
 }
 
-pub(super) fn difference<'s>(
-    site: &'s Site<'_>,
-    before: &Side,
-    after: &Side,
-    causes: Vec<Causes<'s>>,
-) -> Difference<'s> {
+/// What differs from one date to the other; `causes` are the tasks that make the changes between them.
+pub fn difference<'s>(site: &'s Site<'_>, before: &Side, after: &Side, causes: Vec<Causes<'s>>) -> Difference<'s> {
     let named = |global_id, name| Named {
         global_id: site.text(global_id),
         name: Some(site.text(name)).filter(|name| !name.is_empty()),
@@ -126,8 +110,8 @@ pub(super) fn difference<'s>(
         changed.map(door).collect()
     };
     Difference {
-        from: date_argument::text(before.at_s),
-        to: date_argument::text(after.at_s),
+        from: date_text(before.at_s),
+        to: date_text(after.at_s),
         elements_added: only(&after.stands, &before.stands).into_iter().map(element).collect(),
         elements_removed: only(&before.stands, &after.stands).into_iter().map(element).collect(),
         doors_opened: doors(after, before),
@@ -145,7 +129,7 @@ pub(super) fn difference<'s>(
 
 impl Difference<'_> {
     /// For people.
-    pub(super) fn text(&self) -> String {
+    pub fn text(&self) -> String {
         let mut out = format!("{} -> {}\n", self.from, self.to);
         let mut list = |what: &str, lines: Vec<String>| {
             let _ = writeln!(out, "{what}: {}", lines.len());

@@ -1,8 +1,7 @@
 //! States at a date for people.
 
 use super::document::{WholeDay, counts};
-use crate::date_argument;
-use crate::task_name::task_name;
+use crate::named::{TaskRef, date_text};
 use diagnostics::counted;
 use messages::{DateSource, Diagnostic, ScheduleState, ScheduleStateHead, Severity, Site, TaskRecord};
 use schedule::{Period, Timeline};
@@ -13,7 +12,7 @@ use std::fmt::Write;
 const MAX_DIAGNOSTICS: usize = 8;
 
 /// For people: counts, work in progress, blocked spaces with the names of the tasks, what is wrong.
-pub(super) fn text_of(
+pub fn text_of(
     site: &Site<'_>,
     timeline: &Timeline,
     schedule_state: &ScheduleState<'_>,
@@ -22,11 +21,11 @@ pub(super) fn text_of(
 ) -> String {
     let mut out = String::new();
     let time = |seconds: i64| messages::plan_time(seconds).map_or("-".to_owned(), |t| t.to_string());
-    let until = period.until_s.map_or(String::new(), |s| format!(" until {}", date_argument::text(s)));
+    let until = period.until_s.map_or(String::new(), |s| format!(" until {}", date_text(s)));
     let _ = writeln!(
         out,
         "{}{until}  (last change {}, next {})",
-        date_argument::text(period.from_s),
+        date_text(period.from_s),
         time(schedule_state.head.valid_from_s),
         time(schedule_state.head.valid_until_s)
     );
@@ -44,7 +43,7 @@ pub(super) fn text_of(
     for k in running {
         let dates = timeline.task(k).expect("running tasks have dates");
         let float = timeline.float(k).map_or(String::new(), |f| format!(", float {}", hours(f.total_s)));
-        let _ = writeln!(out, "  at work: {} until {}{float}", task_name(site, k), time(dates.finish_s));
+        let _ = writeln!(out, "  at work: {} until {}{float}", TaskRef::of(site, k).label(), time(dates.finish_s));
     }
     let n_blocked = (0..site.spaces.len()).filter(|k| schedule_state.is_blocked(*k)).count();
     let _ = writeln!(out, "spaces: {} open, {n_blocked} blocked", site.spaces.len() - n_blocked);
@@ -100,7 +99,7 @@ fn separated(who: &str, message: &str) -> String {
 fn reason(site: &Site<'_>, why: &str) -> String {
     let is_called = |t: &TaskRecord, id| site.schedule.text(t.global_id) == id;
     let task = why.strip_prefix("task:").and_then(|id| site.schedule.tasks.iter().position(|t| is_called(t, id)));
-    task.map_or_else(|| why.replace('_', " "), |k| task_name(site, k))
+    task.map_or_else(|| why.replace('_', " "), |k| TaskRef::of(site, k).label())
 }
 
 fn hours(seconds: i64) -> String {

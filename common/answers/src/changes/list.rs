@@ -1,37 +1,45 @@
 //! List of the change instants of a schedule, each with the tasks that cause it.
 
-use crate::date_argument;
-use crate::task_name::task_name;
+use crate::named::{TaskRef, date_text};
 use messages::{ElementState, Site, SpaceState};
 use schedule::{Cause, Change, Timeline};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
+/// What `groundplan changes --json` prints.
 #[derive(Debug, Serialize)]
-pub(super) struct Changes<'s> {
+pub struct Changes<'s> {
     change_instants: Vec<String>,
     changes: Vec<ChangeJson<'s>>,
     /// The tasks that make each change, in the same order; none where properties, rules or reports do.
     causes: Vec<Causes<'s>>,
 }
 
+/// The tasks that make a change.
 #[derive(Debug, Serialize)]
-pub(super) struct Causes<'s> {
-    pub(super) at: String,
-    pub(super) tasks: Vec<CauseJson<'s>>,
+pub struct Causes<'s> {
+    pub(crate) at: String,
+    pub(crate) tasks: Vec<CauseJson<'s>>,
+}
+
+impl Causes<'_> {
+    /// True if no task makes the change.
+    pub fn is_empty(&self) -> bool {
+        self.tasks.is_empty()
+    }
 }
 
 /// A task that starts or finishes, and what changes with it.
 #[derive(Debug, Serialize)]
-pub(super) struct CauseJson<'s> {
-    pub(super) global_id: &'s str,
-    pub(super) identification: &'s str,
-    pub(super) name: &'s str,
+pub(crate) struct CauseJson<'s> {
+    pub(crate) global_id: &'s str,
+    pub(crate) identification: &'s str,
+    pub(crate) name: &'s str,
     /// `starts` or `finishes`.
-    pub(super) event: &'static str,
-    pub(super) elements: Vec<&'s str>,
-    pub(super) spaces: Vec<&'s str>,
+    pub(crate) event: &'static str,
+    pub(crate) elements: Vec<&'s str>,
+    pub(crate) spaces: Vec<&'s str>,
 }
 
 #[derive(Debug, Serialize)]
@@ -41,7 +49,8 @@ struct ChangeJson<'s> {
     spaces: BTreeMap<&'s str, [&'static str; 2]>,
 }
 
-pub(super) fn causes_of<'s>(site: &'s Site<'_>, timeline: &Timeline, change: &Change) -> Causes<'s> {
+/// The tasks that make a change.
+pub fn causes_of<'s>(site: &'s Site<'_>, timeline: &Timeline, change: &Change) -> Causes<'s> {
     let cause = |cause: Cause| {
         let task = &site.schedule.tasks[cause.task as usize];
         CauseJson {
@@ -53,13 +62,14 @@ pub(super) fn causes_of<'s>(site: &'s Site<'_>, timeline: &Timeline, change: &Ch
             spaces: cause.spaces.iter().map(|k| site.text(site.spaces[*k as usize].global_id)).collect(),
         }
     };
-    Causes { at: date_argument::text(change.at_s), tasks: timeline.causes(change).into_iter().map(cause).collect() }
+    Causes { at: date_text(change.at_s), tasks: timeline.causes(change).into_iter().map(cause).collect() }
 }
 
-pub(super) fn document<'s>(site: &'s Site<'_>, timeline: &Timeline, changes: &[Change]) -> Changes<'s> {
+/// All changes of a schedule.
+pub fn document<'s>(site: &'s Site<'_>, timeline: &Timeline, changes: &[Change]) -> Changes<'s> {
     let blocked = |b: bool| if b { SpaceState::Blocked } else { SpaceState::Open }.name();
     let change = |c: &Change| ChangeJson {
-        at: date_argument::text(c.at_s),
+        at: date_text(c.at_s),
         elements: c
             .elements
             .iter()
@@ -74,14 +84,14 @@ pub(super) fn document<'s>(site: &'s Site<'_>, timeline: &Timeline, changes: &[C
             .collect(),
     };
     Changes {
-        change_instants: changes.iter().map(|c| date_argument::text(c.at_s)).collect(),
+        change_instants: changes.iter().map(|c| date_text(c.at_s)).collect(),
         changes: changes.iter().map(change).collect(),
         causes: changes.iter().map(|change| causes_of(site, timeline, change)).collect(),
     }
 }
 
 /// For people: a line per instant.
-pub(super) fn text(site: &Site<'_>, timeline: &Timeline, changes: &[Change]) -> String {
+pub fn text(site: &Site<'_>, timeline: &Timeline, changes: &[Change]) -> String {
     let mut out = String::new();
     for change in changes {
         let mut kinds: BTreeMap<&'static str, usize> = BTreeMap::new();
@@ -103,10 +113,10 @@ pub(super) fn text(site: &Site<'_>, timeline: &Timeline, changes: &[Change]) -> 
                 parts.push(format!("{word}: {}", names.join(", ")));
             }
         }
-        let _ = writeln!(out, "{}  {}", date_argument::text(change.at_s), parts.join("; "));
+        let _ = writeln!(out, "{}  {}", date_text(change.at_s), parts.join("; "));
         for cause in timeline.causes(change) {
             let event = if cause.starts { "start of" } else { "finish of" };
-            let _ = writeln!(out, "    {event} {}", task_name(site, cause.task as usize));
+            let _ = writeln!(out, "    {event} {}", TaskRef::of(site, cause.task as usize).label());
         }
     }
     if changes.is_empty() {

@@ -1,17 +1,16 @@
 //! States at a date as JSON.
 
 use super::probability::StateProbabilities;
-use crate::date_argument;
-use crate::failure::Failure;
+use crate::named::date_text;
 use export::{ScheduleFindings, ScheduleReport};
 use messages::{ScheduleState, ScheduleStateHead, Site, SpaceState};
 use schedule::Period;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-/// States at a date.
+/// What `groundplan states --json` prints of a date.
 #[derive(Debug, Serialize)]
-struct States<'s> {
+pub struct States<'s> {
     at: String,
     /// End of the period whose union these states are, exclusive; null for an instant.
     until: Option<String>,
@@ -28,14 +27,14 @@ struct States<'s> {
 
 /// What `convert` draws differently for a date without a time, which is a whole day there and midnight here.
 #[derive(Debug, Serialize)]
-pub(super) struct WholeDay<'s> {
-    pub(super) until: String,
-    pub(super) elements: BTreeMap<&'s str, &'static str>,
-    pub(super) spaces: BTreeMap<&'s str, Space>,
+pub struct WholeDay<'s> {
+    pub(crate) until: String,
+    pub(crate) elements: BTreeMap<&'s str, &'static str>,
+    pub(crate) spaces: BTreeMap<&'s str, Space>,
 }
 
 #[derive(Debug, PartialEq, Serialize)]
-pub(super) struct Space {
+pub(crate) struct Space {
     state: &'static str,
     why: Vec<String>,
 }
@@ -56,7 +55,7 @@ struct Report<'s> {
 }
 
 /// What differs in the union over a day from its midnight.
-pub(super) fn whole_day<'s>(
+pub fn whole_day<'s>(
     site: &'s Site<'_>,
     midnight: &ScheduleState<'_>,
     day: Period,
@@ -66,26 +65,27 @@ pub(super) fn whole_day<'s>(
     let spaces = (0..site.spaces.len()).map(|k| (k, space_of(of_day, k)));
     let spaces = spaces.filter(|(k, space)| *space != space_of(midnight, *k));
     WholeDay {
-        until: day.until_s.map(date_argument::text).unwrap_or_default(),
+        until: day.until_s.map(date_text).unwrap_or_default(),
         elements: elements.map(|k| (site.text(site.elements[k].global_id), of_day.effective(k).name())).collect(),
         spaces: spaces.map(|(k, space)| (site.text(site.spaces[k].global_id), space)).collect(),
     }
 }
 
-pub(super) fn json_of<'s>(
+/// The states at a date, or over a period.
+pub fn states<'s>(
     site: &'s Site<'_>,
     schedule_state: &ScheduleState<'_>,
     period: Period,
     whole_day: Option<WholeDay<'s>>,
     probability: Option<StateProbabilities<'s>>,
-) -> Result<String, Failure> {
+) -> States<'s> {
     let elements = site.elements.iter().enumerate();
     let spaces = site.spaces.iter().enumerate();
     let closing = spaces.clone().filter(|(k, _)| schedule_state.spaces[*k].closes_at_s != ScheduleStateHead::NO_TIME);
     let time = |seconds: i64| messages::plan_time(seconds).map(|t| t.to_string());
-    let states = States {
-        at: date_argument::text(period.from_s),
-        until: period.until_s.map(date_argument::text),
+    States {
+        at: date_text(period.from_s),
+        until: period.until_s.map(date_text),
         whole_day,
         probability,
         elements: elements.map(|(k, e)| (site.text(e.global_id), schedule_state.effective(k).name())).collect(),
@@ -94,14 +94,13 @@ pub(super) fn json_of<'s>(
             valid_from: time(schedule_state.head.valid_from_s),
             valid_until: time(schedule_state.head.valid_until_s),
             closing: closing
-                .map(|(k, s)| (site.text(s.global_id), date_argument::text(schedule_state.spaces[k].closes_at_s)))
+                .map(|(k, s)| (site.text(s.global_id), date_text(schedule_state.spaces[k].closes_at_s)))
                 .collect(),
             counts: counts(schedule_state),
             schedule: ScheduleReport::of(site, schedule_state),
             findings: ScheduleFindings::of(site, schedule_state),
         },
-    };
-    Ok(serde_json::to_string(&states).map_err(Failure::work)? + "\n")
+    }
 }
 
 fn space_of(schedule_state: &ScheduleState<'_>, space: usize) -> Space {
@@ -109,7 +108,7 @@ fn space_of(schedule_state: &ScheduleState<'_>, space: usize) -> Space {
     Space { state: state.name(), why: schedule_state.why(space).map(str::to_owned).collect() }
 }
 
-pub(super) fn counts(schedule_state: &ScheduleState<'_>) -> BTreeMap<&'static str, usize> {
+pub(crate) fn counts(schedule_state: &ScheduleState<'_>) -> BTreeMap<&'static str, usize> {
     let mut counts = BTreeMap::new();
     for k in 0..schedule_state.n_elements() {
         *counts.entry(schedule_state.effective(k).name()).or_default() += 1;

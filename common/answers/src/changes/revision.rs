@@ -1,7 +1,7 @@
 //! Changes by a new revision of the plan: rooms that open at other dates, elements that stand at others, maps that differ.
 
 use super::revised_steps::{StandingState, StateHistory, differing_spans, united};
-use crate::date_argument;
+use crate::named::date_text;
 use messages::{NONE, Site};
 use schedule::Timeline;
 use serde::Serialize;
@@ -15,7 +15,7 @@ const MAX_LINES: usize = 20;
 
 /// What differs between two revisions of the plan.
 #[derive(Debug, Serialize)]
-pub(super) struct PlanRevision<'s> {
+pub struct PlanRevision<'s> {
     /// Files of the older revision.
     against: Vec<String>,
     /// Files of the newer one.
@@ -83,7 +83,7 @@ struct Span {
 }
 
 /// Compares two revisions of the plan of a site.
-pub(super) fn revision<'s>(
+pub fn revision<'s>(
     site: &'s Site<'_>,
     before: (&Timeline, Vec<String>),
     after: (&Timeline, Vec<String>),
@@ -107,7 +107,7 @@ pub(super) fn revision<'s>(
 impl RevisedDate {
     fn of([before, after]: [Option<i64>; 2]) -> Self {
         let later_h = before.zip(after).map(|(before, after)| ((after - before) as f64 / 36.0).round() / 100.0);
-        Self { before: before.map(date_argument::text), after: after.map(date_argument::text), later_h }
+        Self { before: before.map(date_text), after: after.map(date_text), later_h }
     }
 
     fn differs(&self) -> bool {
@@ -164,7 +164,7 @@ impl<'s> StoreyEntry<'s> {
         let spaces = (0..spaces.len()).filter(is_of_it).map(|k| &spaces[k]).filter(|spans| !spans.is_empty());
         let [elements, spaces] = [elements.collect::<Vec<_>>(), spaces.collect()];
         let spans = united(elements.iter().chain(&spaces).flat_map(|spans| spans.iter().copied()).collect());
-        let time = |at_s: i64| Some(at_s).filter(|s| i64::MIN < *s && *s < i64::MAX).map(date_argument::text);
+        let time = |at_s: i64| Some(at_s).filter(|s| i64::MIN < *s && *s < i64::MAX).map(date_text);
         let span = |[from_s, until_s]: [i64; 2]| Span { from: time(from_s), until: time(until_s) };
         Self {
             index: storey,
@@ -178,7 +178,7 @@ impl<'s> StoreyEntry<'s> {
 
 impl PlanRevision<'_> {
     /// For people.
-    pub(super) fn text(&self) -> String {
+    pub fn text(&self) -> String {
         let mut out = format!("{} against {}\n", self.files.join(", "), self.against.join(", "));
         let space = |space: &SpaceEntry<'_>| {
             let name = [space.name, space.long_name].join(" ");

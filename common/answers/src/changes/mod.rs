@@ -1,0 +1,10 @@
+//! What changes: at every change instant of a schedule, between two dates, by a new revision of the plan.
+
+mod difference;
+mod list;
+mod revised_steps;
+mod revision;
+
+pub use difference::{Difference, Side, difference};
+pub use list::{Causes, Changes, causes_of, document, text};
+pub use revision::{PlanRevision, revision};

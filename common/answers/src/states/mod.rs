@@ -1,0 +1,9 @@
+//! What stands and which rooms are open by the schedule, at a date or over a period.
+
+mod document;
+mod probability;
+mod text;
+
+pub use document::{States, WholeDay, states, whole_day};
+pub use probability::StateProbabilities;
+pub use text::text_of;
