@@ -1,9 +1,9 @@
 //! Where a door is, whether this robot can pass it, and when that changes.
 
 use crate::circumstances::Circumstances;
+use crate::dated_task::{DatedTask, tasks_of};
 use crate::later::Later;
-use crate::named::{ElementRef, Finding, RoomRef, StoreyRef, optional_date_text};
-use crate::room::{TaskInRoom, findings, tasks_of};
+use crate::named::{ElementRef, Finding, RoomRef, StoreyRef, findings, optional_date_text};
 use crate::situation::Situation;
 use export::rounded;
 use frames::TENTHS_PER_M;
@@ -49,7 +49,7 @@ pub struct DoorAnswer {
     /// When `can_pass` is the opposite, or is known; null where that was not asked.
     pub changes: Option<Later>,
     /// Tasks that hang it, remove it or are linked with it, by start; null where the rules of the schedule are not known.
-    pub tasks: Option<Vec<TaskInRoom>>,
+    pub tasks: Option<Vec<DatedTask>>,
     /// Warnings and errors about it.
     pub findings: Vec<Finding>,
 }

@@ -26,6 +26,7 @@ pub mod tasks;
 
 mod circumstances;
 mod closed_by;
+mod dated_task;
 mod door;
 mod door_text;
 mod find;
@@ -39,11 +40,12 @@ mod way;
 mod way_text;
 
 pub use circumstances::{AnswerBasis, Circumstances, Epochs, MapUse};
+pub use dated_task::DatedTask;
 pub use door::{DoorAnswer, DoorReason, RoomBeside, door, is_passable, passage_of};
 pub use find::{FindError, FoundPlace, find_door, find_place, find_room};
 pub use later::Later;
 pub use missing::Missing;
 pub use named::{ElementRef, Finding, RoomRef, StoreyRef, TaskRef, date_text, optional_date_text};
-pub use room::{ClosedBy, DoorOfRoom, RoomAnswer, RoomPeriod, ScanOfRoom, TaskInRoom, may_enter, room};
+pub use room::{ClosedBy, DoorOfRoom, RoomAnswer, RoomPeriod, ScanOfRoom, may_enter, room};
 pub use situation::Situation;
 pub use way::{DoorOnWay, PlaceAnswer, WayAnswer, WayLegAnswer, way, way_exists};

@@ -1,5 +1,6 @@
 //! Elements, rooms, storeys, tasks and findings as answers name them.
 
+use crate::situation::Situation;
 use messages::{DiagnosticRecord, NONE, Severity, Site, Text, plan_time};
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -134,8 +135,17 @@ pub(crate) fn label(name: Option<&str>, global_id: &str) -> String {
     name.map_or_else(|| global_id.to_owned(), |name| format!("{name} ({global_id})"))
 }
 
+/// Warnings and errors of model, schedule and mission plan about a GlobalId.
+pub(crate) fn findings(situation: &Situation<'_>, global_id: &str) -> Vec<Finding> {
+    let Situation { site, schedule_state, mission_plan, .. } = *situation;
+    let mut all = findings_about(global_id, site.diagnostics, |text| site.text(text));
+    all.extend(findings_about(global_id, schedule_state.diagnostics, |text| schedule_state.text(text)));
+    all.extend(findings_about(global_id, mission_plan.diagnostics, |text| mission_plan.text(text)));
+    all
+}
+
 /// Warnings and errors among the diagnostics about one GlobalId.
-pub(crate) fn findings_about<'a>(
+fn findings_about<'a>(
     global_id: &str,
     diagnostics: &[DiagnosticRecord],
     text: impl Fn(Text) -> &'a str,

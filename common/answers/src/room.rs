@@ -1,9 +1,10 @@
 //! Where a room is, whether this robot may enter it, when that changes, and what is in it.
 
 use crate::circumstances::Circumstances;
+use crate::dated_task::{DatedTask, tasks_of};
 use crate::door::is_passable;
 use crate::later::Later;
-use crate::named::{ElementRef, Finding, RoomRef, StoreyRef, TaskRef, date_text, findings_about, optional_date_text};
+use crate::named::{ElementRef, Finding, RoomRef, StoreyRef, date_text, findings};
 use crate::situation::Situation;
 use export::rounded;
 use frames::metres;
@@ -50,7 +51,7 @@ pub struct RoomAnswer {
     /// Scans in it, in the order of the tour.
     pub scans: Vec<ScanOfRoom>,
     /// Tasks that close it or are linked with it, by start; null where the rules of the schedule are not known.
-    pub tasks: Option<Vec<TaskInRoom>>,
+    pub tasks: Option<Vec<DatedTask>>,
     /// Warnings and errors about it.
     pub findings: Vec<Finding>,
 }
@@ -91,18 +92,6 @@ pub struct ScanOfRoom {
     pub at_m: [f64; 3],
     /// Heading in `map`.
     pub yaw_rad: f64,
-}
-
-/// A task that works in a room, or on a door.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
-pub struct TaskInRoom {
-    /// The task.
-    #[serde(flatten)]
-    pub task: TaskRef,
-    /// Start; null if it has no dates that can be used.
-    pub start: Option<String>,
-    /// Finish, exclusive.
-    pub finish: Option<String>,
 }
 
 /// The answer for a space of the site; when `may_enter` changes is for the caller to find out ([`may_enter`] at later times).
@@ -210,33 +199,4 @@ fn scans(mission_plan: &MissionPlan<'_>, space: usize) -> Vec<ScanOfRoom> {
         yaw_rad: w.yaw_rad,
     };
     scans.into_iter().map(scan).collect()
-}
-
-/// The tasks whose targets fit, by start.
-pub(crate) fn tasks_of(
-    situation: &Situation<'_>,
-    timeline: &Timeline,
-    fits: impl Fn(&schedule::TaskTargets) -> bool,
-) -> Vec<TaskInRoom> {
-    let targets = timeline.task_targets(situation.site);
-    let mut found: Vec<usize> = (0..targets.len()).filter(|task| fits(&targets[*task])).collect();
-    found.sort_by_key(|task| (timeline.task(*task).map_or(i64::MAX, |dates| dates.start_s), *task));
-    let task = |k: usize| {
-        let dates = timeline.task(k);
-        TaskInRoom {
-            task: TaskRef::of(situation.site, k),
-            start: dates.and_then(|dates| optional_date_text(dates.start_s)),
-            finish: dates.and_then(|dates| optional_date_text(dates.finish_s)),
-        }
-    };
-    found.into_iter().map(task).collect()
-}
-
-/// Warnings and errors of model, schedule and mission plan about a GlobalId.
-pub(crate) fn findings(situation: &Situation<'_>, global_id: &str) -> Vec<Finding> {
-    let Situation { site, schedule_state, mission_plan, .. } = *situation;
-    let mut all = findings_about(global_id, site.diagnostics, |text| site.text(text));
-    all.extend(findings_about(global_id, schedule_state.diagnostics, |text| schedule_state.text(text)));
-    all.extend(findings_about(global_id, mission_plan.diagnostics, |text| mission_plan.text(text)));
-    all
 }

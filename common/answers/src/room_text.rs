@@ -1,6 +1,6 @@
 //! A room for people.
 
-use crate::room::{DoorOfRoom, RoomAnswer, RoomPeriod, TaskInRoom};
+use crate::room::{DoorOfRoom, RoomAnswer, RoomPeriod};
 use std::fmt::Write;
 
 impl RoomAnswer {
@@ -52,7 +52,7 @@ impl RoomAnswer {
 impl RoomPeriod {
     fn line(&self) -> String {
         let when = match (&self.from, &self.until) {
-            (None, None) => "at all times of the schedule".to_owned(),
+            (None, None) => "at all times".to_owned(),
             (None, Some(until)) => format!("until {until}"),
             (Some(from), None) => format!("from {from} on"),
             (Some(from), Some(until)) => format!("from {from} until {until}"),
@@ -75,16 +75,5 @@ impl DoorOfRoom {
             (None, None) => "it is on no map".to_owned(),
         };
         format!("door {}{to}: {passage}", self.element.label())
-    }
-}
-
-impl TaskInRoom {
-    /// For people.
-    pub(crate) fn line(&self) -> String {
-        let dates = match (&self.start, &self.finish) {
-            (Some(start), Some(finish)) => format!("{start} until {finish}"),
-            _ => "no dates".to_owned(),
-        };
-        format!("task {:?}: {dates}", self.task.label())
     }
 }

@@ -56,13 +56,16 @@ pub(crate) enum BarrierNode {
     Space(usize),
 }
 
+/// The node before a node on the way to it, and what closes the link between them.
+type CameFrom = Option<(usize, Option<Obstacle>)>;
+
 /// The ways with the fewest obstacles from some places to all others.
 pub(crate) struct BarrierSearch {
     /// Node of part 0 of each storey.
     first_node: Vec<usize>,
     /// Node of the first space.
     first_space: usize,
-    came_from: Vec<Option<(usize, Option<Obstacle>)>>,
+    came_from: Vec<CameFrom>,
     is_reached: Vec<bool>,
 }
 
@@ -193,7 +196,7 @@ fn cheapest(
     n_nodes: usize,
     sources: impl Iterator<Item = usize>,
     obstacle_in: impl Fn(usize) -> Option<Obstacle>,
-) -> (Vec<Option<(usize, Option<Obstacle>)>>, Vec<bool>) {
+) -> (Vec<CameFrom>, Vec<bool>) {
     let mut links_of = vec![Vec::new(); n_nodes];
     for (k, link) in links.iter().enumerate() {
         link.ends.iter().for_each(|&end| links_of[end].push(k));

@@ -109,7 +109,7 @@ pub(super) fn crossings(
             continue;
         }
         for next in beside(&spec, cell).filter(|next| is_open(grid, is_closed_space, *next)) {
-            let total = so_far + if free_space.part(next) == 0 { CLOSED_STEP } else { 1 };
+            let total = so_far.saturating_add(if free_space.part(next) == 0 { CLOSED_STEP } else { 1 });
             if total < cost[next] {
                 (cost[next], came_from[next]) = (total, cell as u32);
                 heap.push(Reverse((total, next)));
