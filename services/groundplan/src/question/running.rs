@@ -12,8 +12,7 @@ use answers::{AnswerBasis, Circumstances, Epochs, Later, MapUse, Situation, date
 use bus::{Daemon, Stamp};
 use daemon::facts::ScheduleFacts;
 use daemon::{
-    FRESH_TOLERANCE, Freshness, MapState, MapsInUse, Report, Robot, SiteConfig, StatusBoard, progress_in_force,
-    rules_in_force,
+    Report, Robot, SiteConfig, StatusBoard, progress_in_force, rules_in_force,
 };
 use jiff::Timestamp;
 use jiff::tz::TimeZone;
@@ -21,6 +20,7 @@ use messages::{EdgeKind, MissionPlan, Site, StoreyEntry};
 use raster::Rasterizer;
 use schedule::{Overrides, Rules, Timeline, evaluate, parse_actuals};
 use serde::de::IgnoredAny;
+use site_view::{Freshness, MapState, MapsInUse, SiteSet, SiteSetReader, SiteViews};
 use std::time::Duration;
 use waypoints::MissionPlanOptions;
 
@@ -166,18 +166,9 @@ fn map_use(set: &SiteSet<'_>, config: &SiteConfig) -> Result<MapUse, Failure> {
     let index = set.index.view();
     let mut freshness = Freshness::default();
     freshness.joined(Stamp(0));
-    for daemon in [Daemon::ScheduleEval, Daemon::Rasterize] {
-        let report: Option<Report<IgnoredAny>> = board.report(daemon).filter(|_| board.is_alive(daemon));
-        if report.is_some_and(|report| report.age() < FRESH_TOLERANCE) {
-            freshness.on_heartbeat(now, daemon);
-        }
-    }
-    if let Some(Report { facts, .. }) = board.report::<ScheduleFacts>(Daemon::ScheduleEval) {
-        freshness.set_next_update(facts.next_update_ms);
-        freshness.set_clock_distrust(facts.clock_distrust);
-    }
-    freshness.on_schedule_state(now, set.state.content_hash(), *set.state.view().head);
-    freshness.on_index(*index.head, index.slots.to_vec());
+    daemon::hear_daemons(&board, &mut freshness);
+    freshness.on_schedule_state(now, set.state.content_hash(), set.state.view().head);
+    freshness.on_index(now, index.head, index.slots.to_vec());
     freshness.on_maps(MapsInUse {
         epoch: set.index.bytes().header().epoch,
         site_hash: set.site.content_hash(),
