@@ -164,6 +164,10 @@ mod tests {
         MachineClock::of_this_boot().now()
     }
 
+    fn settle() -> Duration {
+        Duration::from_millis(SETTLE_MS as u64)
+    }
+
     /// Looks until files are whole, or a few seconds long.
     fn found(watch: &mut FileWatch, paths: &[PathBuf]) -> Option<Result<WholeFiles, Failure>> {
         let begun = Instant::now();
@@ -183,7 +187,7 @@ mod tests {
         let (mut watch, paths, begun) = (FileWatch::new(1_000), [path.clone()], Instant::now());
         assert!(watch.look(&paths, now()).is_none());
         let whole = found(&mut watch, &paths).unwrap().unwrap();
-        assert!(begun.elapsed() >= SETTLE);
+        assert!(begun.elapsed() >= settle());
         assert_eq!((whole.contents, whole.stamps), (vec![b"first".to_vec()], stamps_of(&paths)));
     }
 
@@ -196,7 +200,7 @@ mod tests {
         let (mut watch, paths) = (FileWatch::new(1_000), [path.clone()]);
         for n in 1..6 {
             assert!(watch.look(&paths, now()).is_none(), "after {n} blocks");
-            std::thread::sleep(SETTLE / 2);
+            std::thread::sleep(settle() / 2);
             let mut file = fs::OpenOptions::new().write(true).open(&path).unwrap();
             file.write_all(&vec![b'b'; 10 * n]).unwrap();
             file.set_modified(old).unwrap();

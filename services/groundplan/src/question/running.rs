@@ -10,16 +10,12 @@ use crate::run::Outcome;
 use crate::wait::{Expectation, join};
 use answers::{AnswerBasis, Circumstances, Epochs, Later, MapUse, Situation, date_text, optional_date_text};
 use bus::{Daemon, Stamp};
-use daemon::facts::ScheduleFacts;
-use daemon::{
-    Report, Robot, SiteConfig, StatusBoard, progress_in_force, rules_in_force,
-};
+use daemon::{Robot, SiteConfig, StatusBoard, progress_in_force, rules_in_force};
 use jiff::Timestamp;
 use jiff::tz::TimeZone;
 use messages::{EdgeKind, MissionPlan, Site, StoreyEntry};
 use raster::Rasterizer;
 use schedule::{Overrides, Rules, Timeline, evaluate, parse_actuals};
-use serde::de::IgnoredAny;
 use site_view::{Freshness, MapState, MapsInUse, SiteSet, SiteSetReader, SiteViews};
 use std::time::Duration;
 use waypoints::MissionPlanOptions;
