@@ -4,7 +4,6 @@
 //! not, in neither form, somebody has removed what was saved.
 
 use crate::replaced_file::folder_of;
-use crate::save::Save;
 use crate::sealed_file::{Sealed, read_sealed, remove_sealed, sealed_path, write_sealed};
 use std::fs::{self, File};
 use std::io;
@@ -96,16 +95,6 @@ impl KeptFile {
     /// What an operator should know of the file as it was loaded.
     pub fn finding(&self) -> Option<&str> {
         self.finding.get().map(String::as_str)
-    }
-
-    /// This content, to be saved.
-    pub fn saving(&self, content: Vec<u8>) -> Save {
-        Save::content(self, content)
-    }
-
-    /// Its removal, to be done.
-    pub fn removing(&self) -> Save {
-        Save::removal(self)
     }
 
     /// Saves; when this returns it is on disk. The folder must be there.

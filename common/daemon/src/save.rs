@@ -2,7 +2,8 @@
 
 use crate::kept_file::KeptFile;
 use crate::replaced_file::write_durably;
-use crate::state::StateError;
+use crate::state::{StateError, StateFile};
+use serde::Serialize;
 use std::fmt;
 use std::io;
 use std::path::PathBuf;
@@ -32,16 +33,6 @@ impl fmt::Debug for Change {
 }
 
 impl Save {
-    /// The file is to hold this.
-    pub(crate) fn content(file: &KeptFile, content: Vec<u8>) -> Self {
-        Self(Change::Kept(file.clone(), Some(content)))
-    }
-
-    /// The file is to be removed, if it is there.
-    pub(crate) fn removal(file: &KeptFile) -> Self {
-        Self(Change::Kept(file.clone(), None))
-    }
-
     /// A file that can be made anew, and says itself of what it is, is to hold this. There is no way back to what it holds.
     pub fn derived(path: PathBuf, content: Arc<dyn AsRef<[u8]> + Send + Sync>) -> Self {
         Self(Change::Derived(path, content))
@@ -76,5 +67,28 @@ impl Save {
             Change::Derived(path, _) => path.clone(),
         };
         StateError::Io { path, source }
+    }
+}
+
+impl KeptFile {
+    /// This content, to be saved.
+    pub fn saving(&self, content: Vec<u8>) -> Save {
+        Save(Change::Kept(self.clone(), Some(content)))
+    }
+
+    /// Its removal, to be done.
+    pub fn removing(&self) -> Save {
+        Save(Change::Kept(self.clone(), None))
+    }
+}
+
+impl StateFile {
+    /// This state, to be saved.
+    ///
+    /// # Errors
+    /// State that has no JSON, such as a path that is no UTF-8.
+    pub fn saving<T: Serialize>(&self, state: &T) -> Result<Save, StateError> {
+        let bytes = serde_json::to_vec(state).map_err(|source| self.damaged(source))?;
+        Ok(self.file.saving(bytes))
     }
 }

@@ -3,7 +3,6 @@
 use crate::failure::chain;
 use crate::kept_file::KeptFile;
 use crate::replaced_file::folder_of;
-use crate::save::Save;
 use crate::sealed_file::sealed_path;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -40,7 +39,7 @@ pub enum StateError {
 /// what was saved. That both were removed is told. A file of an earlier version, which has no hash, is taken over.
 #[derive(Debug, Clone)]
 pub struct StateFile {
-    file: KeptFile,
+    pub(crate) file: KeptFile,
     is_read_only: bool,
 }
 
@@ -113,15 +112,6 @@ impl StateFile {
         looked
     }
 
-    /// This state, to be saved.
-    ///
-    /// # Errors
-    /// State that has no JSON, such as a path that is no UTF-8.
-    pub fn saving<T: Serialize>(&self, state: &T) -> Result<Save, StateError> {
-        let bytes = serde_json::to_vec(state).map_err(|source| self.damaged(source))?;
-        Ok(self.file.saving(bytes))
-    }
-
     /// Removes the file, if it is there.
     ///
     /// # Errors
@@ -135,10 +125,11 @@ impl StateFile {
     /// # Errors
     /// The file system refuses; what was saved before stays.
     pub fn save<T: Serialize>(&self, state: &T) -> Result<(), StateError> {
-        self.saving(state)?.write()
+        let bytes = serde_json::to_vec(state).map_err(|source| self.damaged(source))?;
+        self.file.save(&bytes).map_err(|source| self.failed(source))
     }
 
-    fn damaged(&self, source: serde_json::Error) -> StateError {
+    pub(crate) fn damaged(&self, source: serde_json::Error) -> StateError {
         StateError::Damaged { path: self.file.path(), source }
     }
 

@@ -94,7 +94,7 @@ impl FileWatch {
     pub fn look(&mut self, paths: &[PathBuf], now: MachineTime) -> Option<Result<WholeFiles, Failure>> {
         let stamps = stamps_of(paths);
         let since = |last: &Look| now.since_boot_ms.saturating_sub(last.at.since_boot_ms);
-        let is_early = |last: &Look| last.paths == paths && last.stamps == stamps && since(last) < SETTLE_MS;
+        let is_early = |last: &Look| last.paths == paths && last.stamps == stamps && since(last) <= SETTLE_MS;
         if self.last_look.as_ref().is_some_and(is_early) {
             return None;
         }

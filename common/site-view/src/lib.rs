@@ -40,6 +40,9 @@
 //! In all other cases maps that were passed on at once are stale exactly when the set says hold or no map; a test compares them
 //! over sequences of events.
 //!
+//! The Python package has the rule a second time (`common/python/src/groundplan/map_rule.py`): a test here writes the table of cases
+//! `tests/map_verdicts.json`, and a test there reads it.
+//!
 //! What a revision changes is told by `messages::SiteComparison`: the ingest stage compares sites, and knows no bus.
 
 mod consistent_set;

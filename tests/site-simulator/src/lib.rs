@@ -3,6 +3,8 @@
 //! A process is its rules with a disk of its own. It dies where a test wants it, by a panic that is caught, and starts again with what is
 //! on disk. Nothing happens by itself: a test says who takes a sample, who looks at its clock, who is asked.
 
+#![expect(clippy::unwrap_used, reason = "a simulation panics where it fails")]
+
 use bus::{Bus, Daemon, DeathAtLoan, InProcessBus, RawSubscriber};
 use daemon::{
     Asked, Caller, Clock, Committed, CurrentActivity, Decide, Disk, Event, Failure, HistoryEvent, Input, MachineTime,
@@ -163,7 +165,7 @@ impl<D: Decide> Process<D> {
             let bus = Bus::in_process(bus, D::Request::DAEMON);
             running.subscribers =
                 D::Input::TOPICS.iter().map(|topic| bus.raw_subscriber(*topic)).collect::<Result<_, _>>()?;
-            running.service.attach(&bus)?;
+            running.service.attach(&bus).expect("a bus inside one process refuses no daemon");
             running.service.handle(Event::Attached).map(drop)
         })
     }
@@ -307,13 +309,12 @@ impl Daemons {
         each!(self, daemon, |process| *process.faults.lock().unwrap() = faults);
     }
 
-    /// The keeper has died: all join the next generation of the bus.
+    /// The keeper has died: all join the next generation of the bus. What they begin with there may fail.
     pub fn renew_bus(&mut self) {
         self.shared.bus = self.shared.bus.next_generation();
         let bus = &self.shared.bus;
         for daemon in DAEMONS {
-            let joined: End<()> = each!(self, daemon, |process| process.join(bus));
-            assert!(!matches!(joined, End::Failed(_)), "{daemon}: {joined:?}");
+            let _: End<()> = each!(self, daemon, |process| process.join(bus));
         }
     }
 }
