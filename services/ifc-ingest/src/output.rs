@@ -1,8 +1,7 @@
 //! The topic of ifc-ingest: a site is in force once it is on disk, and is published as soon as there is room for it.
 
-use crate::service::Ingest;
 use bus::{Bus, topics};
-use daemon::{Epochs, Failure, LatchedOutput, NewSample, Outputs, Published, chain};
+use daemon::{Decide, Epochs, Failure, LatchedOutput, NewSample, Outputs, Published, chain};
 use messages::{Checked, InputHashes, payload};
 use std::sync::Arc;
 use tracing::{info, warn};
@@ -23,6 +22,11 @@ impl SiteOutput {
         self.output.last()
     }
 
+    /// Hash and epoch of the site in force.
+    pub(crate) fn published(&self) -> Published {
+        self.output.published()
+    }
+
     /// Makes a site the one that is published.
     pub(crate) fn put(&mut self, site: Arc<Checked<payload::Site>>, epochs: &mut Epochs) {
         let (n_bytes, frame_epoch) = (site.bytes().bytes().len(), u64::from(site.view().head.frame_epoch));
@@ -34,28 +38,28 @@ impl SiteOutput {
     }
 }
 
-impl Outputs<Ingest> for SiteOutput {
+impl<D: Decide> Outputs<D> for SiteOutput {
     type Publication = Arc<Checked<payload::Site>>;
 
     fn attach(&mut self, bus: &Bus, epochs: &mut Epochs) -> Result<(), Failure> {
         self.output.attach(bus, epochs)
     }
 
-    fn publish(&mut self, site: Arc<Checked<payload::Site>>, _: &Ingest, epochs: &mut Epochs) -> Result<(), Failure> {
+    fn publish(&mut self, site: Arc<Checked<payload::Site>>, _: &D, epochs: &mut Epochs) -> Result<(), Failure> {
         self.put(site, epochs);
         Ok(())
     }
 
     fn settle(&mut self) {}
 
-    fn go_back(&mut self, _: &Ingest, _: &mut Epochs) {}
+    fn go_back(&mut self, _: &D, _: &mut Epochs) {}
 
-    fn retry(&mut self, _: &Ingest, epochs: &mut Epochs) -> Result<bool, Failure> {
+    fn retry(&mut self, _: &D, epochs: &mut Epochs) -> Result<bool, Failure> {
         let is_late = self.output.is_pending();
         self.output.retry(epochs).map(|()| is_late)
     }
 
     fn published(&self) -> Published {
-        self.output.published()
+        self.published()
     }
 }

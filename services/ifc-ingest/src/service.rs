@@ -14,8 +14,8 @@ use bus::Bus;
 use daemon::facts::{IngestFacts, ModelFile};
 use daemon::{
     Asked, Caller, Committed, CurrentActivity, Decide, Decision, Epochs, Failure, FileWatch, HistoryEvent, HistoryKind,
-    IngestAnswer, IngestRequest, MachineTime, NoInput, Now, Occasion, Outputs, Reporter, Revision, RevisionEffect,
-    SiteConfig, Standing, WholeFiles, chain, stamps_of,
+    IngestAnswer, IngestRequest, MachineTime, NoInput, Now, Occasion, Reporter, Revision, RevisionEffect, SiteConfig,
+    Standing, WholeFiles, chain, stamps_of,
 };
 use ingest::{MAX_MODEL_BYTES, SiteFrame};
 use messages::{Activity, Checked, SiteOutline};

@@ -1,9 +1,8 @@
 //! The topics of rasterize: a grid for each map storey, and their index, drawn into the memory of the bus.
 
 use crate::drawing_settings::DrawingSettings;
-use crate::service::{Pair, Rasterize};
-use bus::{Bus, GridSlot, Origin, PublishError, Publisher, topics};
-use daemon::{Epochs, Failure, Outputs, Published};
+use bus::{Bus, CheckedSample, GridSlot, Origin, PublishError, Publisher, topics};
+use daemon::{Decide, Epochs, Failure, Outputs, Published};
 use messages::{InputHashes, RobotProfile, ScheduleStateHead};
 use raster::Rasterizer;
 use rayon::prelude::*;
@@ -20,13 +19,29 @@ pub struct Drawing {
     pub(crate) prepared: Option<Box<Prepared>>,
 }
 
-/// Site and schedule state that belong together.
+/// Which site and schedule state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Which {
     /// The newest.
     Newest,
     /// Those that are drawn.
     Drawn,
+}
+
+/// Site and schedule state that belong together.
+#[derive(Clone, Copy)]
+pub(crate) struct Pair<'a> {
+    pub(crate) site: &'a CheckedSample<topics::Site>,
+    pub(crate) state: &'a CheckedSample<topics::ScheduleState>,
+}
+
+/// Who has what grids are drawn of.
+pub(crate) trait Drawn {
+    /// Site and schedule state that belong together, if there are such.
+    fn pair(&self, which: Which) -> Option<Pair<'_>>;
+
+    /// The settings in force.
+    fn settings(&self) -> &DrawingSettings;
 }
 
 /// A rasterizer, and what it was made for.
@@ -125,7 +140,7 @@ impl GridOutputs {
     /// Draws what differs from what is published, publishes those storeys, then the index that names them.
     ///
     /// Once every schedule state was seen this allocates nothing: what it needs is kept by the rasterizer.
-    fn draw(&mut self, pair: &Pair, settings: &DrawingSettings, epochs: &mut Epochs) -> Result<(), Failure> {
+    fn draw(&mut self, pair: &Pair<'_>, settings: &DrawingSettings, epochs: &mut Epochs) -> Result<(), Failure> {
         let (Some(bus), Some(index), Some(prepared)) = (&self.bus, &self.index, &mut self.rasterizer) else {
             return Err("it is not attached to a bus".into());
         };
@@ -175,7 +190,7 @@ impl GridOutputs {
     }
 }
 
-impl Outputs<Rasterize> for GridOutputs {
+impl<D: Decide + Drawn> Outputs<D> for GridOutputs {
     type Publication = Drawing;
 
     fn attach(&mut self, bus: &Bus, _: &mut Epochs) -> Result<(), Failure> {
@@ -189,7 +204,7 @@ impl Outputs<Rasterize> for GridOutputs {
         Ok(())
     }
 
-    fn publish(&mut self, drawing: Drawing, decider: &Rasterize, epochs: &mut Epochs) -> Result<(), Failure> {
+    fn publish(&mut self, drawing: Drawing, decider: &D, epochs: &mut Epochs) -> Result<(), Failure> {
         let Drawing { of, settings, prepared } = drawing;
         let pair = decider.pair(of).ok_or("site and schedule state do not belong together")?;
         self.prepare(pair.site.content_hash(), &settings, prepared);
@@ -200,7 +215,7 @@ impl Outputs<Rasterize> for GridOutputs {
         self.is_swapped = false;
     }
 
-    fn go_back(&mut self, decider: &Rasterize, epochs: &mut Epochs) {
+    fn go_back(&mut self, decider: &D, epochs: &mut Epochs) {
         if std::mem::take(&mut self.is_swapped) {
             self.swap();
         }
@@ -209,7 +224,7 @@ impl Outputs<Rasterize> for GridOutputs {
         }
     }
 
-    fn retry(&mut self, decider: &Rasterize, epochs: &mut Epochs) -> Result<bool, Failure> {
+    fn retry(&mut self, decider: &D, epochs: &mut Epochs) -> Result<bool, Failure> {
         let Some(pair) = decider.pair(Which::Drawn).filter(|_| self.is_pending) else { return Ok(false) };
         self.draw(&pair, decider.settings(), epochs)?;
         Ok(true)

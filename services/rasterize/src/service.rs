@@ -1,7 +1,7 @@
 //! What rasterize decides: which site and schedule state are drawn together, for which robot, at which resolution.
 
 use crate::drawing_settings::DrawingSettings;
-use crate::outputs::{Drawing, GridOutputs, Prepared, Which};
+use crate::outputs::{Drawing, Drawn, GridOutputs, Pair, Prepared, Which};
 use bus::{Bus, CheckedSample, GridSlot, topics};
 use daemon::facts::RasterizeFacts;
 use daemon::{
@@ -44,13 +44,6 @@ struct Undrawable {
     why: String,
 }
 
-/// Site and schedule state that belong together.
-#[derive(Clone, Copy)]
-pub(crate) struct Pair<'a> {
-    pub(crate) site: &'a CheckedSample<topics::Site>,
-    pub(crate) state: &'a CheckedSample<topics::ScheduleState>,
-}
-
 impl Rasterize {
     /// The daemon on this machine, from the configuration and the settings that were kept.
     ///
@@ -65,23 +58,6 @@ impl Rasterize {
         let service = Self { in_force, activity: shared, drawn: None, newest_site: None, newest_state: None };
         let committed = Committed::new(service, GridOutputs::default(), epochs, &config.state, activity);
         Ok(committed.recording(edit.into_iter().collect()))
-    }
-
-    pub(crate) fn settings(&self) -> &DrawingSettings {
-        &self.in_force.settings
-    }
-
-    /// Site and schedule state that belong together, if there are such.
-    pub(crate) fn pair(&self, which: Which) -> Option<Pair<'_>> {
-        let drawn = self.drawn.as_ref().map(|(site, state)| Pair { site, state });
-        if which == Which::Drawn {
-            return drawn;
-        }
-        let state = self.newest_state.as_ref()?;
-        let sites = self.newest_site.iter().chain(drawn.map(|drawn| drawn.site));
-        let mut fitting = sites.filter(|site| site.content_hash() == state.view().head.site_hash);
-        // Another site is here: the one of this state will come.
-        fitting.next().map(|site| Pair { site, state })
     }
 
     /// What draws a site with these settings, if the outputs have none.
@@ -172,6 +148,24 @@ impl Rasterize {
             resolution_m: settings.resolution_m(),
             setting: settings.robot_in_force(),
         }
+    }
+}
+
+impl Drawn for Rasterize {
+    fn pair(&self, which: Which) -> Option<Pair<'_>> {
+        let drawn = self.drawn.as_ref().map(|(site, state)| Pair { site, state });
+        if which == Which::Drawn {
+            return drawn;
+        }
+        let state = self.newest_state.as_ref()?;
+        let sites = self.newest_site.iter().chain(drawn.map(|drawn| drawn.site));
+        let mut fitting = sites.filter(|site| site.content_hash() == state.view().head.site_hash);
+        // Another site is here: the one of this state will come.
+        fitting.next().map(|site| Pair { site, state })
+    }
+
+    fn settings(&self) -> &DrawingSettings {
+        &self.in_force.settings
     }
 }
 

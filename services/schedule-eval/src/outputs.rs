@@ -1,8 +1,7 @@
 //! The topics of schedule-eval: the tasks of schedule files, on the bus before the states that follow them, and the schedule state.
 
-use crate::service::ScheduleEval;
 use bus::{Bus, topics};
-use daemon::{Epochs, Failure, LatchedOutput, NewSample, Outputs, Published};
+use daemon::{Decide, Epochs, Failure, LatchedOutput, NewSample, Outputs, Published};
 
 /// The ends of the topics.
 pub struct ScheduleOutputs {
@@ -24,7 +23,7 @@ impl Default for ScheduleOutputs {
     }
 }
 
-impl Outputs<ScheduleEval> for ScheduleOutputs {
+impl<D: Decide> Outputs<D> for ScheduleOutputs {
     type Publication = ScheduleSample;
 
     fn attach(&mut self, bus: &Bus, epochs: &mut Epochs) -> Result<(), Failure> {
@@ -32,7 +31,7 @@ impl Outputs<ScheduleEval> for ScheduleOutputs {
         self.state.attach(bus, epochs)
     }
 
-    fn publish(&mut self, sample: ScheduleSample, _: &ScheduleEval, epochs: &mut Epochs) -> Result<(), Failure> {
+    fn publish(&mut self, sample: ScheduleSample, _: &D, epochs: &mut Epochs) -> Result<(), Failure> {
         match sample {
             ScheduleSample::Tasks(tasks) => self.tasks.publish(epochs, tasks),
             ScheduleSample::State(state) => self.state.publish(epochs, state),
@@ -44,12 +43,12 @@ impl Outputs<ScheduleEval> for ScheduleOutputs {
         self.state.settle();
     }
 
-    fn go_back(&mut self, _: &ScheduleEval, epochs: &mut Epochs) {
+    fn go_back(&mut self, _: &D, epochs: &mut Epochs) {
         self.tasks.go_back(epochs);
         self.state.go_back(epochs);
     }
 
-    fn retry(&mut self, _: &ScheduleEval, epochs: &mut Epochs) -> Result<bool, Failure> {
+    fn retry(&mut self, _: &D, epochs: &mut Epochs) -> Result<bool, Failure> {
         let is_late = self.tasks.is_pending() || self.state.is_pending();
         self.tasks.retry(epochs)?;
         self.state.retry(epochs)?;

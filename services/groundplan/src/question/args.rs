@@ -1,9 +1,7 @@
 //! Arguments that all questions share.
 
-use super::{Question, models, running};
 use crate::args::{ModelArgs, RobotArgs, ScheduleArgs, SiteArgs};
 use crate::failure::Failure;
-use crate::run::Outcome;
 use clap::{Arg, ArgAction};
 use std::path::PathBuf;
 use waypoints::MissionPlanOptions;
@@ -14,7 +12,7 @@ use waypoints::MissionPlanOptions;
 pub(crate) struct QuestionArgs {
     /// IFC files of one site [default: the running daemons are asked]
     #[arg(value_name = "MODEL.ifc")]
-    models: Vec<PathBuf>,
+    pub(super) models: Vec<PathBuf>,
 
     /// Date of the answer: a day (2024-04-15, throughout it) or an instant (2024-04-15T08:30:00) [default: of models, everything is
     /// built; of the running daemons, the maps that they hold]
@@ -69,14 +67,6 @@ fn belongs_to_models(argument: Arg) -> Arg {
 }
 
 impl QuestionArgs {
-    /// Answers a question.
-    ///
-    /// # Errors
-    /// Bad arguments, names that stand for nothing, models that cannot be read, no daemons.
-    pub(crate) fn answer<Q: Question>(&self, question: &Q) -> Result<Outcome, Failure> {
-        if self.models.is_empty() { running::answer(self, question) } else { models::answer(self, question) }
-    }
-
     /// The models.
     pub(super) fn model(&self) -> ModelArgs {
         ModelArgs::new(self.models.clone(), self.allow_boxes)

@@ -1,6 +1,6 @@
 //! When an answer changes: maps of every later change of the schedule are drawn until it does.
 
-use super::Question;
+use super::asked::Question;
 use crate::failure::Failure;
 use crate::maps::{MapInputs, with_maps};
 use crate::progress_line::ProgressLine;

@@ -1,7 +1,8 @@
 //! Answers of model files at a date.
 
+use super::args::QuestionArgs;
+use super::asked::{Answer, Question, outcome_of};
 use super::later::LaterMaps;
-use super::{Answer, Question, QuestionArgs, outcome_of};
 use crate::args::ScheduleInput;
 use crate::date_argument;
 use crate::failure::Failure;

@@ -1,8 +1,9 @@
 //! Answers of the running daemons: of the maps that they publish, or of another date of their schedule.
 
+use super::args::QuestionArgs;
+use super::asked::{Answer, Question, outcome_of};
 use super::later::LaterMaps;
 use super::models::{Drawing, model_names};
-use super::{Answer, Question, QuestionArgs, outcome_of};
 use crate::date_argument;
 use crate::failure::Failure;
 use crate::progress_line::ProgressLine;
