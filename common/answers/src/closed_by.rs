@@ -1,4 +1,4 @@
-//! Why a room is closed by the schedule.
+//! Tasks, dates and work by which the schedule closes a room.
 
 use crate::named::{TaskRef, date_text};
 use crate::situation::Situation;

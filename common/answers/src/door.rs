@@ -1,4 +1,4 @@
-//! Where a door is, whether this robot can pass it, and when that changes.
+//! The answer about a door: its place, its passage for this robot, and the instants at which that changes.
 
 use crate::circumstances::Circumstances;
 use crate::dated_task::{DatedTask, tasks_of};

@@ -50,7 +50,7 @@ impl DoorAnswer {
             let _ = writeln!(out, "  {}", task.line());
         }
         for finding in &self.findings {
-            let _ = writeln!(out, "  {}: {}: {}", finding.severity, finding.code, finding.message);
+            let _ = writeln!(out, "  {}", finding.line());
         }
         let _ = writeln!(out, "{}", self.circumstances);
         out

@@ -1,4 +1,4 @@
-//! When an answer is another one, by later changes of the schedule.
+//! The next change of an answer, by later changes of the schedule.
 
 use schemars::JsonSchema;
 use serde::Serialize;

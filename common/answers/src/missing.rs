@@ -1,4 +1,4 @@
-//! What is missing where there is no way.
+//! Doors, rooms, portals and floor that a way would need and that the robot cannot use, with their reasons.
 
 use crate::closed_by::ClosedBy;
 use crate::find::FoundPlace;

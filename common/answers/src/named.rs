@@ -69,6 +69,13 @@ pub struct Finding {
     pub message: String,
 }
 
+impl Finding {
+    /// For people, in a line.
+    pub(crate) fn line(&self) -> String {
+        format!("{}: {}: {}", self.severity, self.code, self.message)
+    }
+}
+
 fn some_text(text: &str) -> Option<String> {
     (!text.is_empty()).then(|| text.to_owned())
 }

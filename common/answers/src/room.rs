@@ -1,4 +1,4 @@
-//! Where a room is, whether this robot may enter it, when that changes, and what is in it.
+//! The answer about a room: its place, its access for this robot, the changes of that, its doors, scans, tasks and findings.
 
 use crate::circumstances::Circumstances;
 use crate::dated_task::{DatedTask, tasks_of};

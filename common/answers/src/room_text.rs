@@ -42,7 +42,7 @@ impl RoomAnswer {
             let _ = writeln!(out, "  {}", task.line());
         }
         for finding in &self.findings {
-            let _ = writeln!(out, "  {}: {}: {}", finding.severity, finding.code, finding.message);
+            let _ = writeln!(out, "  {}", finding.line());
         }
         let _ = writeln!(out, "{}", self.circumstances);
         out

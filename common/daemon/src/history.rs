@@ -68,6 +68,13 @@ pub struct HistoryEvent {
     pub summary: String,
 }
 
+impl HistoryEvent {
+    /// What happened, by whom, in a sentence.
+    pub fn new(kind: HistoryKind, by: Option<Caller>, summary: String) -> Self {
+        Self { kind, by, summary }
+    }
+}
+
 /// An event that was recorded.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct HistoryEntry {

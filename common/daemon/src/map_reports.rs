@@ -1,5 +1,5 @@
-//! What the status board says that the rule by which maps may be used asks for: when its daemons were heard, and when the next
-//! schedule state is due.
+//! Reports on the status board that the rule of usable maps takes: the last word of each watched daemon, and the time of the next
+//! schedule state.
 
 use crate::facts::ScheduleFacts;
 use crate::status_board::{Report, StatusBoard};

@@ -1,5 +1,5 @@
-//! Whether maps that were passed on, into a folder, to a page or to ROS 2, are those that the daemons hold. No bus and no files
-//! inside, times are arguments.
+//! A judge of maps that were passed on, into a folder, to a page or to ROS 2: it compares them with those that the daemons hold. No
+//! bus and no files inside, times are arguments.
 
 use crate::limits::FRESH_TOLERANCE;
 use crate::map_rule::MapRule;

@@ -1,4 +1,4 @@
-//! Whether a robot may use its maps, and why there are none.
+//! The verdict on a robot's maps, and the reasons for which there are none.
 
 use crate::limits::MISSED_HEARTBEATS;
 use crate::plan_clock::utc_text;

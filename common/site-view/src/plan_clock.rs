@@ -1,4 +1,4 @@
-//! How a schedule state is known to have run out: when the next one is due, and the clock of who asks.
+//! The end of a schedule state: the time at which the next one is due, by the clock of who asks.
 
 use jiff::Timestamp;
 

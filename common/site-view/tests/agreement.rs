@@ -1,4 +1,4 @@
-//! What holds a set and what judges maps that were passed on never contradict each other.
+//! A holder of sets and a judge of maps that were passed on never contradict each other.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
 use bus::{Daemon, Stamp};

@@ -1,4 +1,4 @@
-//! What ifc-ingest has in force: the revisions of the site, and what they are read and compared with.
+//! The state in force of ifc-ingest: revisions of the site, their reader, and the outline that they are compared with.
 
 use crate::model_files::names_of;
 use crate::revision_reader::RevisionReader;

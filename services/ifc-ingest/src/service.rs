@@ -189,7 +189,7 @@ impl Ingest {
                 decision.next.next_try = None;
                 let refused = Refused { models, stamps, why: chain(why.as_ref()) };
                 let (why, told) = decision.next.refuse(refused, by.is_some());
-                decision.history.extend(told.map(|told| event(HistoryKind::Revision, by, told)));
+                decision.history.extend(told.map(|told| HistoryEvent::new(HistoryKind::Revision, by, told)));
                 decision.save.push(self.store.saving_revisions(&decision.next.revisions)?);
                 Ok(Err(why))
             }
@@ -226,7 +226,7 @@ impl Ingest {
         decision.save.push(self.store.saving_revisions(revisions)?);
         let why = described.comparison.objections.join("; ");
         let told = format!("{} waits: {why}", names_of(&revision.models));
-        decision.history.push(event(HistoryKind::Revision, by, told));
+        decision.history.push(HistoryEvent::new(HistoryKind::Revision, by, told));
         Ok((RevisionEffect::Waits, Some(described)))
     }
 
@@ -259,16 +259,20 @@ impl Ingest {
         let site = Arc::new(site);
         decision.save.extend(self.store.saving(&site, &outline, &revisions)?);
         if before.site_hash != revisions.site_hash {
-            decision.history.push(event(HistoryKind::Revision, by, format!("{} in force", names_of(&models))));
+            decision.history.push(HistoryEvent::new(
+                HistoryKind::Revision,
+                by,
+                format!("{} in force", names_of(&models)),
+            ));
         }
         let dropped = before.waiting.as_ref().filter(|_| revisions.waiting.is_none());
         if let Some(Waiting { revision, .. }) = dropped.filter(|dropped| dropped.revision.models != models) {
             let told = format!("{} no longer waits", names_of(&revision.models));
-            decision.history.push(event(HistoryKind::Revision, by, told));
+            decision.history.push(HistoryEvent::new(HistoryKind::Revision, by, told));
         }
         if outputs.site().is_some_and(|site| !is_same_frame(&frame_of(site), &frame)) {
             let told = format!("another map frame, epoch {}", frame.frame_epoch);
-            decision.history.push(event(HistoryKind::Frame, by, told));
+            decision.history.push(HistoryEvent::new(HistoryKind::Frame, by, told));
         }
         decision.publish.push(site);
         let next = &mut decision.next;
@@ -287,7 +291,7 @@ impl Ingest {
         let models = waiting.as_ref().map(|w| &w.revision.models).or(refused.as_ref().map(|r| &r.models));
         let names = names_of(models.ok_or("no revision waits, and none was refused")?);
         decision.save.push(self.store.saving_revisions(revisions)?);
-        decision.history.push(event(HistoryKind::Revision, by, format!("{names} discarded")));
+        decision.history.push(HistoryEvent::new(HistoryKind::Revision, by, format!("{names} discarded")));
         Ok((RevisionEffect::Discarded, waiting.map(|waiting| waiting.revision)))
     }
 
@@ -380,7 +384,7 @@ impl Ingest {
                 let Waiting { revision, sha256 } =
                     revisions.waiting.clone().ok_or("no revision waits to be confirmed")?;
                 let told = format!("{} confirmed", names_of(&revision.models));
-                decision.history.push(event(HistoryKind::Revision, Some(*by), told));
+                decision.history.push(HistoryEvent::new(HistoryKind::Revision, Some(*by), told));
                 self.load(decision, revision.models, &Intent::Confirm(sha256), Some(*by), reporter, outputs)
             }
             IngestRequest::Discard => self.discard(decision, Some(*by)).map(Ok),
@@ -399,10 +403,6 @@ impl Ingest {
         let models = &self.in_force.revisions.models;
         models.iter().map(|path| ModelFile { path: path.clone(), sha256: sha256.next() }).collect()
     }
-}
-
-fn event(kind: HistoryKind, by: Option<Caller>, summary: String) -> HistoryEvent {
-    HistoryEvent { kind, by, summary }
 }
 
 impl Decide for Ingest {

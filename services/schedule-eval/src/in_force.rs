@@ -145,7 +145,7 @@ impl InForce {
 
     /// What the history says of an edit of `site.toml`.
     pub(crate) fn edits(&self, has_other_rules: bool, has_other_plan_time: bool) -> Vec<HistoryEvent> {
-        let event = |kind, summary| HistoryEvent { kind, by: None, summary };
+        let event = |kind, summary| HistoryEvent::new(kind, None, summary);
         let rules = has_other_rules.then(|| event(HistoryKind::Rules, format!("rules of {}", self.rules_words())));
         let plan_time = has_other_plan_time
             .then(|| event(HistoryKind::Date, format!("plan time {} of site.toml", self.plan_time.in_force().value)));

@@ -188,7 +188,11 @@ impl ScheduleEval {
         if let Some(save) = has_other_files {
             let names = next.files.names().unwrap_or_default();
             decision.save.push(save);
-            decision.history.push(event(HistoryKind::Rules, None, format!("schedule of {names}, which changed")));
+            decision.history.push(HistoryEvent::new(
+                HistoryKind::Rules,
+                None,
+                format!("schedule of {names}, which changed"),
+            ));
             self.evaluate_site(decision)?;
         } else if is_other_site {
             self.evaluate_site(decision)?;
@@ -351,13 +355,9 @@ impl ScheduleEval {
         }
         let plan_time_s = decision.next.read_clock(now.machine).plan_time_s;
         let told = summary(&decision.next, changed, plan_time_s);
-        decision.history.extend(told.map(|(kind, summary)| event(kind, Some(by), summary)));
+        decision.history.extend(told.map(|(kind, summary)| HistoryEvent::new(kind, Some(by), summary)));
         Ok(())
     }
-}
-
-fn event(kind: HistoryKind, by: Option<Caller>, summary: String) -> HistoryEvent {
-    HistoryEvent { kind, by, summary }
 }
 
 /// What the history says of a request that is carried out; `None` for one that changes nothing.

@@ -1,4 +1,4 @@
-//! What changes: at every change instant of a schedule, between two dates, by a new revision of the plan.
+//! Changes: at every change instant of a schedule, between two dates, by a new revision of the plan.
 
 mod difference;
 mod list;

@@ -1,4 +1,4 @@
-//! What stands and which rooms are open by the schedule, at a date or over a period.
+//! States of elements and rooms by the schedule, at a date or over a period.
 
 mod document;
 mod probability;

@@ -8,35 +8,8 @@ use messages::{
     EdgeKind, Grid, MissionPlan, NoWaypoint, NodeKind, RobotProfile, RouteEdgeRecord, Severity, WaypointKind,
 };
 use std::collections::BTreeSet;
-use support::{Archives, House, Planned, brute_force, quick};
+use support::{Archives, GROUND, House, Planned, UPPER, brute_force, quick};
 use waypoints::{MissionPlanOptions, MissionPlanner, Start};
-
-/// A flight of stairs and a lift lead from the ground to two rooms above that are not connected.
-const GROUND: &str = "
-#############################
-#aaaaaaaaaaaaa#bbbbbbbbbbbbb#
-#aaaaaaaaaaaaa#bbbbbbbbbbbbb#
-#aaaaaaaaaaaaa#bbbbbbbbbbbbb#
-#SSSaaaaaaaaaaDbbbbbbbbbbLLL#
-#SSSaaaaaaaaaaDbbbbbbbbbbLLL#
-#SSSaaaaaaaaaaDbbbbbbbbbbLLL#
-#aaaaaaaaaaaaaDbbbbbbbbbbbbb#
-#aaaaaaaaaaaaaDbbbbbbbbbbbbb#
-#aaaaaaaaaaaaa#bbbbbbbbbbbbb#
-#############################";
-
-const UPPER: &str = "
-#############################
-#cccccccccccccc#dddddddddddd#
-#cccccccccccccc#dddddddddddd#
-#cccccccccccccc#dddddddddddd#
-#SSSccccccccccc#dddddddddLLL#
-#SSSccccccccccc#dddddddddLLL#
-#SSSccccccccccc#dddddddddLLL#
-#cccccccccccccc#dddddddddddd#
-#cccccccccccccc#dddddddddddd#
-#cccccccccccccc#dddddddddddd#
-#############################";
 
 const AT_A: Option<Start> = Some(Start { storey: 0, x_m: 1.5, y_m: 1.0 });
 

@@ -7,35 +7,8 @@ use frames::{Map, Point2};
 use messages::{DoorPassage, EdgeKind, Grid, MissionPlan, NoWaypoint, RobotProfile};
 use proptest::prelude::*;
 use std::collections::BTreeSet;
-use support::{Archives, House, quick};
+use support::{Archives, GROUND, House, UPPER, quick};
 use waypoints::{MissionPlanOptions, MissionPlanner, NoWay, Way, WayEnd, WayFinder, WayLeg, WayObstacle};
-
-/// A corridor with two rooms; a stair and a lift lead up.
-const GROUND: &str = "
-#############################
-#aaaaaaaaaaaaa#bbbbbbbbbbbbb#
-#aaaaaaaaaaaaa#bbbbbbbbbbbbb#
-#aaaaaaaaaaaaa#bbbbbbbbbbbbb#
-#SSSaaaaaaaaaaDbbbbbbbbbbLLL#
-#SSSaaaaaaaaaaDbbbbbbbbbbLLL#
-#SSSaaaaaaaaaaDbbbbbbbbbbLLL#
-#aaaaaaaaaaaaaDbbbbbbbbbbbbb#
-#aaaaaaaaaaaaaDbbbbbbbbbbbbb#
-#aaaaaaaaaaaaa#bbbbbbbbbbbbb#
-#############################";
-
-const UPPER: &str = "
-#############################
-#cccccccccccccc#dddddddddddd#
-#cccccccccccccc#dddddddddddd#
-#cccccccccccccc#dddddddddddd#
-#SSSccccccccccc#dddddddddLLL#
-#SSSccccccccccc#dddddddddLLL#
-#SSSccccccccccc#dddddddddLLL#
-#cccccccccccccc#dddddddddddd#
-#cccccccccccccc#dddddddddddd#
-#cccccccccccccc#dddddddddddd#
-#############################";
 
 /// Calls `work` with the finder of a house.
 fn with_finder<T>(

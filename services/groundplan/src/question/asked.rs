@@ -1,4 +1,4 @@
-//! What a question and its answer are, and the outcome of a command whose result is an answer.
+//! Traits of a question and its answer, and the outcome of a command whose result is an answer.
 
 use crate::failure::Failure;
 use crate::run::Outcome;

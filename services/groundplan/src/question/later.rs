@@ -1,4 +1,4 @@
-//! When an answer changes: maps of every later change of the schedule are drawn until it does.
+//! The search for the next change of an answer: maps of every later change of the schedule are drawn until it does.
 
 use super::asked::Question;
 use crate::failure::Failure;

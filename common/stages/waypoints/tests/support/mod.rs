@@ -30,6 +30,34 @@ use messages::{RobotProfile, SpaceRecord};
 use std::collections::{BTreeMap, BTreeSet};
 use waypoints::MissionPlanOptions;
 
+/// A flight of stairs and a lift lead from the ground to two rooms above that are not connected.
+pub(crate) const GROUND: &str = "
+#############################
+#aaaaaaaaaaaaa#bbbbbbbbbbbbb#
+#aaaaaaaaaaaaa#bbbbbbbbbbbbb#
+#aaaaaaaaaaaaa#bbbbbbbbbbbbb#
+#SSSaaaaaaaaaaDbbbbbbbbbbLLL#
+#SSSaaaaaaaaaaDbbbbbbbbbbLLL#
+#SSSaaaaaaaaaaDbbbbbbbbbbLLL#
+#aaaaaaaaaaaaaDbbbbbbbbbbbbb#
+#aaaaaaaaaaaaaDbbbbbbbbbbbbb#
+#aaaaaaaaaaaaa#bbbbbbbbbbbbb#
+#############################";
+
+/// The storey above.
+pub(crate) const UPPER: &str = "
+#############################
+#cccccccccccccc#dddddddddddd#
+#cccccccccccccc#dddddddddddd#
+#cccccccccccccc#dddddddddddd#
+#SSSccccccccccc#dddddddddLLL#
+#SSSccccccccccc#dddddddddLLL#
+#SSSccccccccccc#dddddddddLLL#
+#cccccccccccccc#dddddddddddd#
+#cccccccccccccc#dddddddddddd#
+#cccccccccccccc#dddddddddddd#
+#############################";
+
 /// Side of a character, in tenths of a millimetre.
 pub(crate) const CHARACTER: i32 = 2_000;
 
