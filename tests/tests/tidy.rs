@@ -42,7 +42,7 @@ const ALLOWED: [(&str, &[&str]); 34] = [
     ("alignment", &["diagnostics", "frames", "geometry", "grid", "messages", "occupancy", "raster"]),
     ("deviations", &["frames", "geometry", "grid", "messages", "occupancy"]),
     ("answers", &["diagnostics", "export", "frames", "messages", "schedule", "waypoints"]),
-    ("ifc-ingest", &["bus", "daemon", "export", "ingest", "messages", "schedule"]),
+    ("ifc-ingest", &["bus", "daemon", "export", "ingest", "messages"]),
     ("schedule-eval", &["bus", "daemon", "diagnostics", "frames", "messages", "schedule", "tasks"]),
     ("rasterize", &["bus", "daemon", "grid", "messages", "raster"]),
     ("waypoint-gen", &["bus", "daemon", "messages", "site-view", "waypoints"]),

@@ -106,6 +106,8 @@ impl GridSlot {
 pub enum TopicName {
     /// Geometry and facts of the site.
     Site,
+    /// A revision of the site that is not in force, while it is judged.
+    Candidate,
     /// Tasks of schedule files.
     Tasks,
     /// States at a plan time.
@@ -129,6 +131,7 @@ impl TopicName {
     pub fn all() -> impl Iterator<Item = Self> {
         [
             Self::Site,
+            Self::Candidate,
             Self::Tasks,
             Self::ScheduleState,
             Self::Grids,
@@ -144,7 +147,7 @@ impl TopicName {
     /// Archives that it carries.
     pub fn kind(self) -> ArchiveKind {
         match self {
-            Self::Site => ArchiveKind::Site,
+            Self::Site | Self::Candidate => ArchiveKind::Site,
             Self::Tasks => ArchiveKind::Tasks,
             Self::ScheduleState => ArchiveKind::ScheduleState,
             Self::Grid(_) => ArchiveKind::Grid,
@@ -159,7 +162,7 @@ impl TopicName {
     /// The only daemon that publishes it.
     pub fn producer(self) -> Daemon {
         match self {
-            Self::Site => Daemon::IfcIngest,
+            Self::Site | Self::Candidate => Daemon::IfcIngest,
             Self::Tasks | Self::ScheduleState => Daemon::ScheduleEval,
             Self::Grid(_) | Self::Grids => Daemon::Rasterize,
             Self::MissionPlan => Daemon::WaypointGen,
@@ -173,6 +176,7 @@ impl fmt::Display for TopicName {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Site => f.write_str("site"),
+            Self::Candidate => f.write_str("candidate"),
             Self::Tasks => f.write_str("tasks"),
             Self::ScheduleState => f.write_str("schedule-state"),
             Self::Grid(slot) => write!(f, "grid/{:02}", slot.index()),
@@ -193,7 +197,7 @@ mod tests {
     #[test]
     fn every_topic_has_a_name_of_its_own() {
         let names: BTreeSet<String> = TopicName::all().map(|t| t.to_string()).collect();
-        assert_eq!(names.len(), 8 + GridSlot::COUNT);
+        assert_eq!(names.len(), 9 + GridSlot::COUNT);
         assert!(names.contains("grid/00") && names.contains("grid/63") && !names.contains("grid/64"));
     }
 

@@ -68,6 +68,18 @@ topics! {
     Deviations
 }
 
+/// A revision of the site that is not in force, while it is judged; it goes when that is done.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Candidate;
+
+impl Topic for Candidate {
+    type Payload = payload::Site;
+
+    fn name(self) -> TopicName {
+        TopicName::Candidate
+    }
+}
+
 /// Layers of a map storey.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Grid(pub GridSlot);

@@ -1,12 +1,12 @@
 //! Decisions carried out in one order: disk, bus, in force, history, answer. A step that fails undoes those before it.
 
-use crate::decision::{Decide, Decision, Now, Occasion, Outputs, PublicationsOf};
+use crate::decision::{AnswerTo, Decide, Decision, Now, Occasion, Outputs, PublicationsOf};
 use crate::failure::{Failure, chain};
 use crate::history::{History, HistoryEvent};
 use crate::machine_time::{Clock, MachineClock};
 use crate::request::{Published, Request};
 use crate::save::Save;
-use crate::service::{AnswerOf, Asked, CurrentActivity, Done, Event, Service, Standing};
+use crate::service::{Asked, CurrentActivity, Done, Event, Service, Standing};
 use crate::state::{Epochs, StateError};
 use bus::Bus;
 use messages::Activity;
@@ -67,13 +67,15 @@ pub struct Committed<D: Decide> {
     disk: Box<dyn Disk>,
     clock: Box<dyn Clock>,
     activity: CurrentActivity,
+    /// What a client is told that has waited for it.
+    late_answer: Option<Result<AnswerTo<D>, Failure>>,
 }
 
 impl<D: Decide> Committed<D> {
     /// On the disk and with the clock of this machine.
     pub fn new(decider: D, outputs: D::Outputs, epochs: Epochs, state: &Path, activity: CurrentActivity) -> Self {
         let (disk, clock) = (Box::new(StateFolder::at(state)), Box::new(MachineClock::of_this_boot()));
-        Self { decider, outputs, epochs, disk, clock, activity }
+        Self { decider, outputs, epochs, disk, clock, activity, late_answer: None }
     }
 
     /// The same on another disk, with another clock.
@@ -94,21 +96,30 @@ impl<D: Decide> Committed<D> {
         Now { machine: self.clock.now(), outputs: &self.outputs }
     }
 
-    /// Decides and commits. What is told as published is the last sample of the main topic, if one was published.
-    fn act(&mut self, occasion: Occasion<'_, D::Request>) -> Result<Done<Option<AnswerOf<Self>>>, Failure> {
+    /// Decides and commits. What is told as published is the last sample of the main topic, if one was published or a client asked.
+    fn act(&mut self, occasion: Occasion<'_, D::Request>) -> Result<Done<Option<AnswerTo<D>>>, Failure> {
+        let is_asked = matches!(occasion, Occasion::Request(..));
+        let before = self.outputs.published();
         self.decider.gather()?;
         let decision = self.decider.decide(occasion, &self.now())?;
-        let is_published = !decision.publish.is_empty();
         let Decision { save, publish, next, history, answer, wake_in } = decision;
         if let Err(why) = self.commit(&save, publish) {
-            self.decider.not_committed(next, &chain(why.as_ref()), self.clock.now());
+            let told = chain(why.as_ref());
+            self.decider.not_committed(next, &told, self.clock.now());
+            if answer.is_some() && !is_asked {
+                self.late_answer = Some(Err(told.into()));
+            }
             return Err(why);
         }
         self.decider.become_in_force(next);
         self.record(history);
-        let answer = answer.map(|answer| answer(&self.decider, &self.now())).transpose()?;
-        let published = if is_published || answer.is_some() { self.outputs.published() } else { Published::default() };
-        Ok(Done { answer, published, wake_in })
+        let mut answer = answer.map(|answer| answer(&self.decider, &self.now()));
+        let is_news = answer.is_some() || self.outputs.published() != before;
+        let published = if is_news { self.outputs.published() } else { Published::default() };
+        if !is_asked && answer.is_some() {
+            self.late_answer = answer.take();
+        }
+        Ok(Done { answer: answer.transpose()?, published, wake_in })
     }
 
     /// Writes and publishes all, or leaves disk and bus as they were.
@@ -196,10 +207,12 @@ impl<D: Decide> Service for Committed<D> {
         }
     }
 
-    fn answer(&mut self, request: D::Request, asked: &Asked) -> Result<Done<AnswerOf<Self>>, Failure> {
-        let Done { answer, published, wake_in } = self.act(Occasion::Request(request, asked))?;
-        let answer = answer.ok_or("the request was carried out without an answer")?;
-        Ok(Done { answer, published, wake_in })
+    fn answer(&mut self, request: D::Request, asked: &Asked) -> Result<Done<Option<AnswerTo<D>>>, Failure> {
+        self.act(Occasion::Request(request, asked))
+    }
+
+    fn late_answer(&mut self) -> Option<Result<AnswerTo<D>, Failure>> {
+        self.late_answer.take()
     }
 
     fn standing(&self) -> Standing {

@@ -93,7 +93,8 @@ pub struct Decision<D: Decide + ?Sized> {
     pub next: D::InForce,
     /// What people are told about it later.
     pub history: Vec<HistoryEvent>,
-    /// What the client is told, once all is committed; `None` where nobody asked.
+    /// What the client is told, once all is committed; `None` where nobody asked, or the client has to wait for what a later decision
+    /// answers.
     pub answer: Option<AnswerOnce<D>>,
     /// When to look again, if not with the next heartbeat.
     pub wake_in: Option<Duration>,

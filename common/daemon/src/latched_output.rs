@@ -20,6 +20,7 @@ const FIRST_BYTES: usize = 1 << 16;
 /// index have publishers of their own.
 pub struct LatchedOutput<T: Topic> {
     topic: T,
+    bus: Option<Bus>,
     publisher: Option<Publisher<T>>,
     last: Option<Last<T>>,
     is_pending: bool,
@@ -54,7 +55,7 @@ struct Last<T: Topic> {
 impl<T: Topic> LatchedOutput<T> {
     /// Nothing was published yet.
     pub fn new(topic: T) -> Self {
-        Self { topic, publisher: None, last: None, is_pending: false, before: None }
+        Self { topic, bus: None, publisher: None, last: None, is_pending: false, before: None }
     }
 
     /// Joins a generation of the bus, and brings it what was published last; what cannot be published is pending.
@@ -64,13 +65,27 @@ impl<T: Topic> LatchedOutput<T> {
     pub fn attach(&mut self, bus: &Bus, epochs: &mut Epochs) -> Result<(), Failure> {
         // The end of the earlier generation first: there is one publisher.
         self.publisher = None;
-        let length = self.last.as_ref().map_or(FIRST_BYTES, |last| last.archive.bytes().bytes().len());
-        self.publisher = Some(bus.publisher(self.topic, length)?);
+        self.bus = Some(bus.clone());
+        self.open()?;
         self.is_pending = self.last.is_some();
         if let Err(why) = self.retry(epochs) {
             warn!(error = crate::chain(why.as_ref()), "what was published last has no room yet");
         }
         Ok(())
+    }
+
+    /// Opens the end of the topic, if there is a bus and it is not open.
+    fn open(&mut self) -> Result<(), Failure> {
+        if let (Some(bus), None) = (&self.bus, &self.publisher) {
+            let length = self.last.as_ref().map_or(FIRST_BYTES, |last| last.archive.bytes().bytes().len());
+            self.publisher = Some(bus.publisher(self.topic, length)?);
+        }
+        Ok(())
+    }
+
+    /// Takes what came last from the bus, with its memory.
+    pub fn withdraw(&mut self) {
+        (self.publisher, self.last, self.before, self.is_pending) = (None, None, None, false);
     }
 
     /// Publishes an archive under the next epoch; before the bus is there it waits for it. The one before can
@@ -120,6 +135,9 @@ impl<T: Topic> LatchedOutput<T> {
     /// # Errors
     /// The epoch cannot be kept, or the bus refuses, for instance because shared memory is full; it stays pending.
     pub fn retry(&mut self, epochs: &mut Epochs) -> Result<(), Failure> {
+        if self.is_pending {
+            self.open()?;
+        }
         let Some(last) = self.last.as_mut().filter(|_| self.is_pending) else { return Ok(()) };
         let epoch = match last.epoch {
             Some(epoch) => epoch,

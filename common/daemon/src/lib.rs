@@ -118,8 +118,8 @@ pub use request::{Published, Request, RequestError, parse_request};
 pub use requests::{
     ActualsSource, AlignAnswer, AlignRequest, ComparisonState, Confirmations, Confirmed, ConfirmedElement,
     IngestAnswer, IngestRequest, ListedPose, MAX_RATE, MIN_RATE, RasterizeAnswer, RasterizeRequest, RateError,
-    Revision, RevisionEffect, RosBridgeRequest, ScheduleAnswer, ScheduleRequest, SearchState, WaypointAnswer,
-    WaypointRequest, WebRequest, checked_rate,
+    Revision, RevisionEffect, RosBridgeRequest, ScheduleAnswer, ScheduleRequest, ScheduleVerdict, SearchState,
+    WaypointAnswer, WaypointRequest, WebRequest, checked_rate,
 };
 pub use robot_file::{Robot, RobotFileError};
 pub use ros_config::{

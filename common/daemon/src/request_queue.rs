@@ -14,7 +14,7 @@ const MAX_WAITING: usize = 16;
 /// The requests of a daemon.
 pub(crate) struct RequestQueue<R> {
     waiting: VecDeque<(Command, R)>,
-    /// The request that the service works on.
+    /// The request that the service works on, or has not answered yet.
     current: Option<Current>,
 }
 
@@ -49,8 +49,12 @@ impl<R: Request> RequestQueue<R> {
         Ok(true)
     }
 
-    /// The next request for the idle service, who sent it, and where the service reports its progress.
+    /// The next request for the idle service, who sent it, and where the service reports its progress; none while a client waits for
+    /// what the last one comes to.
     pub(crate) fn next(&mut self, waker: &Waker) -> Option<(R, Asked)> {
+        if self.current.is_some() {
+            return None;
+        }
         let (command, request) = self.waiting.pop_front()?;
         let reporter = Reporter::new(waker.clone());
         let by = Caller { uid: command.caller_uid() };
@@ -69,12 +73,7 @@ impl<R: Request> RequestQueue<R> {
         }
     }
 
-    /// True while the service works on a request.
-    pub(crate) fn is_one_underway(&self) -> bool {
-        self.current.is_some()
-    }
-
-    /// Answers the request that the service worked on, if it worked on one.
+    /// Answers the request that the service worked on, if its client is still there.
     ///
     /// # Errors
     /// The bus refuses.

@@ -35,11 +35,17 @@ pub trait Service: Send {
     /// What is to be done cannot be done. The error goes into the heartbeat, and the daemon goes on.
     fn handle(&mut self, event: Event<Self::Input>) -> Result<Done, Failure>;
 
-    /// Does what a client asks for; its effect is on disk when this returns.
+    /// Does what a client asks for; its effect is on disk when this answers. Without an answer it is not done yet: that comes by
+    /// [`Self::late_answer`], and no other request before it.
     ///
     /// # Errors
     /// The event cannot be handled. The error goes to the client and into the heartbeat, and the daemon continues.
-    fn answer(&mut self, request: Self::Request, asked: &Asked) -> Result<Done<AnswerOf<Self>>, Failure>;
+    fn answer(&mut self, request: Self::Request, asked: &Asked) -> Result<Done<Option<AnswerOf<Self>>>, Failure>;
+
+    /// The answer, or why there is none, to the request that has got none, once there is one; looked for after every event.
+    fn late_answer(&mut self) -> Option<Result<AnswerOf<Self>, Failure>> {
+        None
+    }
 
     /// What an operator has to see until it is cured; read after every event and request.
     fn standing(&self) -> Standing {

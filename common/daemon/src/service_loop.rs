@@ -52,6 +52,8 @@ pub(crate) struct ServiceLoop<R> {
     next_try: Option<(Instant, Duration)>,
     /// True while the service handles one.
     is_configuring: bool,
+    /// True while the service handles a request; a client may wait for longer.
+    is_asked: bool,
     attachment: Attachment,
 }
 
@@ -137,6 +139,7 @@ impl<R: Request> ServiceLoop<R> {
             configuration: None,
             next_try: None,
             is_configuring: false,
+            is_asked: false,
             attachment: Attachment::Wanted(Instant::now()),
         })
     }
@@ -236,7 +239,8 @@ impl<R: Request> ServiceLoop<R> {
                 };
                 // A change is reported at once, and before the answer: who has it finds in the report what was done.
                 self.report.send(Some(&status), self.watch.busy());
-                if let Err(why) = self.requests.finish(answer.as_deref().map_err(String::as_str)) {
+                let told = answer.map(|answer| self.requests.finish(answer.as_deref().map_err(String::as_str)));
+                if let Some(Err(why)) = told {
                     self.report_bus_error(&why);
                 }
             }
@@ -293,6 +297,7 @@ impl<R: Request> ServiceLoop<R> {
             return self.send(Job::Sample(sample), format!("the input {topic}"));
         }
         if let Some((request, asked)) = self.requests.next(waker) {
+            self.is_asked = true;
             let (job, reporter) = (format!("the request {}", name_of(&request)), asked.reporter.clone());
             self.send(Job::Request(request, asked), job)?;
             self.watch.report_of(reporter);
@@ -331,9 +336,10 @@ impl<R: Request> ServiceLoop<R> {
         self.to_service.send(job).map_err(|_| "the service has panicked".into())
     }
 
-    /// Takes what the service has done into the report; returns the answer to the request, if it was one.
-    fn finish(&mut self, outcome: Outcome) -> Result<Vec<u8>, String> {
+    /// Takes what the service has done into the report; returns what the client that waits is told, if it is.
+    fn finish(&mut self, outcome: Outcome) -> Option<Result<Vec<u8>, String>> {
         self.is_busy = false;
+        let is_asked = std::mem::take(&mut self.is_asked);
         self.watch.end();
         self.report.set(outcome.standing, outcome.facts);
         let is_configuration = std::mem::take(&mut self.is_configuring);
@@ -357,11 +363,10 @@ impl<R: Request> ServiceLoop<R> {
                     self.report.configured(Ok(()));
                 }
                 // An error of an event stays until one brings an output, or a request a new one; ticks do nothing.
-                let is_cured = if self.requests.is_one_underway() { is_new } else { epoch > 0 };
+                let is_cured = if is_asked { is_new } else { epoch > 0 };
                 if is_cured {
                     self.report.succeeded();
                 }
-                Ok(done.answer)
             }
             Err(failure) => {
                 self.activity.set(Activity::Idle);
@@ -373,15 +378,15 @@ impl<R: Request> ServiceLoop<R> {
                 } else {
                     // The next tick tries again what is pending.
                     self.wake_at = None;
-                    match self.requests.is_one_underway() {
+                    match is_asked {
                         // The client is told. What is in force is as it was, and only what is wrong with that stands.
                         true => self.report.refused_request(failure.as_ref()),
                         false => self.report.failed("the event cannot be handled", failure.as_ref()),
                     }
                 }
-                Err(chain(failure.as_ref()))
             }
         }
+        outcome.answer
     }
 
     fn report_bus_error(&mut self, why: &(dyn std::error::Error + 'static)) {

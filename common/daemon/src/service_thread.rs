@@ -1,7 +1,7 @@
 //! The service's own thread: jobs one after the other, each with its outcome.
 
 use crate::config::SiteConfig;
-use crate::failure::Failure;
+use crate::failure::{Failure, chain};
 use crate::input::Input;
 use crate::service::{Asked, Done, Event, Service, Standing};
 use bus::{Bus, RawSample, Waker};
@@ -23,8 +23,9 @@ pub(crate) enum Job<R> {
 
 /// The outcome of a job.
 pub(crate) struct Outcome {
-    /// The answer is serialised for the client, and empty for jobs without a client.
-    pub(crate) result: Result<Done<Vec<u8>>, Failure>,
+    pub(crate) result: Result<Done, Failure>,
+    /// What the client that waits is told, as bytes of its answer; `None` for jobs without a client, or if it has to wait.
+    pub(crate) answer: Option<Result<Vec<u8>, String>>,
     /// What the service tells of itself after it.
     pub(crate) standing: Standing,
     pub(crate) facts: serde_json::Value,
@@ -59,23 +60,31 @@ pub(crate) fn start<S: Service + 'static>(
 fn work<S: Service>(mut service: S, jobs: &Receiver<Job<S::Request>>, outcomes: Sender<Outcome>) {
     let mut sender = ResultSender { outcomes: Some(outcomes), waker: None };
     for job in jobs {
-        let unasked = |done: Done| done.answered(Vec::new());
+        let mut answer = None;
         let result = match job {
             Job::Attach(bus, waker) => {
                 sender.waker = Some(waker);
-                service.attach(&bus).map(|()| unasked(Done::default()))
+                service.attach(&bus).map(|()| Done::default())
             }
-            Job::Attached => service.handle(Event::Attached).map(unasked),
-            Job::Sample(sample) => {
-                S::Input::check(sample).and_then(|input| service.handle(Event::Input(input))).map(unasked)
-            }
-            Job::Request(request, asked) => service.answer(request, &asked).and_then(in_bytes),
-            Job::Configuration(config) => service.handle(Event::Configuration(config)).map(unasked),
-            Job::Tick => service.handle(Event::Tick).map(unasked),
+            Job::Attached => service.handle(Event::Attached),
+            Job::Sample(sample) => S::Input::check(sample).and_then(|input| service.handle(Event::Input(input))),
+            Job::Request(request, asked) => match service.answer(request, &asked) {
+                Ok(done) => {
+                    answer = done.answer.as_ref().map(in_bytes);
+                    Ok(done.answered(()))
+                }
+                Err(why) => {
+                    answer = Some(Err(chain(why.as_ref())));
+                    Err(why)
+                }
+            },
+            Job::Configuration(config) => service.handle(Event::Configuration(config)),
+            Job::Tick => service.handle(Event::Tick),
         };
+        let late = service.late_answer().map(|late| late.map_err(|why| chain(why.as_ref())).and_then(|a| in_bytes(&a)));
         // Facts are plain records: only a text that is no UTF-8, such as a path, has no JSON.
         let facts = serde_json::to_value(service.facts()).unwrap_or_default();
-        let outcome = Outcome { result, standing: service.standing(), facts };
+        let outcome = Outcome { result, answer: answer.or(late), standing: service.standing(), facts };
         if sender.outcomes.as_ref().is_some_and(|outcomes| outcomes.send(outcome).is_err()) {
             return;
         }
@@ -83,9 +92,8 @@ fn work<S: Service>(mut service: S, jobs: &Receiver<Job<S::Request>>, outcomes: 
     }
 }
 
-fn in_bytes<A: serde::Serialize>(done: Done<A>) -> Result<Done<Vec<u8>>, Failure> {
-    let bytes = serde_json::to_vec(&done.answer)?;
-    Ok(done.answered(bytes))
+fn in_bytes<A: serde::Serialize>(answer: &A) -> Result<Vec<u8>, String> {
+    serde_json::to_vec(answer).map_err(|why| chain(&why))
 }
 
 /// The sender of outcomes. A panic of the service closes it and wakes the loop.

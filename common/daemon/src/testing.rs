@@ -83,7 +83,7 @@ impl Service for RecordingService {
         Ok(Done { wake_in, ..Done::default() })
     }
 
-    fn answer(&mut self, request: TestRequest, asked: &Asked) -> Result<Done<u32>, Failure> {
+    fn answer(&mut self, request: TestRequest, asked: &Asked) -> Result<Done<Option<u32>>, Failure> {
         let TestRequest::Count { steps } = request else { return Err("no".into()) };
         for step in 1..=steps {
             asked.reporter.report("counting", f64::from(step) / f64::from(steps));
@@ -92,7 +92,7 @@ impl Service for RecordingService {
             }
         }
         self.note("counted");
-        Ok(Done::<()>::default().answered(steps))
+        Ok(Done::<()>::default().answered(Some(steps)))
     }
 
     fn facts(&self) -> u32 {

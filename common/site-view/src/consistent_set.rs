@@ -234,7 +234,12 @@ impl ConsistentSet<RawSample> {
                 let head = *MissionPlan::open(sample.bytes())?.head;
                 self.insert_mission_plan(header.inputs.grids, &head, sample);
             }
-            TopicName::Site | TopicName::Tasks | TopicName::SlamMap | TopicName::Alignment | TopicName::Deviations => {}
+            TopicName::Site
+            | TopicName::Candidate
+            | TopicName::Tasks
+            | TopicName::SlamMap
+            | TopicName::Alignment
+            | TopicName::Deviations => {}
         }
         Ok(())
     }

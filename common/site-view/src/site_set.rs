@@ -46,7 +46,7 @@ impl SiteSample {
             TopicName::MissionPlan => {
                 sample.of(topics::MissionPlan).map(|s| s.check().map(Self::MissionPlan)).transpose()?
             }
-            TopicName::SlamMap | TopicName::Alignment | TopicName::Deviations => None,
+            TopicName::Candidate | TopicName::SlamMap | TopicName::Alignment | TopicName::Deviations => None,
         })
     }
 }

@@ -1,9 +1,9 @@
 //! The state in force of ifc-ingest: revisions of the site, their reader, and the outline that they are compared with.
 
 use crate::model_files::names_of;
-use crate::revision_reader::RevisionReader;
+use crate::revision_reader::{ReadRevision, RevisionReader};
 use crate::revisions::{Refused, Revisions};
-use daemon::{Failure, FileStamp, FileWatch, MachineTime, SiteConfig};
+use daemon::{Asked, Failure, FileStamp, FileWatch, MachineTime, SiteConfig};
 use ingest::SiteFrame;
 use messages::{Checked, SiteOutline, payload};
 use std::path::PathBuf;
@@ -31,6 +31,34 @@ pub struct InForce {
     pub(crate) next_try: Option<NextTry>,
     /// The files that this decision has read.
     pub(crate) read: Option<ReadFiles>,
+    /// A revision that is on the bus as a candidate until schedule-eval has judged it.
+    pub(crate) proposal: Option<Proposal>,
+}
+
+/// What is to become of a revision that could take effect.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Intent {
+    /// It is compared only.
+    Compare,
+    /// It takes effect, or waits for an operator.
+    Load,
+    /// It takes effect.
+    Force,
+    /// It takes effect if its files are those with these hashes; else as with `Load`.
+    Confirm(Vec<[u8; 32]>),
+}
+
+/// A revision that can be read, and what is to become of it once it is known to have a schedule.
+#[derive(Clone)]
+pub(crate) struct Proposal {
+    pub(crate) revision: Arc<ReadRevision>,
+    pub(crate) intent: Intent,
+    /// The client that waits for it; `None` for files that nobody asked for.
+    pub(crate) asked: Option<Asked>,
+    /// Since when it is on the bus, by the machine's count since its boot, in milliseconds.
+    pub(crate) since_boot_ms: i64,
+    /// Why it has no schedule with the rules, files and progress that were in force; it takes effect once it has one.
+    pub(crate) refused: Option<String>,
 }
 
 /// Files that were read for a decision.
@@ -93,7 +121,7 @@ impl InForce {
     /// are tried again, but not at once.
     pub(crate) fn not_committed(&mut self, decided: Self, why: &str, now: MachineTime) {
         let Some(ReadFiles { models, stamps, is_asked }) = decided.read else { return };
-        self.to_read = None;
+        (self.to_read, self.proposal) = (None, None);
         if decided.revisions.refused.as_ref().is_some_and(|refused| refused.models == models) {
             (self.revisions.refused, self.revisions.seen) = (decided.revisions.refused, decided.revisions.seen);
             return;

@@ -1,6 +1,7 @@
 //! Decisions on revisions of a site around the `ingest` stage.
 
 mod in_force;
+pub mod judge;
 mod model_files;
 mod output;
 mod revision_reader;

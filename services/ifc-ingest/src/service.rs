@@ -1,12 +1,13 @@
 //! What ifc-ingest decides: which revision of the site is in force, which is refused, which waits for an operator.
 //!
-//! A revision takes effect as a whole or not at all: its files are read, its schedule is evaluated with the rules and the
-//! progress in force, and it is compared with the site in force; one that is refused, or that waits for an operator, changes
-//! nothing.
+//! A revision takes effect as a whole or not at all: its files are read, it is compared with the site in force and proposed, as a
+//! candidate on the bus, to schedule-eval, which says whether it has a schedule; one that is refused, or that waits for an operator,
+//! changes nothing.
 
-use crate::in_force::{InForce, ReadFiles, frame_of, is_same_frame};
+use crate::in_force::{InForce, Intent, Proposal, ReadFiles, frame_of, is_same_frame};
+use crate::judge::{Judge, ScheduleEval};
 use crate::model_files::{ModelFiles, names_of};
-use crate::output::SiteOutput;
+use crate::output::{SiteOutput, SiteSample};
 use crate::revision_reader::{Compared, ReadRevision, RevisionReader};
 use crate::revisions::{Refused, Revisions, Waiting};
 use crate::site_store::{CachedSite, SiteStore};
@@ -14,40 +15,38 @@ use bus::Bus;
 use daemon::facts::{IngestFacts, ModelFile};
 use daemon::{
     Asked, Caller, Committed, CurrentActivity, Decide, Decision, Epochs, Failure, FileWatch, HistoryEvent, HistoryKind,
-    IngestAnswer, IngestRequest, MachineTime, NoInput, Now, Occasion, Reporter, Revision, RevisionEffect, SiteConfig,
-    Standing, WholeFiles, chain, stamps_of,
+    IngestAnswer, IngestRequest, MachineTime, NoInput, Now, Occasion, Revision, RevisionEffect, ScheduleVerdict,
+    SiteConfig, Standing, WholeFiles, chain, stamps_of,
 };
 use ingest::{MAX_MODEL_BYTES, SiteFrame};
 use messages::{Activity, Checked, SiteOutline};
 use std::path::PathBuf;
 use std::sync::Arc;
+use std::time::Duration;
 use tracing::warn;
 
-/// Share of a load that is done when the revision is read and compared.
-const COMPARED: f64 = 0.98;
+/// Shares of a load that are done when the revision is read and compared, and when it is judged.
+const PROPOSED: f64 = 0.97;
+const JUDGED: f64 = 0.98;
 
 /// Reads the files of a site.
 pub struct Ingest {
     in_force: InForce,
     store: SiteStore,
     activity: CurrentActivity,
+    judge: Box<dyn Judge>,
+    /// What was found of the proposal.
+    verdict: Option<ScheduleVerdict>,
     /// All epochs of frames before this start are below this one. Earlier versions did not keep them, but every frame came with a
     /// sample.
     earlier_epochs: u32,
 }
 
-/// What is to become of a revision that could take effect.
-#[derive(Debug, Clone, PartialEq)]
-enum Intent {
-    /// It is compared only.
-    Compare,
-    /// It takes effect, or waits for an operator.
-    Load,
-    /// It takes effect.
-    Force,
-    /// It takes effect if its files are those with these hashes; else as with `Load`.
-    Confirm(Vec<[u8; 32]>),
-}
+/// How long a client waits for schedule-eval to judge a revision, and when an operator is told that it has not.
+const MAX_WAIT_MS: i64 = 30_000;
+const LONG_WAIT_MS: i64 = 5_000;
+/// Interval of looks at a candidate.
+const POLL: Duration = Duration::from_millis(10);
 
 /// What a client is told of a revision, or why it is refused.
 type Told = Result<(RevisionEffect, Option<Revision>), Failure>;
@@ -59,6 +58,18 @@ impl Ingest {
     /// # Errors
     /// Rules or state that cannot be used. A cache that cannot be used is made anew.
     pub fn start(config: &SiteConfig, activity: CurrentActivity) -> Result<Committed<Self>, Failure> {
+        Self::start_judged(config, activity, Box::<ScheduleEval>::default())
+    }
+
+    /// The same with another judge.
+    ///
+    /// # Errors
+    /// As [`Self::start`].
+    pub fn start_judged(
+        config: &SiteConfig,
+        activity: CurrentActivity,
+        judge: Box<dyn Judge>,
+    ) -> Result<Committed<Self>, Failure> {
         let store = SiteStore::at(&config.state)?;
         let first = || Revisions { models: config.models.clone(), ..Revisions::default() };
         let revisions = store.revisions()?.unwrap_or_else(first);
@@ -69,7 +80,7 @@ impl Ingest {
         };
         let mut epochs = Epochs::at(&config.state, "ifc-ingest-epochs.json")?;
         let mut in_force = InForce {
-            reader: Arc::new(RevisionReader::new(config, activity.clone())?),
+            reader: Arc::new(RevisionReader::new(config, activity.clone())),
             revisions,
             outline: outline.map(Arc::new),
             watch: FileWatch::new(MAX_MODEL_BYTES),
@@ -77,15 +88,16 @@ impl Ingest {
             error: None,
             next_try: None,
             read: None,
+            proposal: None,
         };
         in_force.follow_configured_models(config);
         if in_force.to_read.is_none() {
             // What it was refused for may be mended.
             in_force.to_read = in_force.revisions.refused.as_ref().map(|refused| refused.models.clone());
         }
-        let mut output = SiteOutput::new();
+        let mut output = SiteOutput::new(Epochs::at(&config.state, "ifc-ingest-candidate-epochs.json")?);
         let earlier_epochs = u32::try_from(epochs.reserved()).unwrap_or(u32::MAX - 1);
-        let mut service = Self { in_force, store, activity: activity.clone(), earlier_epochs };
+        let mut service = Self { in_force, store, activity: activity.clone(), judge, verdict: None, earlier_epochs };
         match cached {
             Some(CachedSite { site, is_earlier }) => {
                 if is_earlier {
@@ -145,58 +157,142 @@ impl Ingest {
         }
     }
 
-    /// Waits until files are whole, and does with them as is intended.
+    /// Waits until files are whole, and does with them as is intended. What a client is told, if that is known at once.
     fn load(
         &self,
         decision: &mut Decision<Self>,
         models: Vec<PathBuf>,
-        intent: &Intent,
-        by: Option<Caller>,
-        reporter: &Reporter,
-        outputs: &SiteOutput,
-    ) -> Result<Told, Failure> {
+        intent: Intent,
+        asked: Option<&Asked>,
+        now: &Now<'_, Self>,
+    ) -> Result<Option<Told>, Failure> {
+        let reporter = asked.map(|asked| asked.reporter.clone()).unwrap_or_default();
         reporter.report("reading files", 0.0);
         let waits = || reporter.report("waiting until the files are written", 0.0);
         let whole = decision.next.watch.wait(&models, waits);
-        self.load_whole(decision, models, whole, intent, by, reporter, outputs)
+        self.load_whole(decision, models, whole, intent, asked, now)
     }
 
-    /// Does with files as is intended. What cannot take effect leaves the site in force where it is.
-    #[expect(clippy::too_many_arguments, reason = "the circumstances of one load, which nothing else shares")]
+    /// Reads files and proposes them, to do with them as is intended. What cannot take effect leaves the site in force where it is.
     fn load_whole(
         &self,
         decision: &mut Decision<Self>,
         models: Vec<PathBuf>,
         whole: Result<WholeFiles, Failure>,
-        intent: &Intent,
-        by: Option<Caller>,
-        reporter: &Reporter,
-        outputs: &SiteOutput,
-    ) -> Result<Told, Failure> {
+        intent: Intent,
+        asked: Option<&Asked>,
+        now: &Now<'_, Self>,
+    ) -> Result<Option<Told>, Failure> {
         let stamps = whole.as_ref().map_or_else(|_| stamps_of(&models), |whole| whole.stamps.clone());
-        decision.next.read = Some(ReadFiles { models: models.clone(), stamps: stamps.clone(), is_asked: by.is_some() });
-        let frame = self.frame_in_force(outputs.site().map(frame_of));
+        decision.next.read =
+            Some(ReadFiles { models: models.clone(), stamps: stamps.clone(), is_asked: asked.is_some() });
+        let reporter = asked.map(|asked| asked.reporter.clone()).unwrap_or_default();
+        let frame = self.frame_in_force(now.outputs.site().map(frame_of));
         let read = whole.and_then(|whole| {
             let frame = frame?;
             let last_epoch = frame.map_or(0, |frame| frame.frame_epoch).max(self.last_frame_epoch());
             let in_force = Compared { frame, last_epoch, outline: self.in_force.outline.as_deref() };
-            decision.next.reader.read(ModelFiles::of(models.clone(), whole), in_force, reporter)
+            decision.next.reader.read(ModelFiles::of(models.clone(), whole), in_force, &reporter)
         });
-        self.activity.set(if outputs.site().is_some() { Activity::Published } else { Activity::Idle });
+        self.activity.set(if now.outputs.site().is_some() { Activity::Published } else { Activity::Idle });
         match read {
-            Err(why) if *intent == Intent::Compare => Ok(Err(why)),
-            Err(why) => {
-                decision.next.next_try = None;
-                let refused = Refused { models, stamps, why: chain(why.as_ref()) };
-                let (why, told) = decision.next.refuse(refused, by.is_some());
-                decision.history.extend(told.map(|told| HistoryEvent::new(HistoryKind::Revision, by, told)));
-                decision.save.push(self.store.saving_revisions(&decision.next.revisions)?);
-                Ok(Err(why))
+            Ok(revision) => {
+                reporter.report("evaluating the schedule", PROPOSED);
+                decision.publish.push(SiteSample::Candidate(Arc::clone(&revision.site)));
+                let (revision, since_boot_ms) = (Arc::new(revision), now.machine.since_boot_ms);
+                decision.next.proposal =
+                    Some(Proposal { revision, intent, asked: asked.cloned(), since_boot_ms, refused: None });
+                decision.wake_in = Some(POLL);
+                Ok(None)
             }
-            Ok(revision) if *intent == Intent::Compare => Ok(Ok((RevisionEffect::DryRun, Some(revision.described())))),
-            Ok(revision) if self.waits(&revision, intent) => self.wait_for_operator(decision, &revision, by).map(Ok),
-            Ok(revision) => self.take_effect(decision, revision, by, reporter, outputs).map(Ok),
+            Err(why) if intent == Intent::Compare => Ok(Some(Err(why))),
+            Err(why) => self.refuse(decision, Refused { models, stamps, why: chain(why.as_ref()) }, asked).map(Some),
         }
+    }
+
+    /// Keeps why a revision cannot take effect.
+    fn refuse(&self, decision: &mut Decision<Self>, refused: Refused, asked: Option<&Asked>) -> Result<Told, Failure> {
+        decision.next.next_try = None;
+        let (why, told) = decision.next.refuse(refused, asked.is_some());
+        let by = asked.map(|asked| asked.by);
+        decision.history.extend(told.map(|told| HistoryEvent::new(HistoryKind::Revision, by, told)));
+        decision.save.push(self.store.saving_revisions(&decision.next.revisions)?);
+        Ok(Err(why))
+    }
+
+    /// Does with a proposal as is intended once it is judged; the client that waits for it is told.
+    fn look_at_proposal(
+        &self,
+        decision: &mut Decision<Self>,
+        proposal: &Proposal,
+        now: &Now<'_, Self>,
+    ) -> Result<(), Failure> {
+        let Proposal { revision, asked, since_boot_ms, .. } = proposal;
+        let names = names_of(&revision.models);
+        let refused = match &self.verdict {
+            Some(ScheduleVerdict { refused: Some(why), .. }) => {
+                Some(format!("the schedule of {names} cannot be used: {why}"))
+            }
+            Some(_) => None,
+            None if proposal.refused.is_some() => return self.reload_if_changed(decision, now),
+            None if asked.is_some() && now.machine.since_boot_ms - since_boot_ms >= MAX_WAIT_MS => {
+                Some(format!("schedule-eval has not said whether {names} has a schedule: does it run?"))
+            }
+            None => {
+                decision.wake_in = Some(POLL);
+                return Ok(());
+            }
+        };
+        if refused.is_some() && refused == proposal.refused {
+            return self.reload_if_changed(decision, now);
+        }
+        decision.next.proposal = None;
+        let told = self.judged(decision, proposal, refused, now)?;
+        if let Some(asked) = asked {
+            Self::tell(decision, told, asked);
+        }
+        Ok(())
+    }
+
+    /// Does with a proposal as is intended, or refuses it.
+    fn judged(
+        &self,
+        decision: &mut Decision<Self>,
+        proposal: &Proposal,
+        refused: Option<String>,
+        now: &Now<'_, Self>,
+    ) -> Result<Told, Failure> {
+        let Proposal { revision, intent, asked, .. } = proposal;
+        let (models, stamps) = (revision.models.clone(), revision.stamps.clone());
+        decision.next.read =
+            Some(ReadFiles { models: models.clone(), stamps: stamps.clone(), is_asked: asked.is_some() });
+        match refused {
+            Some(why) if *intent == Intent::Compare => Ok(Err(why.into())),
+            Some(why) => {
+                let told = self.refuse(decision, Refused { models, stamps, why: why.clone() }, asked.as_ref())?;
+                // Other rules, files or progress may be in force one day.
+                let is_kept = decision.next.revisions.refused.as_ref().is_some_and(|kept| kept.why == why);
+                let later = Proposal { intent: Intent::Load, asked: None, refused: Some(why), ..proposal.clone() };
+                decision.next.proposal = is_kept.then_some(later);
+                Ok(told)
+            }
+            None if *intent == Intent::Compare => Ok(Ok((RevisionEffect::DryRun, Some(revision.described())))),
+            None if self.waits(revision, intent) => {
+                self.wait_for_operator(decision, revision, asked.as_ref().map(|asked| asked.by)).map(Ok)
+            }
+            None => self.take_effect(decision, revision, asked.as_ref(), now.outputs).map(Ok),
+        }
+    }
+
+    /// Tells a client what came of its request once that is committed.
+    fn tell(decision: &mut Decision<Self>, told: Told, asked: &Asked) {
+        let is_published = decision.publish.iter().any(|sample| matches!(sample, SiteSample::InForce(_)));
+        let reporter = is_published.then(|| asked.reporter.clone());
+        decision.answer = Some(Box::new(move |_, now| {
+            let (effect, revision) = told?;
+            reporter.iter().for_each(|reporter| reporter.report("site published", 1.0));
+            Ok(IngestAnswer { site: now.outputs.published(), effect, revision })
+        }));
     }
 
     /// True if a revision needs an operator.
@@ -234,12 +330,12 @@ impl Ingest {
     fn take_effect(
         &self,
         decision: &mut Decision<Self>,
-        revision: ReadRevision,
-        by: Option<Caller>,
-        reporter: &Reporter,
+        revision: &ReadRevision,
+        asked: Option<&Asked>,
         outputs: &SiteOutput,
     ) -> Result<(RevisionEffect, Option<Revision>), Failure> {
-        reporter.report("writing the site", COMPARED);
+        asked.iter().for_each(|asked| asked.reporter.report("writing the site", JUDGED));
+        let by = asked.map(|asked| asked.by);
         let before = &self.in_force.revisions;
         let (refused, waiting) = before.unaffected_by(&revision.models, revision.site.content_hash());
         let frame = frame_of(&revision.site);
@@ -256,17 +352,16 @@ impl Ingest {
         };
         let described = revision.described();
         let ReadRevision { site, outline, models, .. } = revision;
-        let site = Arc::new(site);
-        decision.save.extend(self.store.saving(&site, &outline, &revisions)?);
+        decision.save.extend(self.store.saving(site, outline, &revisions)?);
         if before.site_hash != revisions.site_hash {
             decision.history.push(HistoryEvent::new(
                 HistoryKind::Revision,
                 by,
-                format!("{} in force", names_of(&models)),
+                format!("{} in force", names_of(models)),
             ));
         }
         let dropped = before.waiting.as_ref().filter(|_| revisions.waiting.is_none());
-        if let Some(Waiting { revision, .. }) = dropped.filter(|dropped| dropped.revision.models != models) {
+        if let Some(Waiting { revision, .. }) = dropped.filter(|dropped| dropped.revision.models != *models) {
             let told = format!("{} no longer waits", names_of(&revision.models));
             decision.history.push(HistoryEvent::new(HistoryKind::Revision, by, told));
         }
@@ -274,9 +369,9 @@ impl Ingest {
             let told = format!("another map frame, epoch {}", frame.frame_epoch);
             decision.history.push(HistoryEvent::new(HistoryKind::Frame, by, told));
         }
-        decision.publish.push(site);
+        decision.publish.push(SiteSample::InForce(Arc::clone(site)));
         let next = &mut decision.next;
-        (next.revisions, next.outline, next.next_try) = (revisions, Some(Arc::new(outline)), None);
+        (next.revisions, next.outline, next.next_try) = (revisions, Some(Arc::clone(outline)), None);
         Ok((RevisionEffect::InForce, Some(described)))
     }
 
@@ -326,9 +421,8 @@ impl Ingest {
         now: &Now<'_, Self>,
     ) -> Result<(), Failure> {
         let Some(whole) = decision.next.watch.look(&models, now.machine) else { return Ok(()) };
-        let reporter = Reporter::default();
         // What comes of it stands in the status.
-        self.load_whole(decision, models, whole, &Intent::Load, None, &reporter, now.outputs).map(drop)
+        self.load_whole(decision, models, whole, Intent::Load, None, now).map(drop)
     }
 
     /// Loads files that no client asked for.
@@ -339,36 +433,47 @@ impl Ingest {
         now: &Now<'_, Self>,
     ) -> Result<(), Failure> {
         // What comes of it stands in the status.
-        self.load(decision, models, &Intent::Load, None, &Reporter::default(), now.outputs).map(drop)
+        self.load(decision, models, Intent::Load, None, now).map(drop)
     }
 
-    /// Other rules, another configuration, or another try: what was refused may be right now.
+    /// Another configuration, or another try: what was refused may be right now. A proposal is judged first.
     fn configure(
         &self,
         decision: &mut Decision<Self>,
         config: &SiteConfig,
         now: &Now<'_, Self>,
     ) -> Result<(), Failure> {
-        decision.next.follow_configured_models(config);
-        let frame = self.frame_in_force(now.outputs.site().map(frame_of)).map(drop);
-        let reader = self.in_force.reader.configured(config).map(|reader| decision.next.reader = Arc::new(reader));
-        decision.next.error = reader.and(frame).err().map(|why| chain(why.as_ref()));
-        match &self.in_force.revisions.refused {
-            Some(refused) if decision.next.to_read.is_none() => {
-                self.load_unasked(decision, refused.models.clone(), now)
+        let next = &mut decision.next;
+        next.follow_configured_models(config);
+        next.reader = Arc::new(self.in_force.reader.configured(config));
+        next.error = self.frame_in_force(now.outputs.site().map(frame_of)).err().map(|why| chain(why.as_ref()));
+        let refused = self.in_force.revisions.refused.as_ref().map(|refused| refused.models.clone());
+        next.to_read = next.to_read.take().or(refused);
+        self.look(decision, now)
+    }
+
+    /// Looks at the proposal; without one at the files.
+    fn look(&self, decision: &mut Decision<Self>, now: &Now<'_, Self>) -> Result<(), Failure> {
+        let Some(proposal) = &self.in_force.proposal else { return self.reload_if_changed(decision, now) };
+        let looked = self.look_at_proposal(decision, proposal, now);
+        match &proposal.asked {
+            Some(asked) if looked.is_err() => {
+                *decision = Decision::of(InForce { proposal: None, read: None, ..self.in_force.clone() });
+                Self::tell(decision, looked.map(|()| (RevisionEffect::DryRun, None)), asked);
+                Ok(())
             }
-            _ => self.reload_if_changed(decision, now),
+            _ => looked,
         }
     }
 
-    /// Carries a request out; `decision` says what follows.
+    /// Carries a request out; `decision` says what follows. What the client is told, if that is known at once.
     fn carry_out(
         &self,
         decision: &mut Decision<Self>,
         request: IngestRequest,
-        Asked { by, reporter }: &Asked,
-        outputs: &SiteOutput,
-    ) -> Result<Told, Failure> {
+        asked: &Asked,
+        now: &Now<'_, Self>,
+    ) -> Result<Option<Told>, Failure> {
         let revisions = &self.in_force.revisions;
         match request {
             IngestRequest::Load { models, dry_run, force } => {
@@ -378,20 +483,20 @@ impl Ingest {
                     (false, true) => Intent::Force,
                     (false, false) => Intent::Load,
                 };
-                self.load(decision, models, &intent, Some(*by), reporter, outputs)
+                self.load(decision, models, intent, Some(asked), now)
             }
             IngestRequest::Confirm => {
                 let Waiting { revision, sha256 } =
                     revisions.waiting.clone().ok_or("no revision waits to be confirmed")?;
                 let told = format!("{} confirmed", names_of(&revision.models));
-                decision.history.push(HistoryEvent::new(HistoryKind::Revision, Some(*by), told));
-                self.load(decision, revision.models, &Intent::Confirm(sha256), Some(*by), reporter, outputs)
+                decision.history.push(HistoryEvent::new(HistoryKind::Revision, Some(asked.by), told));
+                self.load(decision, revision.models, Intent::Confirm(sha256), Some(asked), now)
             }
-            IngestRequest::Discard => self.discard(decision, Some(*by)).map(Ok),
+            IngestRequest::Discard => self.discard(decision, Some(asked.by)).map(|told| Some(Ok(told))),
             IngestRequest::GetRevision => {
                 let waiting = revisions.waiting.as_ref().map(|waiting| waiting.revision.clone());
                 let effect = if waiting.is_some() { RevisionEffect::Waits } else { RevisionEffect::InForce };
-                Ok(Ok((effect, waiting)))
+                Ok(Some(Ok((effect, waiting))))
             }
         }
     }
@@ -416,24 +521,30 @@ impl Decide for Ingest {
         match never {}
     }
 
-    fn attach(&mut self, _: &Bus) -> Result<(), Failure> {
+    fn attach(&mut self, bus: &Bus) -> Result<(), Failure> {
+        self.judge.attach(bus);
+        Ok(())
+    }
+
+    fn gather(&mut self) -> Result<(), Failure> {
+        let proposed = self.in_force.proposal.as_ref().map(|proposal| proposal.revision.site.content_hash());
+        self.verdict = proposed.and_then(|site_hash| self.judge.verdict(site_hash));
         Ok(())
     }
 
     fn decide(&self, occasion: Occasion<'_, IngestRequest>, now: &Now<'_, Self>) -> Result<Decision<Self>, Failure> {
         let mut decision = Decision::of(InForce { read: None, ..self.in_force.clone() });
         match occasion {
-            Occasion::Look => self.reload_if_changed(&mut decision, now)?,
+            Occasion::Look => self.look(&mut decision, now)?,
             Occasion::Configuration(config) => self.configure(&mut decision, config, now)?,
             Occasion::Request(request, asked) => {
-                let told = self.carry_out(&mut decision, request, asked, now.outputs)?;
-                let reporter = (!decision.publish.is_empty()).then(|| asked.reporter.clone());
-                decision.answer = Some(Box::new(move |_, now| {
-                    let (effect, revision) = told?;
-                    reporter.iter().for_each(|reporter| reporter.report("site published", 1.0));
-                    Ok(IngestAnswer { site: now.outputs.published(), effect, revision })
-                }));
+                if let Some(told) = self.carry_out(&mut decision, request, asked, now)? {
+                    Self::tell(&mut decision, told, asked);
+                }
             }
+        }
+        if decision.next.proposal.is_none() && now.outputs.has_candidate() {
+            decision.publish.insert(0, SiteSample::NoCandidate);
         }
         Ok(decision)
     }
@@ -446,10 +557,17 @@ impl Decide for Ingest {
         self.in_force.not_committed(next, why, machine);
     }
 
-    fn standing(&self, _: &Now<'_, Self>) -> Standing {
-        let InForce { revisions, error, .. } = &self.in_force;
+    fn standing(&self, now: &Now<'_, Self>) -> Standing {
+        let InForce { revisions, error, proposal, .. } = &self.in_force;
+        let is_late =
+            |p: &&Proposal| p.refused.is_none() && now.machine.since_boot_ms - p.since_boot_ms >= LONG_WAIT_MS;
+        let late = proposal.as_ref().filter(is_late).map(|proposal| {
+            let names = names_of(&proposal.revision.models);
+            revisions.stays(&format!("schedule-eval has not said yet whether {names} has a schedule"))
+        });
         let revisions = revisions.standing();
-        let warnings: Vec<&str> = self.store.findings().chain(revisions.warning.as_deref()).collect();
+        let of_revisions = [revisions.warning.as_deref(), late.as_deref()];
+        let warnings: Vec<&str> = self.store.findings().chain(of_revisions.into_iter().flatten()).collect();
         let warning = (!warnings.is_empty()).then(|| warnings.join("; "));
         Standing { error: error.clone().or(revisions.error), warning }
     }

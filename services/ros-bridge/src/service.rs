@@ -310,7 +310,7 @@ impl Service for BridgeService {
         self.show()
     }
 
-    fn answer(&mut self, request: RosBridgeRequest, _asked: &Asked) -> Result<Done<()>, Failure> {
+    fn answer(&mut self, request: RosBridgeRequest, _asked: &Asked) -> Result<Done<Option<()>>, Failure> {
         let RosBridgeRequest::SetStorey { storey } = request;
         let set = self.samples.set();
         let n_storeys = set.map(|set| set.grids.len());
@@ -320,7 +320,7 @@ impl Service for BridgeService {
             return Err(format!("there is no storey {storey} among {n_storeys}").into());
         }
         self.storey.set(storey)?;
-        self.show()
+        Ok(self.show()?.answered(Some(())))
     }
 
     fn standing(&self) -> Standing {

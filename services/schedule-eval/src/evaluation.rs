@@ -1,8 +1,8 @@
 //! The evaluated schedule of a site: its own tasks, or those of schedule files.
 
 use crate::schedule_files::Plans;
-use bus::{CheckedSample, topics};
-use messages::{ArchiveBuffer, ArchiveError, OtherSite, Site, Tasks};
+use bus::{CheckedSample, Topic};
+use messages::{ArchiveBuffer, ArchiveError, OtherSite, Site, Tasks, payload};
 use schedule::{EvaluateError, Overrides, Rules, Timeline, evaluate};
 use tasks::LinkError;
 
@@ -30,9 +30,9 @@ pub(crate) enum EvaluationError {
     Evaluate(#[from] EvaluateError),
 }
 
-/// Evaluates the schedule of a site.
-pub(crate) fn evaluated(
-    site: &CheckedSample<topics::Site>,
+/// Evaluates the schedule of a site, or of a candidate for one.
+pub(crate) fn evaluated<T: Topic<Payload = payload::Site>>(
+    site: &CheckedSample<T>,
     rules: &Rules,
     plans: &Plans,
     overrides: &Overrides,

@@ -6,7 +6,8 @@ use crate::plan_time_setting::PlanTimeSetting;
 use crate::schedule_files::ScheduleFiles;
 use daemon::facts::ProgressRows;
 use daemon::{
-    Failure, FileText, HistoryEvent, HistoryKind, MachineTime, Save, Setting, SettingInForce, SettingKey, SettingSource,
+    Failure, FileText, HistoryEvent, HistoryKind, MachineTime, Save, ScheduleVerdict, Setting, SettingInForce,
+    SettingKey, SettingSource,
 };
 use jiff::tz::TimeZone;
 use schedule::{Overrides, Rules};
@@ -31,6 +32,8 @@ pub struct InForce {
     pub(crate) table: Option<String>,
     /// The last schedule that could be evaluated: of an earlier site, if that of the newest cannot.
     pub(crate) evaluated: Option<Arc<Evaluated>>,
+    /// What was found of the last candidate for a site.
+    pub(crate) verdict: Option<ScheduleVerdict>,
     /// Hash of the site that was last evaluated with these rules, files and progress, whatever came of it.
     pub(crate) tried_site: Option<u64>,
     /// Why the schedule is not that of the newest site, rules and progress.

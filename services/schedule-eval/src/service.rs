@@ -11,8 +11,8 @@ use daemon::facts::ScheduleFacts;
 use daemon::{
     ActualsSource, Asked, Caller, Clock, Committed, Configured, CurrentActivity, Decide, Decision, Epochs, Failure,
     FileText, HistoryEvent, HistoryKind, MachineClock, MachineTime, NewSample, Now, Occasion, ReportedProgress,
-    ScheduleAnswer, ScheduleRequest, Setting, SettingKey, SiteConfig, Standing, StateFile, checked_rate, mend_progress,
-    progress_in_force, saving_observed,
+    ScheduleAnswer, ScheduleRequest, ScheduleVerdict, Setting, SettingKey, SiteConfig, Standing, StateFile,
+    checked_rate, mend_progress, progress_in_force, saving_observed,
 };
 use frames::PlanTime;
 use messages::{Activity, Checked, DiagnosticCode, InputHashes, ScheduleStateHead};
@@ -24,7 +24,7 @@ use tracing::{info, warn};
 
 daemon::inputs! {
     /// What the schedule is read from.
-    pub enum ScheduleInput { Site }
+    pub enum ScheduleInput { Site, Candidate }
 }
 
 /// A plan time that moves is on disk with each change, and at least this often: the reading by which a clock that went ahead
@@ -40,6 +40,8 @@ pub struct ScheduleEval {
     in_force: InForce,
     /// The newest site; kept to evaluate it again when rules or progress change.
     site: Option<CheckedSample<topics::Site>>,
+    /// The last revision of the site that was to be judged, and is not in force.
+    candidate: Option<CheckedSample<topics::Candidate>>,
     activity: CurrentActivity,
     /// The state folder, for the tables of progress.
     state: PathBuf,
@@ -83,6 +85,7 @@ impl ScheduleEval {
             overrides: Arc::new(overrides),
             table: table.map(|table| table.id),
             evaluated: None,
+            verdict: None,
             tried_site: None,
             error: None,
             shown_at_s: None,
@@ -92,7 +95,8 @@ impl ScheduleEval {
         let edits = in_force.edits(in_force.rules_setting.was_edited(), in_force.plan_time.was_edited());
         let (state, epochs) = (config.state.clone(), Epochs::at(&config.state, "schedule-eval-epochs.json")?);
         let shared = activity.clone();
-        let service = Self { in_force, site: None, activity: shared, state, usable_rules_file, mended_progress };
+        let service =
+            Self { in_force, site: None, candidate: None, activity: shared, state, usable_rules_file, mended_progress };
         let outputs = ScheduleOutputs::default();
         Ok(Committed::new(service, outputs, epochs, &config.state, activity).recording(edits))
     }
@@ -115,6 +119,7 @@ impl ScheduleEval {
     /// the error stands until one of them is another.
     fn evaluate_site(&self, decision: &mut Decision<Self>) -> Result<(), Failure> {
         let next = &mut decision.next;
+        next.verdict = None;
         let Some(site) = &self.site else {
             // The bus was created anew, and the site is on its way.
             next.tried_site = None;
@@ -143,6 +148,17 @@ impl ScheduleEval {
             }
         }
         Ok(())
+    }
+
+    /// Judges a candidate for a site by the rules, files and progress of the decision.
+    fn judge(&self, next: &mut InForce) {
+        let is_judged = |hash| next.verdict.as_ref().is_some_and(|verdict| verdict.site_hash == hash);
+        let Some(candidate) = self.candidate.as_ref().filter(|candidate| !is_judged(candidate.content_hash())) else {
+            return;
+        };
+        let found = evaluated(candidate, &next.rules, next.files.plans(), &next.overrides);
+        let refused = found.err().map(|why| daemon::chain(&why));
+        next.verdict = Some(ScheduleVerdict { site_hash: candidate.content_hash(), refused });
     }
 
     /// After a start there is no schedule that could stay: that of the rules before stands in.
@@ -200,6 +216,7 @@ impl ScheduleEval {
         } else if is_other_site {
             self.evaluate_site(decision)?;
         }
+        self.judge(&mut decision.next);
         self.show(decision, now)
     }
 
@@ -337,7 +354,7 @@ impl ScheduleEval {
         let next = &mut decision.next;
         next.overrides = Arc::new(Overrides { is_of_earlier_revision: true, ..overrides });
         (next.evaluated, next.tried_site) = (evaluated.map(Arc::new), self.site_hash());
-        (next.error, next.shown_at_s) = (None, None);
+        (next.error, next.shown_at_s, next.verdict) = (None, None, None);
         self.show(decision, now)
     }
 
@@ -359,7 +376,7 @@ impl ScheduleEval {
             ScheduleRequest::Simulate { rate, from_s } => {
                 self.set_clock(decision, self.simulated(rate, from_s, now)?, by, now)?;
             }
-            ScheduleRequest::GetPlanTime => return Ok(()),
+            ScheduleRequest::GetPlanTime | ScheduleRequest::GetVerdict => return Ok(()),
             ScheduleRequest::SetActuals { file, source } => {
                 self.set_actuals(decision, file.as_ref(), source, now)?;
             }
@@ -379,7 +396,7 @@ impl ScheduleEval {
 /// What the history says of a request that is carried out; `None` for one that changes nothing.
 fn summary(next: &InForce, request: ScheduleRequest, plan_time_s: Option<i64>) -> Option<(HistoryKind, String)> {
     Some(match request {
-        ScheduleRequest::GetPlanTime => return None,
+        ScheduleRequest::GetPlanTime | ScheduleRequest::GetVerdict => return None,
         ScheduleRequest::SetActuals { file, source } => {
             let source = match source {
                 ActualsSource::Reported => "reported",
@@ -438,17 +455,24 @@ impl Decide for ScheduleEval {
     type InForce = InForce;
     type Outputs = ScheduleOutputs;
 
-    fn take(&mut self, ScheduleInput::Site(site): ScheduleInput) {
-        self.site = Some(site);
+    fn take(&mut self, input: ScheduleInput) {
+        match input {
+            ScheduleInput::Site(site) => {
+                self.candidate.take_if(|candidate| candidate.content_hash() == site.content_hash());
+                self.site = Some(site);
+            }
+            ScheduleInput::Candidate(candidate) => self.candidate = Some(candidate),
+        }
     }
 
     fn attach(&mut self, _: &Bus) -> Result<(), Failure> {
-        self.site = None;
+        (self.site, self.candidate) = (None, None);
         Ok(())
     }
 
     fn decide(&self, occasion: Occasion<'_, ScheduleRequest>, now: &Now<'_, Self>) -> Result<Decision<Self>, Failure> {
         let mut decision = Decision::of(self.in_force.clone());
+        let asks_for_verdict = matches!(occasion, Occasion::Request(ScheduleRequest::GetVerdict, _));
         let is_asked = matches!(occasion, Occasion::Request(..));
         match occasion {
             Occasion::Look => self.look(&mut decision, now)?,
@@ -456,7 +480,11 @@ impl Decide for ScheduleEval {
             Occasion::Request(request, Asked { by, .. }) => self.carry_out(&mut decision, request, *by, now)?,
         }
         decision.wake_in = decision.next.wake_in(now.machine);
-        Ok(if is_asked { decision.answered(Self::answer) } else { decision })
+        let answer = move |rules: &Self, now: &Now<'_, Self>| {
+            let verdict = rules.in_force.verdict.clone().filter(|_| asks_for_verdict);
+            ScheduleAnswer { verdict, ..rules.answer(now) }
+        };
+        Ok(if is_asked { decision.answered(answer) } else { decision })
     }
 
     fn become_in_force(&mut self, next: InForce) {
@@ -509,6 +537,7 @@ impl ScheduleEval {
             clock,
             progress,
             table: self.in_force.table.clone(),
+            verdict: None,
         }
     }
 }

@@ -330,7 +330,7 @@ impl Service for AlignService {
         Ok(self.done())
     }
 
-    fn answer(&mut self, request: AlignRequest, asked: &Asked) -> Result<Done<AlignAnswer>, Failure> {
+    fn answer(&mut self, request: AlignRequest, asked: &Asked) -> Result<Done<Option<AlignAnswer>>, Failure> {
         let by = asked.by;
         let answer = match request {
             AlignRequest::ReadSlamMap { file } => AlignAnswer::Search(self.read_map(&file, by)?),
@@ -350,7 +350,7 @@ impl Service for AlignService {
             AlignRequest::ListConfirmed => AlignAnswer::Confirmations(self.confirmations()),
         };
         self.proceed()?;
-        Ok(self.done().answered(answer))
+        Ok(self.done().answered(Some(answer)))
     }
 
     fn standing(&self) -> Standing {

@@ -8,8 +8,9 @@
 use bus::{Bus, Daemon, DeathAtLoan, InProcessBus, RawSubscriber};
 use daemon::{
     Asked, Caller, Clock, Committed, CurrentActivity, Decide, Disk, Event, Failure, HistoryEvent, Input, MachineTime,
-    Reporter, Request, Save, Service, SiteConfig, StateError, StateFolder,
+    Reporter, Request, Save, ScheduleRequest, ScheduleVerdict, Service, SiteConfig, StateError, StateFolder,
 };
+use ifc_ingest::judge::Judge;
 use ifc_ingest::service::Ingest;
 use rasterize::service::Rasterize;
 use schedule_eval::service::ScheduleEval;
@@ -110,6 +111,8 @@ pub enum End<T> {
     Done(T),
     /// It was refused or failed; why.
     Failed(String),
+    /// It is under way: [`Process::late_answer`] comes.
+    Waits,
     /// The process died.
     Died,
 }
@@ -120,17 +123,22 @@ struct Running<D: Decide> {
     subscribers: Vec<RawSubscriber>,
 }
 
+/// How a daemon starts.
+type Start<D> = Box<dyn Fn(&SiteConfig, CurrentActivity, MachineTime) -> Result<Committed<D>, Failure>>;
+
 /// A process that may run, and its disk.
 pub struct Process<D: Decide> {
-    start: fn(&SiteConfig, CurrentActivity, MachineTime) -> Result<Committed<D>, Failure>,
+    start: Start<D>,
     running: Option<Running<D>>,
     /// What happens to its disk.
     pub faults: Arc<Mutex<DiskFaults>>,
 }
 
 impl<D: Decide> Process<D> {
-    fn new(start: fn(&SiteConfig, CurrentActivity, MachineTime) -> Result<Committed<D>, Failure>) -> Self {
-        Self { start, running: None, faults: Arc::default() }
+    fn new(
+        start: impl Fn(&SiteConfig, CurrentActivity, MachineTime) -> Result<Committed<D>, Failure> + 'static,
+    ) -> Self {
+        Self { start: Box::new(start), running: None, faults: Arc::default() }
     }
 
     /// True while it runs.
@@ -148,9 +156,9 @@ impl<D: Decide> Process<D> {
         if self.running.is_some() {
             return End::Done(());
         }
-        let (start, faults) = (self.start, Arc::clone(&self.faults));
+        let faults = Arc::clone(&self.faults);
         let disk = SimulatedDisk { state: Arc::new(Mutex::new(StateFolder::at(&site.config.state))), faults };
-        let made = start(&site.config, CurrentActivity::default(), site.clock.now());
+        let made = (self.start)(&site.config, CurrentActivity::default(), site.clock.now());
         let service = match made {
             Ok(service) => service.driven_by(Box::new(disk), Box::new(site.clock.clone())),
             Err(why) => return End::Failed(daemon::chain(why.as_ref())),
@@ -204,7 +212,21 @@ impl<D: Decide> Process<D> {
     /// Asks it for something.
     pub fn ask(&mut self, request: D::Request) -> End<<D::Request as Request>::Answer> {
         let asked = Asked { by: Caller { uid: 7 }, reporter: Reporter::default() };
-        self.step(|running| Ok(running.service.answer(request, &asked)?.answer))
+        match self.step(|running| Ok(running.service.answer(request, &asked)?.answer)) {
+            End::Done(Some(answer)) => End::Done(answer),
+            End::Done(None) | End::Waits => End::Waits,
+            End::Failed(why) => End::Failed(why),
+            End::Died => End::Died,
+        }
+    }
+
+    /// What came of a request that waited; `None` as long as it does, [`End::Died`] if its process is gone.
+    pub fn late_answer(&mut self) -> Option<End<<D::Request as Request>::Answer>> {
+        let Some(running) = &mut self.running else { return Some(End::Died) };
+        Some(match running.service.late_answer()? {
+            Ok(answer) => End::Done(answer),
+            Err(why) => End::Failed(daemon::chain(why.as_ref())),
+        })
     }
 
     /// Asks it for the same so often, as a client does whose answers were lost; the last answer. What is in force is not known if it
@@ -241,6 +263,18 @@ pub struct Circumstances {
     pub clock: SimulatedClock,
 }
 
+/// What schedule-eval has said of a candidate, on its way to ifc-ingest.
+#[derive(Clone, Default)]
+struct Verdicts(Arc<Mutex<Option<ScheduleVerdict>>>);
+
+impl Judge for Verdicts {
+    fn attach(&mut self, _: &Bus) {}
+
+    fn verdict(&mut self, site_hash: u64) -> Option<ScheduleVerdict> {
+        self.0.lock().unwrap().clone().filter(|verdict| verdict.site_hash == site_hash)
+    }
+}
+
 /// The daemons of a site.
 pub struct Daemons {
     /// What they share.
@@ -253,6 +287,7 @@ pub struct Daemons {
     pub rasterize: Process<Rasterize>,
     /// Plans waypoints.
     pub waypoints: Process<WaypointGen>,
+    verdicts: Verdicts,
 }
 
 /// Those that take part.
@@ -287,9 +322,14 @@ impl Daemons {
     /// A site whose configuration lies in this folder, with all daemons stopped.
     pub fn of(toml: &str, home: &Path, clock: SimulatedClock) -> Self {
         let config = SiteConfig::parse(toml, home).unwrap();
+        let verdicts = Verdicts::default();
+        let judge = verdicts.clone();
         Self {
+            verdicts,
             shared: Circumstances { config, bus: InProcessBus::new(), clock },
-            ingest: Process::new(|config, activity, _| Ingest::start(config, activity)),
+            ingest: Process::new(move |config, activity, _| {
+                Ingest::start_judged(config, activity, Box::new(judge.clone()))
+            }),
             schedule: Process::new(ScheduleEval::start_at),
             rasterize: Process::new(|config, activity, _| Rasterize::start(config, activity)),
             waypoints: Process::new(|config, activity, _| WaypointGen::start(config, activity)),
@@ -319,6 +359,13 @@ impl Daemons {
 
     /// A heartbeat of a daemon has passed.
     pub fn tick(&mut self, daemon: Daemon) -> End<()> {
+        if daemon == Daemon::IfcIngest {
+            let verdict = match self.schedule.ask(ScheduleRequest::GetVerdict) {
+                End::Done(answer) => answer.verdict,
+                _ => None,
+            };
+            *self.verdicts.0.lock().unwrap() = verdict;
+        }
         each!(self, daemon, |process| process.tick())
     }
 

@@ -110,6 +110,10 @@ fn models() -> &'static Models {
             let started = daemons.start(daemon);
             assert!(matches!(started, End::Done(())), "{daemon}: {started:?}");
         }
+        for input in 0..2 {
+            daemons.deliver(Daemon::ScheduleEval, input);
+        }
+        daemons.tick(Daemon::IfcIngest);
         assert!(daemons.ingest.facts().unwrap().site.epoch > 0, "the first model is in force");
         models
     })
@@ -240,6 +244,8 @@ struct History {
     wanted: Wanted,
     /// What a request asked for whose process died before it answered: either may be in force.
     unanswered: Option<Wanted>,
+    /// What a request asked for whose client waits.
+    waits: Option<Wanted>,
     log: Vec<String>,
 }
 
@@ -255,7 +261,19 @@ impl History {
         let wanted =
             Wanted { plan_time: WantedTime::Fixed(START_MS / 1_000), robot: 0, progress: Vec::new(), model: 0 };
         let (dice, epochs) = (Dice(seed), BTreeMap::new());
-        Self { dice, fault, _home: home, daemons, clock, reader, epochs, wanted, unanswered: None, log: Vec::new() }
+        Self {
+            dice,
+            fault,
+            _home: home,
+            daemons,
+            clock,
+            reader,
+            epochs,
+            wanted,
+            unanswered: None,
+            waits: None,
+            log: Vec::new(),
+        }
     }
 
     fn run(mut self) -> Result<(), Violation> {
@@ -335,6 +353,7 @@ impl History {
         let input = self.dice.below(4);
         let end = match input {
             3 => format!("{daemon} ticks: {:?}", self.daemons.tick(daemon)),
+            _ if daemon == Daemon::IfcIngest => format!("{daemon} ticks: {:?}", self.daemons.tick(daemon)),
             input => format!("{daemon} takes input {input}: {:?}", self.daemons.deliver(daemon, input)),
         };
         self.note(end);
@@ -356,7 +375,7 @@ impl History {
     fn request(&mut self) -> Result<(), Violation> {
         let now_ms = self.clock.0.load(Ordering::Relaxed);
         let mut wanted = self.wanted.clone();
-        if self.unanswered.is_some() {
+        if self.unanswered.is_some() || self.waits.is_some() {
             // He asks what is in force first, which needs all daemons.
             return Ok(());
         }
@@ -408,8 +427,6 @@ impl History {
                     .daemons
                     .ingest
                     .ask_so_often(times, IngestRequest::Load { models, dry_run: false, force: true });
-                let is_in_force = |effect| effect == RevisionEffect::InForce;
-                assert!(!matches!(&end, End::Done(answer) if !is_in_force(answer.effect)), "{end:?}");
                 self.asked("load a model", end, wanted, |answer| Some(answer.site))
             }
             _ => {
@@ -450,6 +467,10 @@ impl History {
                 Ok(())
             }
             End::Failed(_) => Ok(()),
+            End::Waits => {
+                self.waits = Some(wanted);
+                Ok(())
+            }
             End::Died => {
                 self.unanswered = Some(wanted);
                 Ok(())
@@ -457,8 +478,21 @@ impl History {
         }
     }
 
+    /// Takes the answer to a load that waited for it.
+    fn late_answer(&mut self) -> Result<(), Violation> {
+        let Some(wanted) = self.waits.take() else { return Ok(()) };
+        let Some(end) = self.daemons.ingest.late_answer() else {
+            self.waits = Some(wanted);
+            return Ok(());
+        };
+        let is_in_force = |effect| effect == RevisionEffect::InForce;
+        assert!(!matches!(&end, End::Done(answer) if !is_in_force(answer.effect)), "{end:?}");
+        self.asked("load a model", end, wanted, |answer| Some(answer.site))
+    }
+
     /// A reader looks at the bus: no epoch falls, and what it takes for a set belongs together.
     fn look(&mut self) -> Result<(), Violation> {
+        self.late_answer()?;
         let Reader { topics: names, sets, newest } = &mut self.reader;
         for subscriber in names {
             let sample = subscriber.take().map_err(|why| daemon::chain(&why))?;

@@ -14,7 +14,9 @@ pub use align::{
 pub use ingest::{IngestAnswer, IngestRequest, Revision, RevisionEffect};
 pub use rasterize::{RasterizeAnswer, RasterizeRequest};
 pub use ros_bridge::RosBridgeRequest;
-pub use schedule::{ActualsSource, MAX_RATE, MIN_RATE, RateError, ScheduleAnswer, ScheduleRequest, checked_rate};
+pub use schedule::{
+    ActualsSource, MAX_RATE, MIN_RATE, RateError, ScheduleAnswer, ScheduleRequest, ScheduleVerdict, checked_rate,
+};
 pub use waypoints::{WaypointAnswer, WaypointRequest};
 pub use web::WebRequest;
 

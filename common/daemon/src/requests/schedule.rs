@@ -52,6 +52,8 @@ pub enum ScheduleRequest {
     },
     /// The plan time that is in effect; nothing changes.
     GetPlanTime,
+    /// What was found of the newest candidate for a site; nothing changes.
+    GetVerdict,
     /// Progress that was reported or observed, a CSV table with the columns id, start, finish; without a file there is
     /// none.
     SetActuals {
@@ -93,6 +95,18 @@ pub struct ScheduleAnswer {
     /// The table of reported progress in force, by its number and content; `None` before the first report.
     #[serde(default)]
     pub table: Option<String>,
+    /// What was found of a candidate, for who asks for it; `None` if nothing was yet.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub verdict: Option<ScheduleVerdict>,
+}
+
+/// Whether a candidate for a site has a schedule with the rules, files and progress in force.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ScheduleVerdict {
+    /// Content hash of the candidate.
+    pub site_hash: u64,
+    /// Why it has none; `None` if it has one.
+    pub refused: Option<String>,
 }
 
 impl Request for ScheduleRequest {

@@ -210,7 +210,7 @@ impl Service for WebService {
         Ok(Done::default())
     }
 
-    fn answer(&mut self, request: WebRequest, _asked: &Asked) -> Result<Done<()>, Failure> {
+    fn answer(&mut self, request: WebRequest, _asked: &Asked) -> Result<Done<Option<()>>, Failure> {
         match request {}
     }
 

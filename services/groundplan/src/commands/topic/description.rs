@@ -19,7 +19,7 @@ pub(super) fn hash_text(hash: u64) -> String {
 pub(super) fn describe(sample: &RawSample) -> Result<Value, ArchiveError> {
     let header = sample.header();
     let content = match sample.topic() {
-        TopicName::Site => {
+        TopicName::Site | TopicName::Candidate => {
             let site = Site::open(sample.bytes())?;
             let (elements, spaces, tasks) = (site.elements.len(), site.spaces.len(), site.schedule.tasks.len());
             json!({"elements": elements, "spaces": spaces, "map_storeys": site.map_storeys.len(), "tasks": tasks})
