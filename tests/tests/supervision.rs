@@ -84,8 +84,9 @@ fn a_service_whose_thread_waits_for_a_file_is_told_killed_and_started_again() {
     });
     wait_until(&live, "it is started again", |status| status["daemons"]["rasterize"]["process_id"] != before);
     drop(lock);
-    assert!(!command.wait().unwrap().success(), "what it asked for was lost with the daemon, or not answered");
+    assert!(command.wait().unwrap().success(), "what it asked for is asked for once more");
     live.wait_until_healthy();
+    assert_eq!(live.status().unwrap()["grids"]["robot"], "slim");
     live.down();
 }
 

@@ -69,7 +69,9 @@ impl Request for IngestRequest {
 
     fn may_be_sent_twice(&self) -> bool {
         match self {
-            Self::Load { .. } | Self::GetRevision => true,
+            Self::GetRevision => true,
+            // The files may be what the daemon died of.
+            Self::Load { .. } => false,
             // Another revision may wait by then.
             Self::Confirm | Self::Discard => false,
         }
