@@ -5,9 +5,9 @@ use super::peer::Peer;
 use super::{announce, demo_model, root};
 use serde_json::Value;
 use std::ffi::OsStr;
+use std::fs::File;
 use std::path::Path;
 use std::process::Command;
-use std::sync::atomic::{AtomicU16, Ordering};
 
 /// True, unless CycloneDDS cannot be had: then it says so.
 pub(crate) fn has_peer() -> bool {
@@ -18,10 +18,20 @@ pub(crate) fn has_peer() -> bool {
     made.status.success()
 }
 
-/// A domain that no other test of this process and hardly one of another has.
+/// A domain that no other test has as long as this process runs.
 pub(crate) fn domain() -> u16 {
-    static NUMBER: AtomicU16 = AtomicU16::new(0);
-    100 + (std::process::id() % 16) as u16 * 8 + NUMBER.fetch_add(1, Ordering::Relaxed) % 8
+    let mut domains = 100..228;
+    let free = domains.find(|domain| {
+        let path = std::env::temp_dir().join(format!("groundplan-test-domain-{domain}"));
+        let lock = File::create(path).unwrap();
+        let is_free = lock.try_lock().is_ok();
+        if is_free {
+            // The system gives it back when the process ends.
+            std::mem::forget(lock);
+        }
+        is_free
+    });
+    free.expect("as many domains as tests")
 }
 
 fn start(script: &str, domain: u16, more: &[&dyn AsRef<OsStr>]) -> Peer {
