@@ -120,8 +120,7 @@ impl RevisionReader {
     /// Evaluates what the models say of the schedule as schedule-eval will: their dates and their tasks. Where schedule files are in
     /// force, the tasks of the models are not, and nothing of theirs is a reason against the revision.
     fn check_schedule(&self, models: &[PathBuf], site: &Checked<payload::Site>) -> Result<(), Failure> {
-        let [actuals, observed] = progress_in_force(&self.state, parse_actuals)?;
-        let overrides = Overrides { actuals, observed, is_of_earlier_revision: true, ..Overrides::default() };
+        let overrides = Overrides::in_force(progress_in_force(&self.state, parse_actuals)?);
         let site = site.view();
         let no_tasks = TasksBuilder { head: TasksHead::of_site(&site), ..TasksBuilder::default() }.finish();
         let no_tasks = Tasks::open(no_tasks.bytes())?;

@@ -109,6 +109,18 @@ export function forgetDates() {
 }
 
 /**
+ * The answer of a live site to a question: what it is about, and names of rooms, doors or points. An error has the words of the
+ * server, which names what comes nearest to a wrong name.
+ * @param {string[]} path
+ * @returns {Promise<{answer: any, text: string}>}
+ */
+export async function loadAnswer(path) {
+  const answer = await fetch(`data/${path.map(encodeURIComponent).join("/")}`);
+  if (!answer.ok) throw new Error(await answer.text());
+  return answer.json();
+}
+
+/**
  * The GLB of a model as an ArrayBuffer.
  * @param {string} hash
  * @returns {Promise<ArrayBuffer>}

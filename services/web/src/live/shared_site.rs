@@ -1,14 +1,18 @@
 //! State that the service and the threads of the server share: the newest samples, and the documents made of them.
 
 use super::content_names::{model_name, tiles_name};
+use super::live_answers;
 use super::{ControlError, Feed, LiveSite, control};
+use crate::question::Question;
 use crate::source::{Bytes, ContentName, Source, SourceError, TileAddress, locked};
 use crate::tiles::{Extent, Layer, LayerCells, TileGrid, strength_of_class, strength_of_pixel};
+use answers::MapUse;
 use bus::GridSlot;
 use daemon::{SiteConfig, read_parsed};
 use export::ExportInput;
 use grid::pixel_of;
 use messages::Grid;
+use schedule::Timeline;
 use site_view::SiteSamples;
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard};
@@ -28,6 +32,8 @@ pub(crate) struct SharedSite {
     slam_picture: Mutex<Option<(ContentName, Bytes)>>,
     model: Mutex<Option<(ContentName, Bytes)>>,
     checked: Mutex<Instant>,
+    /// Whether the maps that are shown may be used, as viewers were told last.
+    maps: Mutex<MapUse>,
 }
 
 /// What was made of the newest samples.
@@ -38,6 +44,8 @@ pub(super) struct Documents {
     /// By key, the newest last.
     pub(super) dates: VecDeque<(String, Bytes)>,
     pub(super) tiles: Option<TileGrid>,
+    /// The schedule in force.
+    pub(super) timeline: Option<Arc<Timeline>>,
 }
 
 impl SharedSite {
@@ -50,6 +58,7 @@ impl SharedSite {
             slam_picture: Mutex::default(),
             model: Mutex::default(),
             checked: Mutex::new(Instant::now()),
+            maps: Mutex::new(MapUse::of(Some("whether they may be used was not looked at yet".to_owned()))),
         }
     }
 
@@ -61,6 +70,11 @@ impl SharedSite {
     /// How long ago they were.
     pub(super) fn unchecked_for(&self) -> Duration {
         locked(&self.checked).elapsed()
+    }
+
+    /// Viewers are told whether the maps may be used.
+    pub(super) fn set_maps(&self, maps: MapUse) {
+        *locked(&self.maps) = maps;
     }
 
     /// The newest samples.
@@ -155,6 +169,14 @@ impl Source for SharedSite {
             *kept = Some((name.clone(), Arc::clone(model)));
         }
         Ok(made)
+    }
+
+    fn answer(&self, question: &Question) -> Result<Bytes, SourceError> {
+        let maps = locked(&self.maps).clone();
+        let timeline = self.documents().timeline.clone();
+        let samples = self.samples();
+        let set = samples.set().ok_or(SourceError::NotYet)?;
+        live_answers::answer(question, &set, timeline.as_deref(), maps).map(Bytes::from)
     }
 }
 
