@@ -1,6 +1,6 @@
 //! Finds rooms, doors and points by the words of people.
 
-use diagnostics::{Called, UnknownName, called};
+use diagnostics::{Called, NothingCalled, called};
 use frames::{Map, Point2};
 use messages::{Site, SpaceRecord, space_flags};
 use waypoints::WayEnd;
@@ -10,7 +10,7 @@ use waypoints::WayEnd;
 pub enum FindError {
     /// No room or door has it.
     #[error(transparent)]
-    Unknown(#[from] UnknownName),
+    Unknown(#[from] NothingCalled),
     /// Several things have it.
     #[error("{wanted:?} are several: {}; name one by its GlobalId", found.join(", "))]
     Several {

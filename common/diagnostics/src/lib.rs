@@ -19,7 +19,7 @@ mod report;
 
 pub use code::DiagnosticCode;
 pub use counted::counted;
-pub use names::{Called, UnknownName, called};
+pub use names::{Called, NothingCalled, called};
 pub use nearest_names::{nearest_names, nearest_names_hint};
 pub use report::Report;
 

@@ -14,7 +14,7 @@ pub trait Called {
 /// Nothing is called so.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("there is no {kind} {wanted:?}{nearest}")]
-pub struct UnknownName {
+pub struct NothingCalled {
     /// What was looked for, e.g. `room`.
     pub kind: &'static str,
     /// The words.
@@ -28,7 +28,7 @@ pub struct UnknownName {
 ///
 /// # Errors
 /// There is none, with the nearest names, or GlobalIds where no name comes near.
-pub fn called<T: Called>(kind: &'static str, things: Vec<T>, wanted: &str) -> Result<Vec<T>, UnknownName> {
+pub fn called<T: Called>(kind: &'static str, things: Vec<T>, wanted: &str) -> Result<Vec<T>, NothingCalled> {
     let wanted = wanted.trim();
     let folded = wanted.to_lowercase();
     let is_named =
@@ -40,7 +40,7 @@ pub fn called<T: Called>(kind: &'static str, things: Vec<T>, wanted: &str) -> Re
         let near_name = nearest_names_hint(wanted, things.iter().flat_map(Called::names));
         let near_id = || nearest_names_hint(wanted, things.iter().map(Called::global_id));
         let nearest = if near_name.is_empty() { near_id() } else { near_name };
-        return Err(UnknownName { kind, wanted: wanted.to_owned(), nearest });
+        return Err(NothingCalled { kind, wanted: wanted.to_owned(), nearest });
     }
     Ok(things.into_iter().filter(is_meant).collect())
 }

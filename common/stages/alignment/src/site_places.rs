@@ -2,7 +2,7 @@
 
 use crate::place_hints::{Area, PlaceHint};
 use crate::rooms::Room;
-use diagnostics::{Called, UnknownName, called, counted};
+use diagnostics::{Called, NothingCalled, called, counted};
 use frames::metres;
 use grid::Class;
 use messages::{ElementRecord, Site};
@@ -55,7 +55,7 @@ pub enum UnknownPlace {
     },
     /// No such room.
     #[error(transparent)]
-    Room(#[from] UnknownName),
+    Room(#[from] NothingCalled),
     /// No floor is there.
     #[error("no storey has its floor within {HALF_STOREY_M} m of elevation {elevation_m} m: floors are at {floors} m")]
     Elevation {
@@ -172,7 +172,7 @@ impl SitePlaces {
             return Err(UnknownPlace::NoSite);
         }
         let portals = called("stair, ramp or lift", self.portals.iter().collect(), wanted);
-        let unknown = |UnknownName { wanted, nearest, .. }| UnknownPlace::Portal {
+        let unknown = |NothingCalled { wanted, nearest, .. }| UnknownPlace::Portal {
             wanted,
             among: counted(self.portals.len(), "portal"),
             nearest,

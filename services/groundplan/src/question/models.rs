@@ -35,7 +35,7 @@ pub(super) struct Drawing<'a> {
 /// # Errors
 /// Bad arguments, models that cannot be read, dates that can be read in two ways, maps that cannot be drawn.
 pub(super) fn answer<Q: Question>(arguments: &QuestionArgs, question: &Q) -> Result<Outcome, Failure> {
-    output_folder::refuse(&arguments.models, &question.command())?;
+    output_folder::refuse(&arguments.models, &question.command(), arguments.date.as_deref())?;
     let robot = arguments.robot.robot()?;
     let options = arguments.waypoint_options()?.unwrap_or_default();
     let schedule = ScheduleInput::read(&arguments.schedule)?;

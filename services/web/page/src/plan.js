@@ -146,7 +146,7 @@ function wirePointer() {
   map.on("click", ({ latlng, containerPoint }) => {
     if (state.picking !== null) {
       const { lat: y, lng: x } = latlng;
-      update({ [state.picking]: `${x.toFixed(2)},${y.toFixed(2)},${state.storey}`, picking: null });
+      update({ [state.picking]: `${x.toFixed(2)},${y.toFixed(2)},${state.storey}`, picking: null, tab: "way", sheet: "way" });
       return;
     }
     const waypoint = pickWaypoint(map, latlng);

@@ -3,9 +3,9 @@
 //! Requests name a date, a storey or a hash, never a path: the paths are those that the manifests list.
 
 use super::folder::{MapFile, MapsFolder};
-use super::kept::Kept;
 use super::map_image::MapImage;
 use crate::documents::{DateDocument, SiteDocument, SiteHead, add_date};
+use crate::kept::Kept;
 use crate::question::Question;
 use crate::source::{Bytes, ContentName, Source, SourceError, TileAddress, json, locked};
 use crate::tiles::{LayerCells, TileGrid};

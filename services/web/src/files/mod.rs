@@ -5,7 +5,6 @@
 
 mod checked_folder;
 mod folder;
-mod kept;
 mod map_image;
 mod maps;
 

@@ -120,7 +120,7 @@ impl WebService {
             self.instants_s = timeline.instants_s().to_vec();
             let mut documents = self.shared.documents();
             (documents.site, documents.calendar, documents.tiles) = (Some(site), Some(calendar), Some(head.tiles()));
-            documents.timeline = Some(Arc::new(timeline));
+            documents.set_schedule(timeline);
             drop(documents);
             self.made_of = Some(inputs);
             self.shared.tell("site", &json!({"site": set.site.content_hash().to_string()}));

@@ -3,11 +3,12 @@
 use super::content_names::{model_name, tiles_name};
 use super::live_answers;
 use super::{ControlError, Feed, LiveSite, control};
+use crate::kept::Kept;
 use crate::question::Question;
 use crate::source::{Bytes, ContentName, Source, SourceError, TileAddress, locked};
 use crate::tiles::{Extent, Layer, LayerCells, TileGrid, strength_of_class, strength_of_pixel};
 use answers::MapUse;
-use bus::GridSlot;
+use bus::{CheckedSample, GridSlot};
 use daemon::{SiteConfig, read_parsed};
 use export::ExportInput;
 use grid::pixel_of;
@@ -19,6 +20,9 @@ use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::{Duration, Instant};
 use tokio::sync::watch;
 use world::WorldOptions;
+
+/// Answers that are kept, in bytes.
+const MAX_KEPT_ANSWERS: usize = 4 << 20;
 
 /// Documents of dates that viewers may still ask for.
 const N_DATES: usize = 8;
@@ -34,7 +38,13 @@ pub(crate) struct SharedSite {
     checked: Mutex<Instant>,
     /// Whether the maps that are shown may be used, as viewers were told last.
     maps: Mutex<MapUse>,
+    /// Answers about the maps that are shown. Who makes one holds it, so that one is made at a time.
+    answers: Mutex<Kept<AnswerKey, Bytes>>,
 }
+
+/// What an answer is of: number of the schedule, site, schedule state, grids and mission plan by their hashes, whether they may be
+/// used, and the question.
+type AnswerKey = ([u64; 5], MapUse, Question);
 
 /// What was made of the newest samples.
 #[derive(Default)]
@@ -44,8 +54,8 @@ pub(super) struct Documents {
     /// By key, the newest last.
     pub(super) dates: VecDeque<(String, Bytes)>,
     pub(super) tiles: Option<TileGrid>,
-    /// The schedule in force.
-    pub(super) timeline: Option<Arc<Timeline>>,
+    /// The schedule in force, with a number that no other has.
+    pub(super) schedule: (u64, Option<Arc<Timeline>>),
 }
 
 impl SharedSite {
@@ -59,6 +69,7 @@ impl SharedSite {
             model: Mutex::default(),
             checked: Mutex::new(Instant::now()),
             maps: Mutex::new(MapUse::of(Some("whether they may be used was not looked at yet".to_owned()))),
+            answers: Mutex::new(Kept::of(MAX_KEPT_ANSWERS)),
         }
     }
 
@@ -123,6 +134,11 @@ impl SharedSite {
 }
 
 impl Documents {
+    /// Takes the schedule in force.
+    pub(super) fn set_schedule(&mut self, timeline: Timeline) {
+        self.schedule = (self.schedule.0 + 1, Some(Arc::new(timeline)));
+    }
+
     /// Adds a date, and gives up the oldest one.
     pub(super) fn add_date(&mut self, key: String, document: Bytes) {
         self.dates.retain(|(known, _)| *known != key);
@@ -172,11 +188,19 @@ impl Source for SharedSite {
     }
 
     fn answer(&self, question: &Question) -> Result<Bytes, SourceError> {
-        let maps = locked(&self.maps).clone();
-        let timeline = self.documents().timeline.clone();
+        let mut answers = locked(&self.answers);
+        let (maps, (schedule, timeline)) = (locked(&self.maps).clone(), self.documents().schedule.clone());
         let samples = self.samples();
         let set = samples.set().ok_or(SourceError::NotYet)?;
-        live_answers::answer(question, &set, timeline.as_deref(), maps).map(Bytes::from)
+        let plan = set.mission_plan.map_or(0, CheckedSample::content_hash);
+        let hashes = [schedule, set.site.content_hash(), set.state.content_hash(), set.index.content_hash(), plan];
+        let key = (hashes, maps.clone(), question.clone());
+        if let Some(answer) = answers.get(&key) {
+            return Ok(answer);
+        }
+        let answer = Bytes::from(live_answers::answer(question, &set, timeline.as_deref(), maps)?);
+        answers.insert(key, Arc::clone(&answer), answer.len());
+        Ok(answer)
     }
 }
 
