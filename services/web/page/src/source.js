@@ -4,6 +4,7 @@
 const FILES = document.documentElement.dataset.source === "files";
 const DATES_KEPT = 24;
 const RETRY_MS = 500;
+const ANSWER_TRIES = 20;
 
 const waiting = new Map(); // name -> {resolve, reject}, scripts on their way
 const dates = new Map(); // key -> promise of the document, oldest first
@@ -115,9 +116,13 @@ export function forgetDates() {
  * @returns {Promise<{answer: any, text: string}>}
  */
 export async function loadAnswer(path) {
-  const answer = await fetch(`data/${path.map(encodeURIComponent).join("/")}`);
-  if (!answer.ok) throw new Error(await answer.text());
-  return answer.json();
+  for (let tries = 1; ; tries++) {
+    const answer = await fetch(`data/${path.map(encodeURIComponent).join("/")}`);
+    if (answer.ok) return answer.json();
+    // Between two dates there is no whole set of maps.
+    if (answer.status !== 503 || tries === ANSWER_TRIES) throw new Error(await answer.text());
+    await new Promise((resume) => setTimeout(resume, RETRY_MS));
+  }
 }
 
 /**
