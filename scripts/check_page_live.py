@@ -77,6 +77,26 @@ def no_date_is_set_without_permission(browser, live):
 
 
 @fact
+def a_room_says_why_it_is_closed_and_a_way_leads_from_a_point_to_a_room(browser, live):
+    live.run("date", "2024-05-01T00:00:00")
+    rooms = get_json(f"{live.url}data/site.json")["spaces"]
+    room = {space["name"]: global_id for global_id, space in rooms.items()}
+    browser.open(f"{live.url}#storey=0&select={room['G.13']}")
+    browser.wait_for_text("this robot may not enter it", "3.1 Windows", "2024-05-08T17:00:00")
+    live.run("date", "2024-06-20T00:00:00")
+    browser.wait_for_text("20 Jun 2024", "this robot may enter it")
+    # The middle of the plan is in no wall.
+    browser.open(f"{live.url}#storey=0&tab=way&to={room['G.02']}")
+    browser.wait_for_text("20 Jun 2024")
+    browser.named("button", "Point on the plan").click()
+    browser.run("""const plan = document.getElementById("plan"), box = plan.getBoundingClientRect();
+        const at = {bubbles: true, clientX: box.x + box.width / 2, clientY: box.y + box.height / 2};
+        for (const kind of ["mousedown", "mouseup", "click"]) plan.dispatchEvent(new MouseEvent(kind, at));""")
+    browser.wait_for_text("way from", "G.D04 plant room", "maps of epoch")
+    browser.shot("live-way")
+
+
+@fact
 def a_killed_daemon_is_told_and_told_well_again(browser, live):
     browser.open(live.url)
     until("the site is well", lambda: browser.run("return document.getElementById('services-state').textContent") and not alerts(browser))

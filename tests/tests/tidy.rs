@@ -53,6 +53,7 @@ const ALLOWED: [(&str, &[&str]); 34] = [
     (
         "web",
         &[
+            "answers",
             "bus",
             "daemon",
             "export",

@@ -161,6 +161,46 @@ fn the_page_of_the_daemons_shows_what_that_of_files_shows_at_the_same_date() {
 }
 
 #[test]
+fn the_page_of_the_daemons_answers_what_the_client_answers_and_that_of_files_names_the_command() {
+    let live = site("");
+    let address = page_of(&live);
+    live.text(&[&"date", &"2024-05-01"]);
+    Events::of(&address).wait_for("date", |event| event["at"] == "2024-05-01T00:00:00");
+    Events::of(&address).wait_for("status", |event| event["stale"] == false);
+    let asked = |words: &[&str]| -> Value {
+        let words: Vec<&dyn AsRef<std::ffi::OsStr>> = words.iter().map(|w| w as &dyn AsRef<std::ffi::OsStr>).collect();
+        let output = live.run(&[&words[..], &[&"--only-now", &"--json"]].concat());
+        serde_json::from_slice(&output.stdout).unwrap_or_else(|_| panic!("{output:?}"))
+    };
+    for (path, words) in [
+        ("data/room/G.13", &["room", "G.13"][..]),
+        ("data/door/G.D04%20plant%20room", &["door", "G.D04 plant room"]),
+        ("data/way/G.02/G.10", &["way", "G.02", "G.10"]),
+        ("data/way/3.5,2.0,0/G.13", &["way", "3.5,2.0,0", "G.13"]),
+    ] {
+        let told = document(&address, path);
+        let mut expected = asked(words);
+        // The page draws no maps of later dates.
+        expected["changes"] = Value::Null;
+        assert_eq!(told["answer"], expected, "{path}");
+        assert!(told["text"].as_str().unwrap().contains("maps of epoch"), "{told}");
+    }
+    let room = document(&address, "data/room/G.13");
+    assert_eq!(room["answer"]["closed_by"][0]["task"]["identification"], "3.1");
+    assert!(room["text"].as_str().unwrap().contains("works in it until 2024-05-08T17:00:00"), "{room}");
+    for path in ["data/room/G.99", "data/way/G.02/G.99"] {
+        let (status, why) = ask(&address, "GET", path, "");
+        let why = String::from_utf8(why).unwrap();
+        assert!(status == 404 && why.starts_with("there is no room \"G.99\"; nearest: \"G.09\""), "{why}");
+    }
+
+    let maps = convert(&demo_model(), &["--date", "2024-05-01"]);
+    let files = Server::view(&["--out", maps.path().to_str().unwrap()]);
+    let (status, why) = ask(&files.address, "GET", "data/room/G.13", "");
+    assert!(status == 404 && String::from_utf8_lossy(&why).contains("groundplan room 'G.13' demo.ifc"), "{why:?}");
+}
+
+#[test]
 fn a_viewer_is_told_of_dead_daemons_and_cannot_change_anything_unasked() {
     let live = site("");
     let address = page_of(&live);

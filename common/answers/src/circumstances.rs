@@ -1,5 +1,7 @@
 //! Circumstances of an answer: what it is about, at which plan time, for which robot, and whether the maps may be used.
 
+use crate::named::{date_text, optional_date_text};
+use messages::{Grids, RobotProfile, ScheduleState, Site};
 use schemars::JsonSchema;
 use serde::Serialize;
 use std::fmt;
@@ -65,7 +67,51 @@ pub struct MapUse {
     pub why_not: Option<String>,
 }
 
+impl MapUse {
+    /// Of the reason why they may not be used, if there is one.
+    pub fn of(why_not: Option<String>) -> Self {
+        Self { may_be_used: why_not.is_none(), why_not }
+    }
+}
+
 impl Circumstances {
+    /// Of the maps that a running site publishes.
+    pub fn of_running(
+        site: &Site<'_>,
+        schedule_state: &ScheduleState<'_>,
+        index: &Grids<'_>,
+        resolution_m: Option<f64>,
+        (epochs, maps): (Epochs, MapUse),
+    ) -> Self {
+        let robot = (index.robot_name, &index.head.robot);
+        let of_maps = Self::of_maps(AnswerBasis::RunningSite, site, schedule_state, robot, resolution_m);
+        Self { epochs: Some(epochs), maps: Some(maps), ..of_maps }
+    }
+
+    /// Of maps that were drawn for an answer, for a robot with its name.
+    pub fn of_maps(
+        of: AnswerBasis,
+        site: &Site<'_>,
+        schedule_state: &ScheduleState<'_>,
+        (robot, profile): (&str, &RobotProfile),
+        resolution_m: Option<f64>,
+    ) -> Self {
+        let head = schedule_state.head;
+        Self {
+            of,
+            models: site.sources.iter().map(|source| site.text(source.file).to_owned()).collect(),
+            plan_time: head.plan_time().map(|at| date_text(at.civil_seconds())),
+            plan_until: head.plan_until().map(|at| date_text(at.civil_seconds())),
+            valid_until: optional_date_text(head.valid_until_s),
+            robot: robot.to_owned(),
+            robot_radius_m: profile.radius_m,
+            resolution_m,
+            frame_epoch: site.head.frame_epoch,
+            epochs: None,
+            maps: None,
+        }
+    }
+
     /// False if these are the maps of a running site, and they may not be used.
     pub fn may_be_used(&self) -> bool {
         self.maps.as_ref().is_none_or(|maps| maps.may_be_used)

@@ -2,8 +2,9 @@
 
 use crate::circumstances::Circumstances;
 use crate::dated_task::{DatedTask, tasks_of};
+use crate::findings::{Finding, findings_about};
 use crate::later::Later;
-use crate::named::{ElementRef, Finding, RoomRef, StoreyRef, findings, optional_date_text};
+use crate::named::{ElementRef, RoomRef, StoreyRef, optional_date_text};
 use crate::situation::Situation;
 use export::rounded;
 use frames::TENTHS_PER_M;
@@ -109,7 +110,7 @@ pub fn door(situation: &Situation<'_>, door: usize) -> DoorAnswer {
         sides_with_floor: passage.as_ref().map(|passage| passage.sides_with_floor),
         changes: None,
         tasks: situation.timeline.map(|timeline| tasks_of(situation, timeline, in_work)),
-        findings: findings(situation, site.text(site.elements[element].global_id)),
+        findings: findings_about(situation, site.text(site.elements[element].global_id)),
     }
 }
 

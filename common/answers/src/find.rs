@@ -1,29 +1,16 @@
 //! Finds rooms, doors and points by the words of people.
 
-use diagnostics::nearest_names_hint;
+use diagnostics::{Called, NothingCalled, called};
 use frames::{Map, Point2};
-use messages::{Site, space_flags};
+use messages::{Site, SpaceRecord, space_flags};
 use waypoints::WayEnd;
 
 /// A name that stands for nothing of the site, or for several things.
 #[derive(Debug, thiserror::Error)]
 pub enum FindError {
-    /// No room has it.
-    #[error("there is no room {wanted:?}{nearest}")]
-    Room {
-        /// What was asked for.
-        wanted: String,
-        /// The nearest names, as the end of the message; may be empty.
-        nearest: String,
-    },
-    /// No door has it.
-    #[error("there is no door {wanted:?}{nearest}")]
-    Door {
-        /// What was asked for.
-        wanted: String,
-        /// The nearest names, as the end of the message; may be empty.
-        nearest: String,
-    },
+    /// No room or door has it.
+    #[error(transparent)]
+    Unknown(#[from] NothingCalled),
     /// Several things have it.
     #[error("{wanted:?} are several: {}; name one by its GlobalId", found.join(", "))]
     Several {
@@ -54,43 +41,55 @@ pub struct FoundPlace {
 /// GlobalIds in an error; more are counted.
 const MAX_LISTED: usize = 8;
 
+/// A room or door with its place among those of the site.
+struct Found<'s> {
+    place: usize,
+    global_id: &'s str,
+    names: Vec<String>,
+}
+
+impl Called for Found<'_> {
+    fn global_id(&self) -> &str {
+        self.global_id
+    }
+
+    fn names(&self) -> Vec<&str> {
+        self.names.iter().map(String::as_str).collect()
+    }
+}
+
+/// The one of some things that a word stands for; `tell` says what tells one from the others.
+fn one_of(
+    kind: &'static str,
+    things: Vec<Found<'_>>,
+    wanted: &str,
+    tell: impl Fn(usize) -> String,
+) -> Result<usize, FindError> {
+    let found = called(kind, things, wanted)?;
+    match &found[..] {
+        [one] => Ok(one.place),
+        _ => {
+            let label = |thing: &Found<'_>| format!("{} ({})", thing.global_id, tell(thing.place));
+            Err(several(wanted.trim(), found.iter().map(label).collect()))
+        }
+    }
+}
+
 /// The space with a GlobalId, name (often a number), long name, or both as outputs write them; case counts in GlobalIds only.
 ///
 /// # Errors
 /// None, with the nearest names, or several, with their GlobalIds. Gross areas count only by GlobalId.
 pub fn find_room(site: &Site<'_>, wanted: &str) -> Result<usize, FindError> {
-    let wanted = wanted.trim();
-    let spaces = || site.spaces.iter().enumerate();
-    if let Some((space, _)) = spaces().find(|(_, space)| site.text(space.global_id) == wanted) {
-        return Ok(space);
-    }
-    let names = |space: usize| {
-        let record = &site.spaces[space];
-        let both = export::space_name(site, space as u32).unwrap_or_default();
-        [site.text(record.name).to_owned(), site.text(record.long_name).to_owned(), both]
+    let room = |(place, record): (usize, &SpaceRecord)| {
+        let both = export::space_name(site, place as u32).unwrap_or_default();
+        let names = vec![site.text(record.name).to_owned(), site.text(record.long_name).to_owned(), both];
+        let has_names = !record.has(space_flags::METADATA_ONLY);
+        Found { place, global_id: site.text(record.global_id), names: if has_names { names } else { Vec::new() } }
     };
-    let folded = wanted.to_lowercase();
-    let is_named =
-        |space: usize| names(space).iter().any(|name| !name.is_empty() && name.trim().to_lowercase() == folded);
-    let rooms = || spaces().filter(|(_, space)| !space.has(space_flags::METADATA_ONLY)).map(|(k, _)| k);
-    let found: Vec<usize> = rooms().filter(|space| is_named(*space)).collect();
-    match found[..] {
-        [space] => Ok(space),
-        [] => {
-            let all: Vec<String> = rooms().flat_map(names).collect();
-            let ids = site.spaces.iter().map(|space| site.text(space.global_id));
-            let nearest = nearest_names_hint(wanted, all.iter().map(String::as_str).chain(ids));
-            Err(FindError::Room { wanted: wanted.to_owned(), nearest })
-        }
-        _ => {
-            let storey = |space: usize| {
-                let storey = site.map_storeys.get(site.spaces[space].map_storey as usize);
-                storey.map_or("on no map", |storey| site.text(storey.name))
-            };
-            let label = |space: &usize| format!("{} ({})", site.text(site.spaces[*space].global_id), storey(*space));
-            Err(several(wanted, found.iter().map(label).collect()))
-        }
-    }
+    one_of("room", site.spaces.iter().enumerate().map(room).collect(), wanted, |space| {
+        let storey = site.map_storeys.get(site.spaces[space].map_storey as usize);
+        storey.map_or("on no map", |storey| site.text(storey.name)).to_owned()
+    })
 }
 
 /// The door (its place among those of the site) with a GlobalId or name.
@@ -98,35 +97,15 @@ pub fn find_room(site: &Site<'_>, wanted: &str) -> Result<usize, FindError> {
 /// # Errors
 /// As [`find_room`].
 pub fn find_door(site: &Site<'_>, wanted: &str) -> Result<usize, FindError> {
-    let wanted = wanted.trim();
-    let element = |door: usize| &site.elements[site.doors[door].element as usize];
-    let doors = 0..site.doors.len();
-    if let Some(door) = doors.clone().find(|door| site.text(element(*door).global_id) == wanted) {
-        return Ok(door);
-    }
-    let folded = wanted.to_lowercase();
-    let is_named = |door: &usize| {
-        let name = site.text(element(*door).name).trim().to_lowercase();
-        !name.is_empty() && name == folded
+    let door = |place: usize| {
+        let element = &site.elements[site.doors[place].element as usize];
+        Found { place, global_id: site.text(element.global_id), names: vec![site.text(element.name).to_owned()] }
     };
-    let found: Vec<usize> = doors.clone().filter(is_named).collect();
-    match found[..] {
-        [door] => Ok(door),
-        [] => {
-            let names = doors.clone().flat_map(|door| [element(door).name, element(door).global_id]);
-            let nearest = nearest_names_hint(wanted, names.map(|text| site.text(text)));
-            Err(FindError::Door { wanted: wanted.to_owned(), nearest })
-        }
-        _ => {
-            let label = |door: &usize| {
-                let rooms = site.doors[*door].spaces.iter().filter_map(|space| export::space_name(site, *space));
-                let rooms: Vec<String> = rooms.collect();
-                let between = if rooms.is_empty() { "no room".to_owned() } else { rooms.join(" and ") };
-                format!("{} (at {between})", site.text(element(*door).global_id))
-            };
-            Err(several(wanted, found.iter().map(label).collect()))
-        }
-    }
+    one_of("door", (0..site.doors.len()).map(door).collect(), wanted, |door| {
+        let rooms = site.doors[door].spaces.iter().filter_map(|space| export::space_name(site, *space));
+        let rooms: Vec<String> = rooms.collect();
+        if rooms.is_empty() { "at no room".to_owned() } else { format!("at {}", rooms.join(" and ")) }
+    })
 }
 
 fn several(wanted: &str, mut found: Vec<String>) -> FindError {

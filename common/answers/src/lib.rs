@@ -11,6 +11,9 @@
 //! | what stands and which rooms are open at a date, and how probable that is | [`states`] |
 //! | what changes: at every change instant, between two dates, by a revision of the plan | [`changes`] |
 //! | when the tasks are, what they act on, what is wrong with them | [`tasks`] |
+//! | which scans a room has, what each sees, or why it has none | [`scans()`], [`ScansAnswer`] |
+//! | what was found wrong, assumed, replaced or left out | [`findings`] |
+//! | which processes of a site run, what they do and say, and whether its maps may be used | [`processes`] |
 //! | where is a door, can this robot pass it, when does that change | [`door()`], [`DoorAnswer`] |
 //!
 //! Rooms, doors and points are named as people name them ([`find_room`], [`find_door`], [`find_place`]); what is not found is an
@@ -21,6 +24,8 @@
 //! checked.
 
 pub mod changes;
+pub mod findings;
+pub mod processes;
 pub mod states;
 pub mod tasks;
 
@@ -35,6 +40,7 @@ mod missing;
 mod named;
 mod room;
 mod room_text;
+mod scans;
 mod situation;
 mod way;
 mod way_text;
@@ -43,9 +49,11 @@ pub use circumstances::{AnswerBasis, Circumstances, Epochs, MapUse};
 pub use dated_task::DatedTask;
 pub use door::{DoorAnswer, DoorReason, RoomBeside, door, is_passable, passage_of};
 pub use find::{FindError, FoundPlace, find_door, find_place, find_room};
+pub use findings::Finding;
 pub use later::Later;
 pub use missing::Missing;
-pub use named::{ElementRef, Finding, RoomRef, StoreyRef, TaskRef, date_text, optional_date_text};
-pub use room::{ClosedBy, DoorOfRoom, RoomAnswer, RoomPeriod, ScanOfRoom, may_enter, room};
+pub use named::{ElementRef, RoomRef, StoreyRef, TaskRef, date_text, optional_date_text};
+pub use room::{ClosedBy, DoorOfRoom, RoomAnswer, RoomPeriod, ScanOfRoom, may_enter, room, state_for_robot};
+pub use scans::{ScanPose, ScansAnswer, scans};
 pub use situation::Situation;
 pub use way::{DoorOnWay, PlaceAnswer, WayAnswer, WayLegAnswer, way, way_exists};

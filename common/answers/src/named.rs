@@ -1,7 +1,6 @@
-//! Elements, rooms, storeys, tasks and findings as answers name them.
+//! Elements, rooms, storeys and tasks as answers name them.
 
-use crate::situation::Situation;
-use messages::{DiagnosticRecord, NONE, Severity, Site, Text, plan_time};
+use messages::{NONE, Site, plan_time};
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -56,24 +55,6 @@ pub struct TaskRef {
     pub identification: Option<String>,
     /// Name; null if it has none.
     pub name: Option<String>,
-}
-
-/// Something about the input, or about what was made of it.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
-pub struct Finding {
-    /// `warning` or `error`.
-    pub severity: &'static str,
-    /// Stable code for programs.
-    pub code: &'static str,
-    /// One sentence for people.
-    pub message: String,
-}
-
-impl Finding {
-    /// For people, in a line.
-    pub(crate) fn line(&self) -> String {
-        format!("{}: {}: {}", self.severity, self.code, self.message)
-    }
 }
 
 fn some_text(text: &str) -> Option<String> {
@@ -140,29 +121,4 @@ impl TaskRef {
 /// A name with its GlobalId in brackets, or that alone.
 pub(crate) fn label(name: Option<&str>, global_id: &str) -> String {
     name.map_or_else(|| global_id.to_owned(), |name| format!("{name} ({global_id})"))
-}
-
-/// Warnings and errors of model, schedule and mission plan about a GlobalId.
-pub(crate) fn findings(situation: &Situation<'_>, global_id: &str) -> Vec<Finding> {
-    let Situation { site, schedule_state, mission_plan, .. } = *situation;
-    let mut all = findings_about(global_id, site.diagnostics, |text| site.text(text));
-    all.extend(findings_about(global_id, schedule_state.diagnostics, |text| schedule_state.text(text)));
-    all.extend(findings_about(global_id, mission_plan.diagnostics, |text| mission_plan.text(text)));
-    all
-}
-
-/// Warnings and errors among the diagnostics about one GlobalId.
-fn findings_about<'a>(
-    global_id: &str,
-    diagnostics: &[DiagnosticRecord],
-    text: impl Fn(Text) -> &'a str,
-) -> Vec<Finding> {
-    let about = diagnostics.iter().filter(|d| d.severity.get() > Severity::Info && text(d.global_id) == global_id);
-    about
-        .map(|d| Finding {
-            severity: d.severity.get().name(),
-            code: d.code.get().name(),
-            message: text(d.message).to_owned(),
-        })
-        .collect()
 }

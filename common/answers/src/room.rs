@@ -3,12 +3,14 @@
 use crate::circumstances::Circumstances;
 use crate::dated_task::{DatedTask, tasks_of};
 use crate::door::is_passable;
+use crate::findings::{Finding, findings_about};
 use crate::later::Later;
-use crate::named::{ElementRef, Finding, RoomRef, StoreyRef, date_text, findings};
+use crate::named::{ElementRef, RoomRef, StoreyRef, date_text};
+use crate::scans::scans_in;
 use crate::situation::Situation;
 use export::rounded;
 use frames::metres;
-use messages::{DoorPassageRecord, MissionPlan, NONE, SpaceAccess, SpaceState, WaypointKind};
+use messages::{DoorPassageRecord, MissionPlan, NONE, SpaceAccess, SpaceState};
 use schedule::{Period, Timeline};
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -130,7 +132,7 @@ pub fn room(situation: &Situation<'_>, space: usize) -> RoomAnswer {
         doors: doors(situation, space),
         scans: scans(mission_plan, space),
         tasks: situation.timeline.map(|timeline| tasks_of(situation, timeline, |t| t.spaces.contains(&(space as u32)))),
-        findings: findings(situation, site.text(record.global_id)),
+        findings: findings_about(situation, site.text(record.global_id)),
     }
 }
 
@@ -141,6 +143,13 @@ pub fn may_enter(mission_plan: &MissionPlan<'_>, space: usize) -> Option<bool> {
         SpaceAccess::NoWay | SpaceAccess::Closed => Some(false),
         SpaceAccess::NotJudged => None,
     }
+}
+
+/// State of a room for a robot: `reached` or `no_way` where the schedule has it open, else the state by the schedule, `blocked` or
+/// `open`; of the words that documents have for the two.
+pub fn state_for_robot<'a>(by_schedule: &'a str, access: Option<&'a str>) -> &'a str {
+    let known = [SpaceAccess::Reached, SpaceAccess::NoWay].map(|access| access.name().unwrap_or_default());
+    access.filter(|access| known.contains(access)).unwrap_or(by_schedule)
 }
 
 fn not_judged<'a>(mission_plan: &MissionPlan<'a>, space: usize) -> &'a str {
@@ -190,13 +199,10 @@ fn doors(situation: &Situation<'_>, space: usize) -> Vec<DoorOfRoom> {
 }
 
 fn scans(mission_plan: &MissionPlan<'_>, space: usize) -> Vec<ScanOfRoom> {
-    let here = mission_plan.waypoints.iter().filter(|w| w.kind == WaypointKind::Scan && w.space as usize == space);
-    let mut scans: Vec<_> = here.collect();
-    scans.sort_by_key(|scan| scan.order);
     let scan = |w: &messages::WaypointRecord| ScanOfRoom {
         id: w.id,
         at_m: w.position_in_map_m.map(rounded),
         yaw_rad: w.yaw_rad,
     };
-    scans.into_iter().map(scan).collect()
+    scans_in(mission_plan, space).into_iter().map(scan).collect()
 }

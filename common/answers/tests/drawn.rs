@@ -170,7 +170,7 @@ fn names_find_one_thing_or_say_what_is_near() {
         assert_eq!((find_room(site, " B ").unwrap(), find_room(site, "space-b").unwrap()), (1, 1));
         let unknown = find_room(site, "space-d").unwrap_err();
         assert!(unknown.to_string().contains("nearest"), "{unknown}");
-        assert!(matches!(find_door(site, "door-7"), Err(FindError::Door { .. })));
+        assert!(matches!(find_door(site, "door-7"), Err(FindError::Unknown(_))));
         let end = |words: &str| find_place(site, words).map(|place| place.end);
         let WayEnd::Point { map_storey, at } = end("1.5,2,1").unwrap() else { panic!() };
         assert_eq!((map_storey, at.x_m(), at.y_m()), (1, 1.5, 2.0));
@@ -179,7 +179,7 @@ fn names_find_one_thing_or_say_what_is_near() {
             let unknown = end(words).unwrap_err().to_string();
             assert!(unknown.contains("0 \"Storey 0\", 1 \"Storey 1\""), "{unknown}");
         }
-        assert!(matches!(end("1.5,inf,0"), Err(FindError::Room { .. })));
+        assert!(matches!(end("1.5,inf,0"), Err(FindError::Unknown(_))));
     });
     with(&House::drawn(&[GROUND]), |situation| {
         let place = find_place(situation.site, "1.5,2").unwrap();

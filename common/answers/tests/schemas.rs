@@ -11,5 +11,7 @@ fn schemas_are_current() {
     check::<answers::WayAnswer>("way");
     check::<answers::RoomAnswer>("room");
     check::<answers::DoorAnswer>("door");
+    check::<answers::ScansAnswer>("scans");
+    check::<answers::findings::FindingsAnswer>("findings");
     check::<answers::tasks::TaskList<'_>>("tasks");
 }

@@ -4,8 +4,8 @@
 //! people. A [`Report`] collects them with a limit per code. Codes are one enumeration for all stages, because files and
 //! archives show them side by side.
 //!
-//! What sentences for people have in common is here, too: counts with their noun ([`counted`]), and the names that come nearest
-//! to a mistyped one ([`nearest_names`]).
+//! What sentences for people have in common is here, too: counts with their noun ([`counted`]), what people mean by a word
+//! ([`called`]), and the names that come nearest to a mistyped one ([`nearest_names`]).
 //!
 //! # Guarantees
 //!
@@ -13,11 +13,13 @@
 
 mod code;
 mod counted;
+mod names;
 mod nearest_names;
 mod report;
 
 pub use code::DiagnosticCode;
 pub use counted::counted;
+pub use names::{Called, NothingCalled, called};
 pub use nearest_names::{nearest_names, nearest_names_hint};
 pub use report::Report;
 

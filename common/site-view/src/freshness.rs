@@ -66,6 +66,17 @@ pub enum MapState {
     },
 }
 
+impl MapState {
+    /// Why the maps may not be used; `None` if they may, but for outdated storeys.
+    pub fn why_not(self) -> Option<String> {
+        match self {
+            Self::Fresh { .. } => None,
+            Self::Unknown => Some("it is not known whether they are those of the daemons".to_owned()),
+            Self::Stale { reason } => Some(reason),
+        }
+    }
+}
+
 /// What the daemons hold, and what was passed on; nothing is known by default.
 #[derive(Debug, Default)]
 pub struct Freshness {

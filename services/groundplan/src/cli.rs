@@ -1,9 +1,9 @@
 //! The command line: all commands. Arguments, help and work of each are in its own file.
 
 use crate::commands::{
-    actuals, align, changes, completions, confirm, convert, date, deviations, doctor, door, down, export, keeper, link,
-    load, log, man, metrics, monitor, record, relay, robot, room, slam_map, states, status, tasks, topic, undo, up,
-    view, way, waypoints,
+    actuals, align, changes, completions, confirm, convert, date, deviations, doctor, door, down, export, findings,
+    keeper, link, load, log, man, metrics, monitor, record, relay, robot, room, scans, slam_map, states, status, tasks,
+    topic, undo, up, view, way, waypoints,
 };
 use crate::failure::Failure;
 use crate::run::{Outcome, Run};
@@ -37,6 +37,10 @@ pub enum Command {
     Room(room::Args),
     /// Show where a door is, whether this robot can pass it and when that changes
     Door(door::Args),
+    /// Show where the robot scans in a room and what each scan sees, or why there is none
+    Scans(scans::Args),
+    /// List what model and schedule lack: errors, warnings, what is assumed, replaced or on no map
+    Findings(findings::Args),
     /// Show which elements a planner's schedule works on, and what of both fits nothing; write the table that completes it
     Link(link::Args),
     /// Find the pose of a robot's SLAM map in the model's: of files, or of the map that the running daemon follows
@@ -119,6 +123,8 @@ impl Command {
             Self::Way(arguments) => arguments,
             Self::Room(arguments) => arguments,
             Self::Door(arguments) => arguments,
+            Self::Scans(arguments) => arguments,
+            Self::Findings(arguments) => arguments,
             Self::Link(arguments) => arguments,
             Self::Align(arguments) => arguments,
             Self::Up(arguments) => arguments,

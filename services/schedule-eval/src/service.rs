@@ -73,8 +73,7 @@ impl ScheduleEval {
         let plan_time = PlanTimeSetting::open(config, rules.site_zone.as_ref(), now)?;
         let usable_rules_file = StateFile::at(&config.state, "evaluated-rules.json")?;
         let mended_progress = mend_progress(&config.state)?;
-        let [actuals, observed] = progress_in_force(&config.state, parse_actuals)?;
-        let overrides = Overrides { actuals, observed, is_of_earlier_revision: true, ..Overrides::default() };
+        let overrides = Overrides::in_force(progress_in_force(&config.state, parse_actuals)?);
         let [table, _] = tables_of_state(&config.state)?;
         let in_force = InForce {
             files: ScheduleFiles::open(config, &rules)?,

@@ -7,6 +7,9 @@
 //!   daemons go through the same functions: `Source` (`src/source.rs`) is all that the server knows of either.
 //! - Whether a room is open to the robot is what the mission plan says; the page judges nothing itself. Live, the calendar
 //!   has the schedule's states alone, because there are mission plans of the present date only.
+//! - What a state, a change or a finding is, and what a room, a door or a way is for the robot, is said by `answers`, in its
+//!   words; of a running site `data/room/ROOM`, `data/door/DOOR` and `data/way/FROM/TO` are what `groundplan room`, `door` and
+//!   `way` print, of the maps that are shown. One is made at a time, and kept while the maps are the same. Maps of later dates are not drawn for the page.
 //! - Maps are tiles of 512 pixels on one tile grid for all storeys (`src/tiles.rs`); a pixel of an upper level shows the
 //!   strongest of its cells, so that an obstacle of one cell is seen. Their addresses are hashes of all that they are made of
 //!   (`ContentName`): what does not change with the date is not sent again, and only what has such an address is kept by
@@ -35,14 +38,16 @@
 //! - page: events, control, who may look: `src/server/events.rs`, `src/server/control.rs`, `src/server/access.rs`,
 //!   `src/token.rs`
 //! - page: files of an output folder, checked: `src/files/checked_folder.rs`, `src/files/maps.rs`
-//! - page: findings: `src/documents/findings.rs`
+//! - page: questions of viewers: `src/question.rs`, `src/live/live_answers.rs`
 
 mod arguments;
 mod documents;
 mod files;
+mod kept;
 mod live;
 mod page;
 mod page_folder;
+mod question;
 mod server;
 mod source;
 mod tiles;

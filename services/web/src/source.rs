@@ -1,6 +1,8 @@
 //! The source of the page's documents: files, or the running daemons.
 
+use crate::question::Question;
 use crate::tiles::{Extent, Layer, TileGrid, TilePlace};
+use answers::FindError;
 use serde::Serialize;
 use sha2::{Digest, Sha256};
 use std::fmt;
@@ -127,6 +129,12 @@ pub(crate) trait Source: Send + Sync {
     /// # Errors
     /// See [`SourceError`].
     fn model(&self, name: &ContentName) -> Result<Option<Bytes>, SourceError>;
+
+    /// The answer to a question about the site at the date that it shows.
+    ///
+    /// # Errors
+    /// See [`SourceError`].
+    fn answer(&self, question: &Question) -> Result<Bytes, SourceError>;
 }
 
 /// Why there are no documents.
@@ -176,6 +184,15 @@ pub(crate) enum SourceError {
     /// Samples or options that cannot be used.
     #[error("the maps of the daemons cannot be shown")]
     Live(#[source] Box<dyn std::error::Error + Send + Sync>),
+    /// A name in a question that stands for nothing, or for several things.
+    #[error(transparent)]
+    Unknown(#[from] FindError),
+    /// A question that takes more than an output folder holds.
+    #[error("an output folder holds no model to answer from: ask the client, {command}")]
+    NotHeld {
+        /// The command that answers.
+        command: String,
+    },
     /// A folder without maps.
     #[error("{} holds no maps: groundplan convert writes them", folder.display())]
     NoMaps {

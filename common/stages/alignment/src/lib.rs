@@ -176,7 +176,7 @@ pub use place_hints::{Area, PlaceHint, align_maps_within};
 pub use pose_field::{HOLDS_M, LocalPose, PoseExtent, PoseField};
 pub use prepared_map::PreparedMap;
 pub use reference::{ReferenceError, References};
-pub use rooms::{Room, UnknownRoom};
+pub use rooms::Room;
 pub use scale::Scale;
 pub use scale_search::align_maps_at_any_scale;
 pub use score::CornersInSight;

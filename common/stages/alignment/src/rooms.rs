@@ -1,6 +1,6 @@
 //! Rooms of a site, by which places are named.
 
-use diagnostics::nearest_names_hint;
+use diagnostics::Called;
 use frames::metres;
 use messages::{NONE, Site, SpaceRecord, space_flags};
 
@@ -19,16 +19,6 @@ pub struct Room {
     pub area_m2: f64,
     /// Rings of its floor polygon, in metres in the model's map: what lies in an odd number of them lies in the room.
     pub rings_m: Vec<Vec<[f64; 2]>>,
-}
-
-/// No room has this number, name or GlobalId.
-#[derive(Debug, thiserror::Error)]
-#[error("there is no room {wanted:?}{nearest}")]
-pub struct UnknownRoom {
-    /// What was asked for.
-    wanted: String,
-    /// The nearest names, as the end of the message; may be empty.
-    nearest: String,
 }
 
 impl Room {
@@ -78,22 +68,14 @@ pub(crate) fn room_at(rooms: &[Room], map_storey: u32, point: [f64; 2]) -> Optio
     rooms.iter().filter(holds).min_by(|a, b| a.area_m2.total_cmp(&b.area_m2))
 }
 
-/// The rooms with this number, name or GlobalId; several may share a name. Case counts in a GlobalId only.
-///
-/// # Errors
-/// There is none; the message has the nearest names.
-pub(crate) fn rooms_named<'r>(rooms: &'r [Room], wanted: &str) -> Result<Vec<&'r Room>, UnknownRoom> {
-    let folded = wanted.trim().to_lowercase();
-    let is_named = |room: &&Room| {
-        room.global_id == wanted
-            || [&room.name, &room.long_name].iter().any(|name| name.trim().to_lowercase() == folded)
-    };
-    let found: Vec<&Room> = rooms.iter().filter(is_named).collect();
-    if !found.is_empty() && !folded.is_empty() {
-        return Ok(found);
+impl Called for &Room {
+    fn global_id(&self) -> &str {
+        &self.global_id
     }
-    let names = rooms.iter().flat_map(|room| [room.name.as_str(), room.long_name.as_str()]);
-    Err(UnknownRoom { wanted: wanted.to_owned(), nearest: nearest_names_hint(wanted, names) })
+
+    fn names(&self) -> Vec<&str> {
+        vec![&self.name, &self.long_name]
+    }
 }
 
 #[cfg(test)]
@@ -133,19 +115,5 @@ mod tests {
         let at = |point, storey| room_at(&rooms, storey, point).map(Room::label);
         assert_eq!([at([1.5, 1.5], 0), at([2.5, 1.5], 0), at([4.0, 4.5], 0)], [Some("booth"), Some("court"), None]);
         assert_eq!(at([1.5, 1.5], 1), None);
-    }
-
-    #[test]
-    fn rooms_are_found_by_number_name_and_global_id_and_an_unknown_one_is_told_with_the_nearest() {
-        let rooms = [("U.04", "Office"), ("U.09", "office"), ("U.10", "")].map(|(n, l)| room(n, l, [0.0; 4]));
-        let labels = |wanted| {
-            let found = rooms_named(&rooms, wanted).map_err(|error| error.to_string())?;
-            Ok::<_, String>(found.iter().map(|room| room.label().to_owned()).collect::<Vec<_>>())
-        };
-        assert_eq!(labels("u.04 ").unwrap(), ["U.04"]);
-        assert_eq!(labels("Office").unwrap(), ["U.04", "U.09"]);
-        assert_eq!(labels("id-U.10").unwrap(), ["U.10"]);
-        assert_eq!(labels("U.08").unwrap_err(), "there is no room \"U.08\"; nearest: \"U.04\", \"U.09\"");
-        assert_eq!(labels("").unwrap_err(), "there is no room \"\"");
     }
 }

@@ -1,8 +1,8 @@
 //! Place hints of a site: rooms, floors of storeys, stairs, ramps and lifts by name, height or GlobalId.
 
 use crate::place_hints::{Area, PlaceHint};
-use crate::rooms::{Room, UnknownRoom, rooms_named};
-use diagnostics::{counted, nearest_names_hint};
+use crate::rooms::Room;
+use diagnostics::{Called, NothingCalled, called, counted};
 use frames::metres;
 use grid::Class;
 use messages::{ElementRecord, Site};
@@ -18,6 +18,16 @@ pub struct Portal {
     pub is_lift: bool,
     /// Corners of the upright box around it in `map`, in metres.
     pub bounds_m: [[f64; 3]; 2],
+}
+
+impl Called for &Portal {
+    fn global_id(&self) -> &str {
+        &self.global_id
+    }
+
+    fn names(&self) -> Vec<&str> {
+        vec![&self.name]
+    }
 }
 
 /// Places of a site.
@@ -45,7 +55,7 @@ pub enum UnknownPlace {
     },
     /// No such room.
     #[error(transparent)]
-    Room(#[from] UnknownRoom),
+    Room(#[from] NothingCalled),
     /// No floor is there.
     #[error("no storey has its floor within {HALF_STOREY_M} m of elevation {elevation_m} m: floors are at {floors} m")]
     Elevation {
@@ -131,7 +141,7 @@ impl SitePlaces {
             true => format!("start in room {wanted}"),
             false => format!("x {x_m} m, y {y_m} m in room {wanted}"),
         };
-        let rooms = rooms_named(&self.rooms, wanted)?;
+        let rooms = called("room", self.rooms.iter().collect(), wanted)?;
         let areas = rooms.into_iter().map(|room| Area::Room { in_slam_m, room: room.clone() }).collect();
         Ok(PlaceHint { label, areas })
     }
@@ -161,26 +171,21 @@ impl SitePlaces {
         if self.floors.is_empty() {
             return Err(UnknownPlace::NoSite);
         }
-        let folded = wanted.trim().to_lowercase();
-        let is_named = |portal: &&Portal| portal.global_id == wanted || portal.name.trim().to_lowercase() == folded;
-        let areas: Vec<Area> = self
-            .portals
-            .iter()
-            .filter(|portal| !folded.is_empty() && is_named(portal))
-            .map(|portal| {
-                let [lo, hi] = portal.bounds_m;
-                let ends = self.floors.iter().filter(|(_, floor_m)| {
-                    portal.is_lift || (lo[2] - LANDING_M <= *floor_m && *floor_m <= hi[2] + LANDING_M)
-                });
-                let map_storeys = ends.map(|(storey, _)| *storey).collect();
-                Area::Beside { map_storeys, bounds_m: [[lo[0], lo[1]], [hi[0], hi[1]]] }
-            })
-            .collect();
-        if areas.is_empty() {
-            let names = self.portals.iter().map(|portal| portal.name.as_str());
-            let (wanted, nearest) = (wanted.to_owned(), nearest_names_hint(wanted, names));
-            return Err(UnknownPlace::Portal { wanted, among: counted(self.portals.len(), "portal"), nearest });
-        }
+        let portals = called("stair, ramp or lift", self.portals.iter().collect(), wanted);
+        let unknown = |NothingCalled { wanted, nearest, .. }| UnknownPlace::Portal {
+            wanted,
+            among: counted(self.portals.len(), "portal"),
+            nearest,
+        };
+        let area = |portal: &Portal| {
+            let [lo, hi] = portal.bounds_m;
+            let ends = self.floors.iter().filter(|(_, floor_m)| {
+                portal.is_lift || (lo[2] - LANDING_M <= *floor_m && *floor_m <= hi[2] + LANDING_M)
+            });
+            let map_storeys = ends.map(|(storey, _)| *storey).collect();
+            Area::Beside { map_storeys, bounds_m: [[lo[0], lo[1]], [hi[0], hi[1]]] }
+        };
+        let areas = portals.map_err(unknown)?.into_iter().map(area).collect();
         Ok(PlaceHint { label: format!("portal {wanted}"), areas })
     }
 }

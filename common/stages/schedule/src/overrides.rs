@@ -24,6 +24,11 @@ pub struct Overrides {
 }
 
 impl Overrides {
+    /// Progress of a running site, reported and observed: it may be of an earlier revision of the model.
+    pub fn in_force([actuals, observed]: [Vec<Actual>; 2]) -> Self {
+        Self { actuals, observed, is_of_earlier_revision: true, delays: Vec::new() }
+    }
+
     /// True if effective states may differ from planned ones.
     pub(crate) fn has_reports(&self) -> bool {
         !(self.actuals.is_empty() && self.observed.is_empty())

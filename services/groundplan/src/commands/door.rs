@@ -50,6 +50,10 @@ impl Question for Args {
     type Found = usize;
     type Answer = DoorAnswer;
 
+    fn command(&self) -> Vec<&str> {
+        vec!["door", &self.door]
+    }
+
     fn find(&self, site: &Site<'_>) -> Result<usize, FindError> {
         find_door(site, &self.door)
     }

@@ -4,11 +4,12 @@ use crate::args::SiteArgs;
 use crate::failure::Failure;
 use crate::lag::lags;
 use crate::run::{Outcome, Run};
+use crate::wait::seen_process;
+use answers::processes::ProcessAnswer;
 use bus::{Daemon, Stamp};
 use daemon::facts::{AlignFacts, IngestFacts, RasterizeFacts, ScheduleFacts};
 use daemon::{Report, SiteConfig, SiteProcess, StatusBoard, StopSignal, write_durably};
 use serde::de::{DeserializeOwned, IgnoredAny};
-use site_view::SILENT_AFTER;
 use std::fmt::Write;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -84,10 +85,7 @@ fn text(config: &SiteConfig, board: &StatusBoard) -> String {
 
 fn of_processes(metrics: &mut Metrics, config: &SiteConfig, board: &StatusBoard) {
     let label = |process: SiteProcess| format!("{{daemon=\"{process}\"}}");
-    let is_up = |process: SiteProcess| {
-        let report = board.report::<IgnoredAny>(process);
-        board.is_alive(process) && report.is_some_and(|r| r.age() < SILENT_AFTER)
-    };
+    let is_up = |process| ProcessAnswer::of(seen_process(board, process)).is_up();
     let up = board.processes(config).map(|process| (label(process), f64::from(u8::from(is_up(process)))));
     metrics.family("up", "gauge", "1 if the process lives and reports", up);
     let reports: Vec<(SiteProcess, Report<IgnoredAny>)> =

@@ -49,6 +49,10 @@ impl Question for Args {
     type Found = usize;
     type Answer = RoomAnswer;
 
+    fn command(&self) -> Vec<&str> {
+        vec!["room", &self.room]
+    }
+
     fn find(&self, site: &Site<'_>) -> Result<usize, FindError> {
         find_room(site, &self.room)
     }

@@ -5,7 +5,8 @@ use crate::date_argument;
 use crate::failure::Failure;
 use crate::lag::{Lag, lags};
 use crate::run::{Outcome, Run};
-use crate::wait::require_up;
+use crate::wait::{require_up, seen_process};
+use answers::processes::{ProcessAnswer, ProcessHealth};
 use bus::Daemon;
 use daemon::facts::{
     AlignFacts, AlignmentSummary, IngestFacts, ModelFile, RasterizeFacts, ScheduleFacts, WaypointFacts,
@@ -15,16 +16,8 @@ use diagnostics::counted;
 use schemars::JsonSchema;
 use serde::Serialize;
 use serde::de::{DeserializeOwned, IgnoredAny};
-use site_view::SILENT_AFTER;
 use std::collections::BTreeMap;
 use std::fmt::Write;
-use std::time::Duration;
-
-/// The activity of a process that lives and reports nothing.
-const HANGS: &str = "hangs";
-
-/// A job of less time is not worth a word.
-const LONG_S: f64 = 3.0;
 
 /// Arguments of `status`.
 #[derive(Debug, Clone, clap::Args)]
@@ -44,7 +37,7 @@ struct Status {
     /// True if every process runs with nothing to tell, neither error nor warning, nothing lags, and there are grids and a mission plan.
     healthy: bool,
     /// The daemons by name, with `keeper` and `relay` if these have begun.
-    daemons: BTreeMap<&'static str, ProcessStatus>,
+    daemons: BTreeMap<&'static str, ProcessAnswer>,
     /// The site that is published; null before the first.
     site: Option<SiteStatus>,
     /// How the plan time stands; null while schedule-eval has not begun.
@@ -60,37 +53,6 @@ struct Status {
     lags: Vec<Lag>,
     /// The settings in force, and where each comes from.
     settings: Vec<SettingInForce>,
-}
-
-#[derive(Debug, Serialize, JsonSchema)]
-struct ProcessStatus {
-    /// True if its process lives.
-    alive: bool,
-    /// Its process; 0 if it left.
-    process_id: u32,
-    /// What it was doing at its last report; `silent` without one, `hangs` if its process lives and reports nothing.
-    #[serde(rename = "stage")]
-    activity: String,
-    /// Seconds since its last report; null without one.
-    age_s: Option<f64>,
-    /// How often it died and was started again.
-    restarts: u32,
-    /// Resident memory in bytes.
-    memory_bytes: u64,
-    /// Why its output is not what its inputs ask for, or what it failed to do last.
-    error: Option<String>,
-    /// What an operator should know although nothing failed.
-    warning: Option<String>,
-    /// What it works on, or worked on at its last report; null while it is idle.
-    busy: Option<BusyStatus>,
-}
-
-#[derive(Debug, Serialize, JsonSchema)]
-struct BusyStatus {
-    /// The job, in words.
-    job: String,
-    /// For how long, in seconds.
-    for_s: f64,
 }
 
 #[derive(Debug, Serialize, JsonSchema)]
@@ -148,56 +110,6 @@ impl Run for Args {
     }
 }
 
-impl ProcessStatus {
-    fn of(board: &StatusBoard, process: SiteProcess) -> Self {
-        let alive = board.is_alive(process);
-        match board.report(process) {
-            Some(report) => Self::of_report(alive, report),
-            None => Self {
-                alive,
-                process_id: 0,
-                activity: "silent".to_owned(),
-                age_s: None,
-                restarts: 0,
-                memory_bytes: 0,
-                error: None,
-                warning: None,
-                busy: None,
-            },
-        }
-    }
-
-    fn of_report(alive: bool, report: Report<IgnoredAny>) -> Self {
-        let age = report.age();
-        let Report { process_id, restarts, memory_bytes, error, warning, activity, busy, .. } = report;
-        let busy = busy.filter(|_| alive);
-        Self {
-            alive,
-            process_id: if alive { process_id } else { 0 },
-            activity: match (alive, age >= SILENT_AFTER) {
-                (false, _) => "dead".to_owned(),
-                (true, true) => HANGS.to_owned(),
-                (true, false) => activity,
-            },
-            age_s: Some(tenths(age)),
-            restarts,
-            memory_bytes,
-            error,
-            warning,
-            busy: busy.map(|busy| BusyStatus { for_s: tenths(busy.duration()), job: busy.job }),
-        }
-    }
-
-    fn is_well(&self) -> bool {
-        self.alive && self.activity != HANGS && self.error.is_none() && self.warning.is_none()
-    }
-}
-
-/// Seconds, to a tenth.
-fn tenths(duration: Duration) -> f64 {
-    (duration.as_secs_f64() * 10.0).round() / 10.0
-}
-
 /// Facts of a daemon from its last report, also if it is dead: what it published is there.
 fn facts<F: DeserializeOwned>(board: &StatusBoard, daemon: Daemon) -> Option<F> {
     board.report(daemon).map(|report: Report<F>| report.facts)
@@ -248,35 +160,21 @@ impl Status {
             matches!(process, SiteProcess::Daemon(_)) || board.report::<IgnoredAny>(*process).is_some()
         };
         let processes = board.processes(config).filter(is_shown);
-        let daemons: BTreeMap<&'static str, ProcessStatus> =
-            processes.map(|process| (process.name(), ProcessStatus::of(board, process))).collect();
+        let daemons: BTreeMap<&'static str, ProcessAnswer> =
+            processes.map(|process| (process.name(), ProcessAnswer::of(seen_process(board, process)))).collect();
         let lags = lags(board);
         let healthy = lags.is_empty()
             && grids.is_some()
             && mission_plan.is_some()
-            && daemons.values().all(ProcessStatus::is_well);
+            && daemons.values().all(|process| process.health() == ProcessHealth::Ok);
         let alignment = align.and_then(|facts| facts.alignment);
         Self { healthy, daemons, site, clock, grids, mission_plan, alignment, lags, settings }
     }
 
     fn text(&self) -> String {
         let mut out = String::new();
-        for (name, daemon) in &self.daemons {
-            let megabytes = daemon.memory_bytes / 1_000_000;
-            let _ = write!(out, "{name:<14} {:<10} process {:<8} {megabytes} MB", daemon.activity, daemon.process_id);
-            if let Some(age_s) = daemon.age_s.filter(|_| !daemon.alive || daemon.activity == HANGS) {
-                let _ = write!(out, ", last seen {age_s} s ago");
-            }
-            if let Some(BusyStatus { job, for_s }) = daemon.busy.as_ref().filter(|busy| busy.for_s >= LONG_S) {
-                let _ = write!(out, ", busy with {job} for {for_s:.0} s");
-            }
-            if daemon.restarts > 0 {
-                let _ = write!(out, ", started again {}", counted(daemon.restarts as usize, "time"));
-            }
-            out.push('\n');
-            for words in daemon.error.iter().chain(&daemon.warning) {
-                let _ = writeln!(out, "  {words}");
-            }
+        for process in self.daemons.values() {
+            out.push_str(&process.text());
         }
         for Lag { daemon, of, for_s } in &self.lags {
             let _ = writeln!(out, "{daemon} lags: what it published is not of {of}, for {for_s:.0} s");

@@ -59,6 +59,10 @@ impl Question for Args {
     type Found = [FoundPlace; 2];
     type Answer = WayAnswer;
 
+    fn command(&self) -> Vec<&str> {
+        vec!["way", &self.from, &self.to]
+    }
+
     fn find(&self, site: &Site<'_>) -> Result<Self::Found, FindError> {
         Ok([find_place(site, &self.from)?, find_place(site, &self.to)?])
     }

@@ -19,6 +19,9 @@ pub(crate) trait Question: Sync {
     /// Its answer.
     type Answer: Answer;
 
+    /// The command that asks it, with what it is about.
+    fn command(&self) -> Vec<&str>;
+
     /// Finds what it is about in a site.
     ///
     /// # Errors
@@ -44,10 +47,12 @@ pub(crate) trait Answer: Serialize {
     fn verdict(&self) -> Option<bool>;
 
     /// True if it matters when the answer changes.
-    fn wants_later(&self) -> bool;
+    fn wants_later(&self) -> bool {
+        false
+    }
 
-    /// Sets when the answer changes.
-    fn set_changes(&mut self, changes: Later);
+    /// Sets when the answer changes, if that matters.
+    fn set_changes(&mut self, _changes: Later) {}
 
     /// What it is made of.
     fn circumstances(&self) -> &Circumstances;

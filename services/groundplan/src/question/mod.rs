@@ -4,6 +4,7 @@ mod args;
 mod asked;
 mod later;
 mod models;
+mod output_folder;
 mod running;
 
 pub(crate) use args::QuestionArgs;

@@ -3,15 +3,16 @@
 use super::args::QuestionArgs;
 use super::asked::{Answer, Question, outcome_of};
 use super::later::LaterMaps;
+use super::output_folder;
 use crate::args::ScheduleInput;
 use crate::date_argument;
 use crate::failure::Failure;
 use crate::maps::{MapInputs, with_maps};
 use crate::progress_line::ProgressLine;
 use crate::run::Outcome;
-use answers::{AnswerBasis, Circumstances, Later, Situation, date_text, optional_date_text};
+use answers::{AnswerBasis, Circumstances, Later, Situation};
 use daemon::Robot;
-use messages::{ScheduleState, ScheduleStateBuilder, ScheduleStateHead, Site};
+use messages::{ScheduleState, ScheduleStateBuilder, Site};
 use raster::Rasterizer;
 use schedule::{Period, Timeline};
 use waypoints::MissionPlanOptions;
@@ -34,6 +35,7 @@ pub(super) struct Drawing<'a> {
 /// # Errors
 /// Bad arguments, models that cannot be read, dates that can be read in two ways, maps that cannot be drawn.
 pub(super) fn answer<Q: Question>(arguments: &QuestionArgs, question: &Q) -> Result<Outcome, Failure> {
+    output_folder::refuse(&arguments.models, &question.command(), arguments.date.as_deref())?;
     let robot = arguments.robot.robot()?;
     let options = arguments.waypoint_options()?.unwrap_or_default();
     let schedule = ScheduleInput::read(&arguments.schedule)?;
@@ -94,7 +96,13 @@ impl Drawing<'_> {
         let schedule_state = ScheduleState::open(schedule_state.bytes()).map_err(Failure::work)?;
         progress.stage("slicing");
         let mut rasterizer = Rasterizer::new(site, &robot.profile, self.resolution_m).map_err(Failure::work)?;
-        let circumstances = self.circumstances(schedule_state.head);
+        let circumstances = Circumstances::of_maps(
+            self.basis,
+            site,
+            &schedule_state,
+            (&robot.name, &robot.profile),
+            Some(self.resolution_m),
+        );
         let options = question.options(site, found, self.options.clone());
         let inputs = MapInputs { site, schedule_state: &schedule_state, robot, options: &options, progress };
         let mut answer = with_maps(&inputs, &mut rasterizer, |maps| {
@@ -131,25 +139,4 @@ impl Drawing<'_> {
         }
         Ok(answer)
     }
-
-    fn circumstances(&self, head: &ScheduleStateHead) -> Circumstances {
-        Circumstances {
-            of: self.basis,
-            models: model_names(self.site),
-            plan_time: head.plan_time().map(|at| date_text(at.civil_seconds())),
-            plan_until: head.plan_until().map(|at| date_text(at.civil_seconds())),
-            valid_until: optional_date_text(head.valid_until_s),
-            robot: self.robot.name.clone(),
-            robot_radius_m: self.robot.profile.radius_m,
-            resolution_m: Some(self.resolution_m),
-            frame_epoch: self.site.head.frame_epoch,
-            epochs: None,
-            maps: None,
-        }
-    }
-}
-
-/// Base names of the model files of a site.
-pub(super) fn model_names(site: &Site<'_>) -> Vec<String> {
-    site.sources.iter().map(|source| site.text(source.file).to_owned()).collect()
 }

@@ -3,13 +3,13 @@
 use super::args::QuestionArgs;
 use super::asked::{Answer, Question, outcome_of};
 use super::later::LaterMaps;
-use super::models::{Drawing, model_names};
+use super::models::Drawing;
 use crate::date_argument;
 use crate::failure::Failure;
 use crate::progress_line::ProgressLine;
 use crate::run::Outcome;
 use crate::wait::{Expectation, join};
-use answers::{AnswerBasis, Circumstances, Epochs, Later, MapUse, Situation, date_text, optional_date_text};
+use answers::{AnswerBasis, Circumstances, Epochs, Later, MapUse, Situation};
 use bus::{Daemon, Stamp};
 use daemon::{Robot, SiteConfig, StatusBoard, progress_in_force, rules_in_force};
 use jiff::Timestamp;
@@ -17,7 +17,7 @@ use jiff::tz::TimeZone;
 use messages::{EdgeKind, MissionPlan, Site, StoreyEntry};
 use raster::Rasterizer;
 use schedule::{Overrides, Rules, Timeline, evaluate, parse_actuals};
-use site_view::{Freshness, MapState, MapsInUse, SiteSet, SiteSetReader, SiteViews};
+use site_view::{Freshness, MapsInUse, SiteSet, SiteSetReader, SiteViews};
 use std::time::Duration;
 use waypoints::MissionPlanOptions;
 
@@ -101,24 +101,14 @@ fn published<Q: Question>(
     let mission_plan = mission_plan.as_ref().ok_or_else(|| Failure::work("there are no maps yet"))?;
     let head = state.head;
     let epoch = |header: &messages::SampleHeader| header.epoch;
-    let circumstances = Circumstances {
-        of: AnswerBasis::RunningSite,
-        models: model_names(site),
-        plan_time: head.plan_time().map(|at| date_text(at.civil_seconds())),
-        plan_until: head.plan_until().map(|at| date_text(at.civil_seconds())),
-        valid_until: optional_date_text(head.valid_until_s),
-        robot: drawing.robot.name.clone(),
-        robot_radius_m: drawing.robot.profile.radius_m,
-        resolution_m: Some(drawing.resolution_m),
-        frame_epoch: site.head.frame_epoch,
-        epochs: Some(Epochs {
-            site: epoch(set.site.bytes().header()),
-            schedule_state: epoch(set.state.bytes().header()),
-            grids: epoch(set.index.bytes().header()),
-            mission_plan: set.mission_plan.map_or(0, |sample| epoch(sample.bytes().header())),
-        }),
-        maps: Some(map_use(set, config)?),
+    let epochs = Epochs {
+        site: epoch(set.site.bytes().header()),
+        schedule_state: epoch(set.state.bytes().header()),
+        grids: epoch(set.index.bytes().header()),
+        mission_plan: set.mission_plan.map_or(0, |sample| epoch(sample.bytes().header())),
     };
+    let resolution_m = Some(drawing.resolution_m);
+    let circumstances = Circumstances::of_running(site, state, index, resolution_m, (epochs, map_use(set, config)?));
     let situation = Situation {
         site,
         schedule_state: state,
@@ -150,8 +140,8 @@ fn published<Q: Question>(
 /// The schedule of the site with the rules and the progress in force, as schedule-eval evaluates it, and the zone of the site.
 fn schedule_in_force(config: &SiteConfig, site: &Site<'_>) -> Result<(Timeline, Option<TimeZone>), Failure> {
     let rules = rules_in_force(config, Rules::parse).map_err(Failure::work)?;
-    let [reported, observed] = progress_in_force(&config.state, parse_actuals).map_err(Failure::work)?;
-    let overrides = Overrides { actuals: reported, observed, is_of_earlier_revision: true, ..Overrides::default() };
+    let progress = progress_in_force(&config.state, parse_actuals).map_err(Failure::work)?;
+    let overrides = Overrides::in_force(progress);
     let timeline = evaluate(site, &rules, &overrides).map_err(Failure::work)?;
     Ok((timeline, rules.site_zone))
 }
@@ -171,12 +161,7 @@ fn map_use(set: &SiteSet<'_>, config: &SiteConfig) -> Result<MapUse, Failure> {
         site_hash: set.site.content_hash(),
         grids: index.slots.to_vec(),
     });
-    let why_not = match freshness.state(now, Timestamp::now().as_millisecond()) {
-        MapState::Fresh { .. } => None,
-        MapState::Unknown => Some("it is not known whether they are those of the daemons".to_owned()),
-        MapState::Stale { reason } => Some(reason),
-    };
-    Ok(MapUse { may_be_used: why_not.is_none(), why_not })
+    Ok(MapUse::of(freshness.state(now, Timestamp::now().as_millisecond()).why_not()))
 }
 
 /// The options of a mission plan that say what it says: the lifts that the robot takes.

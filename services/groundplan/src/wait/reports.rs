@@ -1,7 +1,26 @@
 //! Conclusions from a daemon's last report.
 
-use daemon::Report;
+use answers::processes::{SeenProcess, SeenReport};
+use daemon::{Report, SiteProcess, StatusBoard};
+use serde::de::IgnoredAny;
 use site_view::SILENT_AFTER;
+
+/// A process of a site for questions about it.
+pub(crate) fn seen_process(board: &StatusBoard, process: SiteProcess) -> SeenProcess {
+    let report: Option<Report<IgnoredAny>> = board.report(process);
+    let report = report.map(|report| SeenReport {
+        age: report.age(),
+        is_overdue: is_silent(&report),
+        process_id: report.process_id,
+        restarts: report.restarts,
+        memory_bytes: report.memory_bytes,
+        busy: report.busy.as_ref().map(|busy| (busy.job.clone(), busy.duration())),
+        activity: report.activity,
+        error: report.error,
+        warning: report.warning,
+    });
+    SeenProcess { name: process.name(), is_alive: board.is_alive(process), report }
+}
 
 /// True if a daemon has not reported for so long that it hangs, or is gone.
 pub(super) fn is_silent<F>(report: &Report<F>) -> bool {

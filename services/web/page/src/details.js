@@ -19,7 +19,7 @@ export function createDetails() {
     if (state.select === null) showLists(changed);
     else showSelected(changed);
   };
-  onChange(["select", "doc", "storey", "tab", "sheet", "deviations", "site"], showDetails);
+  onChange(["select", "doc", "storey", "tab", "sheet", "deviations", "site", "about"], showDetails);
   showDetails([]);
 }
 

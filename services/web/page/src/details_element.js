@@ -1,5 +1,6 @@
 // Describes an element: its dates and where they come from, a door for the robot, what was observed.
 
+import { answerBlock } from "./answer_text.js";
 import { fact, h } from "./dom.js";
 import { heading, properties, valueText } from "./details_parts.js";
 import { link } from "./link.js";
@@ -31,6 +32,7 @@ export function elementDetails(id) {
       fact(t("material"), attributes.materials?.join(", ")),
       fact("GlobalId", h("code", {}, id)),
     ),
+    answerBlock(state.about?.path[1] === id ? state.about : null),
     doorRooms(attributes.spaces),
     schedule ? h("h3", {}, t("schedule")) : null,
     schedule ? h("dl", { class: "facts" }, scheduleFacts(schedule)) : null,
@@ -62,7 +64,8 @@ function scheduleFacts(schedule) {
 }
 
 function doorFacts(id, { class: cls, attributes, storeys }) {
-  if (cls !== "door" || !attributes) return null;
+  // A live site answers that itself.
+  if (cls !== "door" || !attributes || state.site.live) return null;
   const passage = passageOf(id, attributes.storey ?? storeys[0]);
   return [
     fact(t("passage"), passage === null ? null : isClosed(passage) ? doorReasons(id, passage) : word("p", passage)),

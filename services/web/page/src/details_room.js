@@ -1,5 +1,6 @@
 // Describes a room: state and why, whether the robot gets there, its doors and the rooms behind them.
 
+import { answerBlock } from "./answer_text.js";
 import { fact, h } from "./dom.js";
 import { heading, properties } from "./details_parts.js";
 import { link } from "./link.js";
@@ -17,9 +18,7 @@ export function roomDetails(id) {
     h(
       "dl",
       { class: "facts" },
-      fact(t("why"), roomReasons(id)),
-      fact(t("reach"), reachOf(id, now)),
-      now?.door ? fact(t("closedBy"), doorLine(now.door)) : null,
+      state.site.live ? null : closedFacts(id, now),
       fact(t("storey"), storeyName(room.storey)),
       fact(t("area"), room.area_m2 ? `${number(room.area_m2, 2)} m²` : null),
       fact(t("height"), room.height_m ? `${number(room.height_m, 2)} m` : null),
@@ -33,6 +32,7 @@ export function roomDetails(id) {
       ),
       fact("GlobalId", h("code", {}, id)),
     ),
+    answerBlock(state.about?.path[1] === id ? state.about : null),
     wayButtons(id),
     beside.length === 0 ? null : h("h3", {}, t("doors")),
     beside.length === 0
@@ -43,6 +43,15 @@ export function roomDetails(id) {
           beside.map((way) => h("li", {}, doorAndRoom(way, room.storey))),
         ),
     properties(room.property_sets),
+  ];
+}
+
+// Of files; a live site answers that itself.
+function closedFacts(id, now) {
+  return [
+    fact(t("why"), roomReasons(id)),
+    fact(t("reach"), reachOf(id, now)),
+    now?.door ? fact(t("closedBy"), doorLine(now.door)) : null,
   ];
 }
 

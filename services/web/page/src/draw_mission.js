@@ -141,10 +141,9 @@ export function drawWay(pen) {
   const way = currentWay();
   if (way === null) return;
   if (!way.edges) {
-    const closed = new Set((way.obstacles ?? []).flatMap((obstacle) => (obstacle.kind === "edge" ? [] : [obstacle.id])));
     outline(
       pen,
-      featuresOf(state.storey).filter((feature) => closed.has(feature.id)),
+      featuresOf(state.storey).filter((feature) => way.closed.includes(feature.id)),
       "door-closed",
       5,
       1,

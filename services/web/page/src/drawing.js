@@ -47,6 +47,7 @@ export function createDrawing(map) {
       "waypoint",
       "from",
       "to",
+      "wayAnswer",
       "calendar",
       "robot",
       "slam",

@@ -1,6 +1,7 @@
 // Starts the page: loads the site, shows the date of the link, then what can come later.
 
 import { byId, h, show } from "./dom.js";
+import { createAnswers } from "./answers.js";
 import { createCalendar } from "./calendar.js";
 import { createChanges } from "./changes.js";
 import { createDetails } from "./details.js";
@@ -18,7 +19,7 @@ import { createView3d } from "./view3d.js";
 import { createWay } from "./way.js";
 import { linkDate, stopValidAt } from "./link_date.js";
 import { forgetDates, loadCalendar, loadChangedSite, loadDate, loadSite } from "./source.js";
-import { fromFragment, keepFragment, onChange, state, toFragment, update } from "./state.js";
+import { fromFragment, isEnd, keepFragment, onChange, state, toFragment, update } from "./state.js";
 import { prefetchStop } from "./tiles.js";
 import { resetSite } from "./site.js";
 import { milliseconds, t, translate } from "./texts.js";
@@ -88,6 +89,7 @@ function presentDate(dates) {
 const stopOf = (site, key) => site.dates.findIndex((date) => date.key === key);
 
 function createPanels() {
+  createAnswers();
   createLayers();
   createTimeline(setStop);
   createChanges();
@@ -164,8 +166,8 @@ async function reloadSite() {
       site,
       storey,
       select: keep(state.select),
-      from: keep(state.from),
-      to: keep(state.to),
+      from: isEnd(site, state.from) ? state.from : null,
+      to: isEnd(site, state.to) ? state.to : null,
       doc: null,
       previousDoc: null,
     });

@@ -53,7 +53,8 @@ export function createPlan() {
   keepSize(container);
   onChange(["storey"], showStorey);
   onChange(["select", "sheet"], panToSelection);
-  onChange(["from", "to", "sheet"], showWay);
+  onChange(["from", "to", "sheet", "wayAnswer"], showWay);
+  onChange(["picking"], () => container.classList.toggle("picking", state.picking !== null));
   onChange(["centre", "zoom"], showPart);
   map.on("moveend", keepPart);
   if (!isLinked) panToSelection();
@@ -130,7 +131,7 @@ function wireControls() {
 
 function wirePointer() {
   map.getContainer().addEventListener("keydown", (event) => {
-    if (event.key === "Escape") update({ select: null, waypoint: null });
+    if (event.key === "Escape") update({ select: null, waypoint: null, picking: null });
   });
   const readout = byId("coordinates");
   let last = null;
@@ -143,6 +144,11 @@ function wirePointer() {
   });
   map.on("mouseout", () => (readout.textContent = ""));
   map.on("click", ({ latlng, containerPoint }) => {
+    if (state.picking !== null) {
+      const { lat: y, lng: x } = latlng;
+      update({ [state.picking]: `${x.toFixed(2)},${y.toFixed(2)},${state.storey}`, picking: null, tab: "way", sheet: "way" });
+      return;
+    }
     const waypoint = pickWaypoint(map, latlng);
     if (waypoint !== null) {
       update({ waypoint: waypoint.id, tab: "mission", sheet: state.sheet && "mission" });

@@ -4,6 +4,7 @@
 const FILES = document.documentElement.dataset.source === "files";
 const DATES_KEPT = 24;
 const RETRY_MS = 500;
+const ANSWER_TRIES = 20;
 
 const waiting = new Map(); // name -> {resolve, reject}, scripts on their way
 const dates = new Map(); // key -> promise of the document, oldest first
@@ -106,6 +107,22 @@ export function loadDate(key) {
 // A new site document makes all dates stale.
 export function forgetDates() {
   dates.clear();
+}
+
+/**
+ * The answer of a live site to a question: what it is about, and names of rooms, doors or points. An error has the words of the
+ * server, which names what comes nearest to a wrong name.
+ * @param {string[]} path
+ * @returns {Promise<{answer: any, text: string}>}
+ */
+export async function loadAnswer(path) {
+  for (let tries = 1; ; tries++) {
+    const answer = await fetch(`data/${path.map(encodeURIComponent).join("/")}`);
+    if (answer.ok) return answer.json();
+    // Between two dates there is no whole set of maps.
+    if (answer.status !== 503 || tries === ANSWER_TRIES) throw new Error(await answer.text());
+    await new Promise((resume) => setTimeout(resume, RETRY_MS));
+  }
 }
 
 /**

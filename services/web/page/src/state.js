@@ -38,6 +38,9 @@ export const state = {
   cut: null,
   from: null,
   to: null,
+  picking: null,
+  about: null,
+  wayAnswer: null,
   tab: "details",
   sheet: null,
   calendarOpen: false,
@@ -115,9 +118,7 @@ export function fromFragment(site) {
   if (fields.has("view")) patch.view = fields.get("view") === "3d" ? "3d" : "plan";
   const known = (id) => Object.hasOwn(site.elements, id) || Object.hasOwn(site.spaces, id);
   if (fields.has("select") && known(fields.get("select"))) patch.select = fields.get("select");
-  for (const end of ["from", "to"]) {
-    if (fields.has(end) && Object.hasOwn(site.spaces, fields.get(end))) patch[end] = fields.get(end);
-  }
+  for (const end of ["from", "to"]) if (isEnd(site, fields.get(end))) patch[end] = fields.get(end);
   if (TABS.includes(fields.get("tab"))) patch.tab = fields.get("tab");
   const numbers = (key, n) => {
     const list = fields.has(key) ? fields.get(key).split(",").map(Number) : [];
@@ -128,6 +129,18 @@ export function fromFragment(site) {
   patch.camera = numbers("camera", 6);
   patch.cut = numbers("cut", 1)?.[0] ?? null;
   return patch;
+}
+
+/**
+ * Whether a way can begin or end there: at a room, or in a live site at a point of a storey.
+ * @param {import("./types.js").Site} site
+ * @param {string | null} end
+ */
+export function isEnd(site, end) {
+  if (end === null) return false;
+  const point = end.split(",").map(Number);
+  const isPoint = site.live && point.length === 3 && point.every(Number.isFinite) && site.storeys.some((s) => s.index === point[2]);
+  return isPoint || Object.hasOwn(site.spaces, end);
 }
 
 export function toFragment() {

@@ -210,6 +210,15 @@
  * @property {string[]} rooms
  */
 
+/** @typedef {{path: string[], answer: any, text: string}} Told an answer of a live site: for programs, null if there is none, and for people */
+
+/**
+ * @typedef {object} DrawnWay
+ * @property {{edge: {line_m: Point[]}, storeys: number[]}[] | null} edges null if there is no way
+ * @property {{storey: number, x_m: number, y_m: number}[]} nodes from the beginning to the end; none without a way
+ * @property {string[]} closed GlobalIds of doors and rooms that close it
+ */
+
 /** @typedef {{kind: "door", id: string, passage: string} | {kind: "room", id: string} | {kind: "edge", edge: GraphEdge, a: string, b: string}} Obstacle */
 
 /**
@@ -229,8 +238,11 @@
  * @property {number | null} zoom
  * @property {number[] | null} camera 3D: [x, y, z] of the camera and of what it looks at; null before anybody moved it
  * @property {number | null} cut 3D: height of the cut that was chosen; null for that of the storey
- * @property {string | null} from
+ * @property {string | null} from GlobalId of a room, or of a live site `x,y,storey` in metres
  * @property {string | null} to
+ * @property {"from" | "to" | null} picking the end that the next click on the plan sets
+ * @property {Told | null} about the answer about the room or door selected
+ * @property {Told | null} wayAnswer
  * @property {string} tab
  * @property {string | null} sheet phones: which panel is open below the plan
  * @property {boolean} calendarOpen

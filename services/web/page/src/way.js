@@ -1,21 +1,25 @@
-// "Way from here to there": two rooms, the length and the doors passed, or what closes the way.
+// "Way from here to there": two rooms, the length and the doors passed, or what closes the way. A live site answers it itself,
+// also between points; of files it is found on the route graph.
 
+import { answerLines, linesOf } from "./answer_text.js";
 import { byId, h, icon, inputById, show } from "./dom.js";
 import { findObstacles, findWay, nodesOf } from "./graph.js";
 import { link } from "./link.js";
 import { doorReasons, reachReason, roomReasons } from "./reasons.js";
 import { onChange, state, update } from "./state.js";
-import { element, nameOf, storeyName } from "./site.js";
+import { element, nameOf, space, storeyName } from "./site.js";
 import { byName, number, t, word } from "./texts.js";
 
 let kept = { key: null, way: null };
+/** @type {{of: import("./types.js").Told | null, way: import("./types.js").DrawnWay | null}} */
+let drawn = { of: null, way: null };
 
 export function createWay() {
   onChange(["from", "to"], () => {
     if (state.from !== null && state.to !== null) update({ tab: "way", sheet: state.sheet && "way" });
   });
   onChange(["site"], makePanel);
-  onChange(["doc", "from", "to", "tab", "sheet", "site"], showWay);
+  onChange(["doc", "from", "to", "tab", "sheet", "site", "wayAnswer", "picking"], showWay);
   makePanel();
   showWay();
 }
@@ -42,10 +46,41 @@ function makePanel() {
 }
 
 /**
- * The way asked for at the date shown: {length_m, edges, ...}, {obstacles} or null.
- * @returns {(Partial<import("./types.js").Way> & {obstacles?: import("./types.js").Obstacle[] | null}) | null}
+ * The way asked for at the date shown, as the plan draws it.
+ * @returns {import("./types.js").DrawnWay | null}
  */
 export function currentWay() {
+  if (state.site.live) return answeredWay();
+  const way = wayOfGraph();
+  if (way === null) return null;
+  const closed = (way.obstacles ?? []).flatMap((obstacle) => (obstacle.kind === "edge" ? [] : [obstacle.id]));
+  return { edges: way.edges ?? null, nodes: way.nodes ?? [], closed };
+}
+
+// The way of the answer: legs over storeys, or what is missing.
+function answeredWay() {
+  const told = state.wayAnswer;
+  if (drawn.of !== told) drawn = { of: told, way: told?.answer ? wayOf(told.answer) : null };
+  return drawn.way;
+}
+
+/** @returns {import("./types.js").DrawnWay} */
+function wayOf({ exists, legs, missing }) {
+  const point = (storey, [x_m, y_m]) => ({ storey, x_m, y_m });
+  const nodes = legs.flatMap((leg) => {
+    const { storey, to_storey: next, points_m: points } = leg;
+    return [point(storey, points[0]), ...points.slice(1, -1).map((p) => point(storey, p)), point(next, points.at(-1))];
+  });
+  const edges = legs.map((leg) => ({ edge: { line_m: leg.points_m.map(([x, y]) => [x, y]) }, storeys: [leg.storey, leg.to_storey] }));
+  const closed = missing.flatMap((what) => what.global_id ?? []);
+  return { edges: exists ? edges : null, nodes, closed };
+}
+
+/**
+ * Of files: {length_m, edges, ...}, {obstacles} or null.
+ * @returns {(Partial<import("./types.js").Way> & {obstacles?: import("./types.js").Obstacle[] | null}) | null}
+ */
+function wayOfGraph() {
   const { doc, from, to } = state;
   if (!doc?.graph || from === null || to === null || from === to) return null;
   const key = `${doc.key} ${from} ${to}`;
@@ -58,8 +93,39 @@ export function currentWay() {
 
 function showWay() {
   if (state.tab !== "way" && state.sheet !== "way") return;
-  for (const end of ["from", "to"]) inputById(`way-${end}`).value = state[end] ?? "";
+  for (const end of ["from", "to"]) showEnd(end);
   show(byId("way-result"), result());
+}
+
+// A point is a choice of its own, behind the rooms.
+function showEnd(end) {
+  const select = inputById(`way-${end}`);
+  select.querySelector("[data-point]")?.remove();
+  const at = state[end];
+  if (at !== null && !space(at)) {
+    const [x, y, storey] = at.split(",").map(Number);
+    const name = t("point", { x: number(x, 2), y: number(y, 2), storey: storeyName(storey) });
+    select.append(h("option", { value: at, "data-point": true }, name));
+  }
+  select.value = at ?? "";
+  byId(`way-${end}-point`)?.setAttribute("aria-pressed", String(state.picking === end));
+}
+
+// The next click on the plan sets an end; of files only rooms are known.
+function pointButton(end) {
+  if (!state.site.live) return null;
+  return h(
+    "button",
+    {
+      type: "button",
+      id: `way-${end}-point`,
+      class: "button small",
+      "aria-pressed": "false",
+      onclick: () => update({ picking: state.picking === end ? null : end, sheet: null }),
+    },
+    icon("target"),
+    t("pointOnPlan"),
+  );
 }
 
 function chooser(end) {
@@ -76,16 +142,25 @@ function chooser(end) {
       return h("optgroup", { label: storeyName(storey.index) }, options);
     }),
   );
-  return h("label", { class: "field" }, h("span", {}, t(end)), select);
+  return h("div", {}, h("label", { class: "field" }, h("span", {}, t(end)), select), pointButton(end));
 }
 
 function result() {
   const { from, to } = state;
   if (from === null || to === null) return null;
   if (from === to) return h("p", {}, t("sameRoom"));
-  const way = currentWay();
+  if (state.site.live) return answered(state.wayAnswer);
+  const way = wayOfGraph();
   if (way === null) return null;
   return way.edges ? found(way) : notFound(way.obstacles);
+}
+
+/** @param {import("./types.js").Told | null} told */
+function answered(told) {
+  if (told === null) return null;
+  const [first, ...rest] = linesOf(told);
+  const isFound = told.answer?.exists === true;
+  return [h("p", { class: isFound ? "figure figure-told" : "figure figure-bad" }, first), answerLines(rest)];
 }
 
 function found(way) {

@@ -1,6 +1,7 @@
 //! `dates/KEY.json`: states, maps, waypoints and ways at a date.
 
 use crate::source::ContentName;
+use messages::{ElementState, SpaceState};
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
@@ -67,7 +68,7 @@ impl DateDocument {
         let (mut elements, mut passages) = (BTreeMap::new(), BTreeMap::new());
         for (id, element) in entries(&semantic, "elements") {
             let state = element_state(element);
-            if state != "built" {
+            if state != ElementState::Built.name() {
                 elements.insert(id.clone(), Value::from(state));
             }
             if let Some(passage) = element["attributes"].get("passage") {
@@ -103,16 +104,13 @@ impl DateDocument {
 
 /// The state of an element of `semantic.json`: without a plan time everything is built.
 pub(super) fn element_state(element: &Value) -> &str {
-    element["schedule"]["state"].as_str().unwrap_or("built")
+    element["schedule"]["state"].as_str().unwrap_or(ElementState::Built.name())
 }
 
-/// The state of a space of `semantic.json` with its outcome in `waypoints.json`: `blocked` by the schedule, `reached` or `no_way`
-/// where it is open, and `open` where nobody looked for a way.
+/// The state of a space of `semantic.json` for the robot, with its outcome in `waypoints.json`.
 pub(super) fn space_state<'a>(space: &'a Value, of_mission: &'a Value) -> &'a str {
-    match of_mission["access"].as_str() {
-        Some(access @ ("reached" | "no_way")) => access,
-        _ => space["state"].as_str().unwrap_or("open"),
-    }
+    let by_schedule = space["state"].as_str().unwrap_or(SpaceState::Open.name());
+    answers::state_for_robot(by_schedule, of_mission["access"].as_str())
 }
 
 /// The entries of an object in a document.

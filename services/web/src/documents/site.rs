@@ -1,7 +1,8 @@
 //! `site.json`: storeys, elements and spaces with all that does not change with the date, and the dates.
 
-use super::{Findings, Published};
+use super::Published;
 use crate::tiles::{Extent, TileGrid};
+use answers::findings::{Findings, ReportDocument, WaypointsDocument};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
 
@@ -107,7 +108,14 @@ impl SiteHead {
 
 impl<'a> SiteDocument<'a> {
     /// Of a head, the dates, and what is published at any of them: that of the last one has all that is ever built.
-    pub(crate) fn of(head: &'a SiteHead, dates: &'a [DateStop], published: Published) -> Self {
+    ///
+    /// # Errors
+    /// Documents of another layout.
+    pub(crate) fn of(
+        head: &'a SiteHead,
+        dates: &'a [DateStop],
+        published: Published,
+    ) -> Result<Self, serde_json::Error> {
         let Published { mut semantic, waypoints, report, .. } = published;
         let mut take = |key: &str| semantic.get_mut(key).map_or_else(|| Value::Object(Map::new()), Value::take);
         let (mut elements, mut spaces) = (take("elements"), take("spaces"));
@@ -124,9 +132,12 @@ impl<'a> SiteDocument<'a> {
         for space in spaces.as_object_mut().into_iter().flat_map(Map::values_mut) {
             remove(space, &["state", "why"]);
         }
-        let findings = Findings::of(&report, &waypoints);
         let entrance = entrance_of(&head.storeys, &waypoints);
-        Self { version: VERSION, head, tiles: head.tiles(), dates, elements, spaces, tasks, entrance, findings }
+        // Where there is no date nothing was found.
+        let report: Option<ReportDocument> = serde_json::from_value(report)?;
+        let waypoints: Option<WaypointsDocument> = serde_json::from_value(waypoints)?;
+        let findings = Findings::of(report.unwrap_or_default(), waypoints.unwrap_or_default());
+        Ok(Self { version: VERSION, head, tiles: head.tiles(), dates, elements, spaces, tasks, entrance, findings })
     }
 }
 
@@ -167,7 +178,7 @@ mod tests {
         let entry = |storey: u32, entry: &str| json!({"storey": storey, "entry": entry});
         let waypoints = json!({"storeys": [entry(0, "placed"), entry(1, "portal"), entry(2, "outer_door")]});
         let published = Published { semantic, waypoints, site_graph: Value::Null, report: Value::Null };
-        let document = serde_json::to_value(SiteDocument::of(&SiteHead::default(), &[], published)).unwrap();
+        let document = serde_json::to_value(SiteDocument::of(&SiteHead::default(), &[], published).unwrap()).unwrap();
         let element =
             json!({"type": "IfcDoor", "schedule": {"start": "x", "task": "3.1"}, "attributes": {"clear_width_m": 0.9}});
         assert_eq!(document["elements"], json!({"a": element}));

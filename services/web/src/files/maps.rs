@@ -3,11 +3,13 @@
 //! Requests name a date, a storey or a hash, never a path: the paths are those that the manifests list.
 
 use super::folder::{MapFile, MapsFolder};
-use super::kept::Kept;
 use super::map_image::MapImage;
-use crate::documents::{Calendar, DateDocument, SiteDocument, SiteHead};
+use crate::documents::{DateDocument, SiteDocument, SiteHead, add_date};
+use crate::kept::Kept;
+use crate::question::Question;
 use crate::source::{Bytes, ContentName, Source, SourceError, TileAddress, json, locked};
 use crate::tiles::{LayerCells, TileGrid};
+use answers::changes::Calendar;
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::{Arc, Mutex, OnceLock};
@@ -99,7 +101,10 @@ impl Source for Maps {
         made_once(&self.site, || {
             let last = self.folder.dates.last();
             let published = last.map(|date| date.published(&self.folder.files)).transpose()?.unwrap_or_default();
-            Ok(json(&SiteDocument::of(&self.head, &self.folder.stops(), published)))
+            let stops = self.folder.stops();
+            let document = SiteDocument::of(&self.head, &stops, published);
+            let path = || self.folder.files.path().join("report.json");
+            Ok(json(&document.map_err(|source| SourceError::Json { path: path(), source })?))
         })
     }
 
@@ -108,7 +113,7 @@ impl Source for Maps {
             let mut calendar = Calendar::default();
             for (number, date) in self.folder.dates.iter().enumerate() {
                 let files = &self.folder.files;
-                calendar.add(number, &date.semantic(files)?, &date.waypoints(files)?);
+                add_date(&mut calendar, number, &date.semantic(files)?, &date.waypoints(files)?);
             }
             Ok(json(&calendar))
         })
@@ -150,6 +155,11 @@ impl Source for Maps {
     fn model(&self, name: &ContentName) -> Result<Option<Bytes>, SourceError> {
         let path = self.models.get(name);
         path.map(|path| self.folder.files.read(path).map(|(bytes, _)| Bytes::from(bytes))).transpose()
+    }
+
+    fn answer(&self, question: &Question) -> Result<Bytes, SourceError> {
+        let names = self.head.sources.as_array().into_iter().flatten().filter_map(|source| source["file"].as_str());
+        Err(SourceError::NotHeld { command: question.command(&names.collect::<Vec<_>>().join(" ")) })
     }
 }
 

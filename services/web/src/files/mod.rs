@@ -5,12 +5,12 @@
 
 mod checked_folder;
 mod folder;
-mod kept;
 mod map_image;
 mod maps;
 
 pub(crate) use maps::Maps;
 
+use crate::question::Question;
 use crate::source::{Bytes, ContentName, Source, SourceError, TileAddress, locked};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
@@ -44,7 +44,7 @@ impl SiteOfFiles {
     }
 
     /// Answers from the maps of one moment: where they change meanwhile, from those behind.
-    fn answer<T>(&self, ask: impl Fn(&Maps) -> Result<T, SourceError>) -> Result<T, SourceError> {
+    fn of_one_moment<T>(&self, ask: impl Fn(&Maps) -> Result<T, SourceError>) -> Result<T, SourceError> {
         let maps = self.maps()?;
         match ask(&maps) {
             Err(_) if !maps.is_current() => ask(&*self.maps()?),
@@ -55,23 +55,27 @@ impl SiteOfFiles {
 
 impl Source for SiteOfFiles {
     fn site(&self) -> Result<Bytes, SourceError> {
-        self.answer(Maps::site)
+        self.of_one_moment(Maps::site)
     }
 
     fn calendar(&self) -> Result<Bytes, SourceError> {
-        self.answer(Maps::calendar)
+        self.of_one_moment(Maps::calendar)
     }
 
     fn date(&self, key: &str) -> Result<Option<Bytes>, SourceError> {
-        self.answer(|maps| maps.date(key))
+        self.of_one_moment(|maps| maps.date(key))
     }
 
     fn tile(&self, address: &TileAddress) -> Result<Option<Bytes>, SourceError> {
-        self.answer(|maps| maps.tile(address))
+        self.of_one_moment(|maps| maps.tile(address))
     }
 
     fn model(&self, name: &ContentName) -> Result<Option<Bytes>, SourceError> {
-        self.answer(|maps| maps.model(name))
+        self.of_one_moment(|maps| maps.model(name))
+    }
+
+    fn answer(&self, question: &Question) -> Result<Bytes, SourceError> {
+        self.of_one_moment(|maps| maps.answer(question))
     }
 }
 

@@ -1,24 +1,26 @@
 //! Documents of a set of samples that belong together.
 
 use super::content_names::{model_name, tiles_name};
-use crate::documents::{Calendar, DateDocument, DateHead, DateStop, Published, SiteDocument, SiteHead, StoreyAtDate};
+use crate::documents::{DateDocument, DateHead, DateStop, Published, SiteDocument, SiteHead, StoreyAtDate};
 use crate::source::{Bytes, json};
 use crate::tiles::{Layer, TileGrid};
+use answers::changes::Calendar;
+use answers::optional_date_text;
 use daemon::{Failure, SiteConfig, progress_in_force, rules_in_force};
 use export::{ExportInput, Manifest, Report, Semantic, SiteGraph, Waypoints, status_of};
-use messages::{Site, plan_time};
+use messages::Site;
 use raster::Rasterizer;
 use schedule::{Overrides, Rules, Timeline, evaluate, parse_actuals};
 use site_view::{SiteSet, SiteViews};
 use std::collections::BTreeMap;
 
-/// `site.json` and `calendar.json`, and the instants of changes.
+/// `site.json` and `calendar.json`, and the schedule that they are of.
 pub(super) struct MadeSite {
     pub(super) head: SiteHead,
     pub(super) site: Bytes,
     pub(super) calendar: Bytes,
-    /// Civil seconds since 1970.
-    pub(super) instants_s: Vec<i64>,
+    /// The schedule in force.
+    pub(super) timeline: Timeline,
 }
 
 /// The documents of the site, without those of a date.
@@ -41,46 +43,29 @@ pub(super) fn site_documents(config: &SiteConfig, set: &SiteSet<'_>) -> Result<M
     let manifest = serde_json::to_value(Manifest::of(&input, BTreeMap::new()))?;
     let head = SiteHead { live: true, control: config.web.allow_control, ..SiteHead::of_manifest(&manifest)? };
     let timeline = timeline(config, site)?;
-    let instants_s = timeline.instants_s().to_vec();
+    let instants_s = timeline.instants_s();
     let stop = |(k, at_s): (usize, &i64)| DateStop {
         key: None,
-        at: text_of(Some(*at_s)),
-        until: text_of(instants_s.get(k + 1).copied()),
+        at: optional_date_text(*at_s),
+        until: instants_s.get(k + 1).and_then(|until_s| optional_date_text(*until_s)),
     };
     let mut stops: Vec<DateStop> = instants_s.iter().enumerate().map(stop).collect();
     if stops.is_empty() {
         stops.push(DateStop { key: None, at: None, until: None });
     }
-    let calendar = calendar(site, &timeline);
     Ok(MadeSite {
-        site: json(&SiteDocument::of(&head, &stops, published)),
-        calendar: json(&calendar),
+        site: json(&SiteDocument::of(&head, &stops, published)?),
+        calendar: json(&Calendar::of_schedule(site, &timeline)),
         head,
-        instants_s,
+        timeline,
     })
 }
 
 /// The schedule of the site with the rules and the progress in force, as schedule-eval evaluates it.
 fn timeline(config: &SiteConfig, site: &Site<'_>) -> Result<Timeline, Failure> {
     let rules = rules_in_force(config, Rules::parse)?;
-    let [reported, observed] = progress_in_force(&config.state, parse_actuals)?;
-    let overrides = Overrides { actuals: reported, observed, is_of_earlier_revision: true, ..Overrides::default() };
+    let overrides = Overrides::in_force(progress_in_force(&config.state, parse_actuals)?);
     Ok(evaluate(site, &rules, &overrides)?)
-}
-
-/// States at every change, by element and space.
-fn calendar(site: &Site<'_>, timeline: &Timeline) -> Calendar {
-    let mut calendar = Calendar::default();
-    for (k, at_s) in timeline.instants_s().iter().enumerate() {
-        for (number, record) in site.elements.iter().enumerate() {
-            calendar.add_element(k, site.text(record.global_id), timeline.element(number, *at_s).name());
-        }
-        for (number, record) in site.spaces.iter().enumerate() {
-            let state = if timeline.is_blocked(number, *at_s) { "blocked" } else { "open" };
-            calendar.add_space(k, site.text(record.global_id), state);
-        }
-    }
-    calendar
 }
 
 /// `dates/KEY.json`, for tiles that lie so and a model with the site's options.
@@ -104,8 +89,8 @@ pub(super) fn date_document(
     });
     let head = DateHead {
         key: key.to_owned(),
-        at: text_of(state.head.plan_time().map(|at| at.civil_seconds())),
-        until: text_of(Some(state.head.valid_until_s)),
+        at: optional_date_text(state.head.plan_time_s),
+        until: optional_date_text(state.head.valid_until_s),
         storeys: storeys.collect(),
         model: Some(model_name(config, set)),
     };
@@ -120,9 +105,4 @@ fn published(input: &ExportInput<'_>) -> Result<Published, Failure> {
         site_graph: serde_json::to_value(SiteGraph::of(input))?,
         report: serde_json::to_value(Report::of(input))?,
     })
-}
-
-/// A plan time as text.
-pub(super) fn text_of(at_s: Option<i64>) -> Option<String> {
-    at_s.and_then(plan_time).map(|at| at.to_string())
 }

@@ -3,6 +3,7 @@
 mod content_names;
 mod control;
 mod listening;
+mod live_answers;
 mod live_documents;
 mod overlays;
 mod service;

@@ -3,6 +3,8 @@
 use super::content_names::name_of;
 use super::shared_site::SharedSite;
 use super::slam_picture::{picture, place, sigmas};
+use answers::MapUse;
+use answers::processes::{ProcessAnswer, ProcessesAnswer, SeenProcess, SeenReport};
 use bus::{CheckedSample, Daemon, Stamp, topics};
 use daemon::facts::RosBridgeFacts;
 use daemon::{Report, SiteConfig, SiteProcess, StatusBoard};
@@ -77,11 +79,11 @@ impl Overlays {
         daemon::hear_daemons(&board, &mut self.freshness);
         let utc_ms = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_millis() as i64);
         match self.freshness.state(Stamp::now(), utc_ms) {
-            MapState::Fresh { .. } => self.stale = None,
-            MapState::Stale { reason } => self.stale = Some(reason),
+            // What was last known counts.
             MapState::Unknown => {}
+            known => self.stale = known.why_not(),
         }
-        tell_status(shared, config, &board, self.stale.as_deref());
+        tell_status(shared, config, &board, MapUse::of(self.stale.clone()));
         shared.tell("robot", &self.robot(&board));
     }
 
@@ -101,13 +103,17 @@ impl Overlays {
 /// Tells viewers that nothing was looked at for a while: the bus is gone, or the service is at work.
 pub(super) fn tell_not_checked(shared: &SharedSite, config: &SiteConfig) {
     let why = "whether these are the newest maps is not checked now: groundplan-web has no bus, or makes the maps of another date";
-    tell_status(shared, config, &StatusBoard::of(&config.bus.root), Some(why));
+    tell_status(shared, config, &StatusBoard::of(&config.bus.root), MapUse::of(Some(why.to_owned())));
     shared.tell("robot", &Value::Null);
 }
 
-fn tell_status(shared: &SharedSite, config: &SiteConfig, board: &StatusBoard, why: Option<&str>) {
-    let services: Vec<Value> = board.processes(config).map(|process| service(board, process)).collect();
-    shared.tell("status", &json!({"services": services, "stale": why.is_some(), "why": why}));
+fn tell_status(shared: &SharedSite, config: &SiteConfig, board: &StatusBoard, maps: MapUse) {
+    let seen = board.processes(config).map(|process| seen_process(board, process));
+    let ProcessesAnswer { processes, maps } = ProcessesAnswer::of(seen, maps);
+    let service = |process: &ProcessAnswer| json!({"name": process.name, "state": process.health().name(), "detail": process.words()});
+    let services: Vec<Value> = processes.iter().map(service).collect();
+    shared.tell("status", &json!({"services": services, "stale": !maps.may_be_used, "why": maps.why_not}));
+    shared.set_maps(maps);
 }
 
 /// Seconds since the robot's pose came, to a tenth.
@@ -116,24 +122,21 @@ fn age_s(facts: &RosBridgeFacts) -> Option<f64> {
     Some((age.as_secs_f64() * 10.0).round() / 10.0)
 }
 
-/// A process in a line: what it does, or what is wrong.
-fn service(board: &StatusBoard, process: SiteProcess) -> Value {
-    let report: Option<Report<IgnoredAny>> = board.report(process).filter(|_| board.is_alive(process));
-    let (state, detail) = match &report {
-        None => ("down", Some("it does not run".to_owned())),
-        Some(report) if report.age() >= SILENT_AFTER => ("error", Some("it hangs".to_owned())),
-        Some(report) => match (&report.error, &report.warning) {
-            (Some(error), _) => ("error", Some(error.clone())),
-            (None, Some(warning)) => ("warning", Some(warning.clone())),
-            (None, None) => ("ok", restarted(report.restarts)),
-        },
-    };
-    json!({"name": process.name(), "state": state, "detail": detail})
-}
-
-/// That a process died meanwhile, which its state does not tell once it is back.
-fn restarted(n: u32) -> Option<String> {
-    (n > 0).then(|| format!("started again: {n}"))
+/// A process for questions about the site.
+fn seen_process(board: &StatusBoard, process: SiteProcess) -> SeenProcess {
+    let report: Option<Report<IgnoredAny>> = board.report(process);
+    let report = report.map(|report| SeenReport {
+        age: report.age(),
+        is_overdue: report.age() >= SILENT_AFTER,
+        process_id: report.process_id,
+        restarts: report.restarts,
+        memory_bytes: report.memory_bytes,
+        busy: report.busy.as_ref().map(|busy| (busy.job.clone(), busy.duration())),
+        activity: report.activity,
+        error: report.error,
+        warning: report.warning,
+    });
+    SeenProcess { name: process.name(), is_alive: board.is_alive(process), report }
 }
 
 /// Elements that are not as planned, and those whose absence waits for a confirmation; `None` if they are of another site.

@@ -1,12 +1,13 @@
 //! The groundplan-web service: makes documents of the newest maps, and tells browsers what has changed.
 
 use super::listening::Listening;
-use super::live_documents::{MadeSite, date_document, site_documents, text_of};
+use super::live_documents::{MadeSite, date_document, site_documents};
 use super::overlays::{self, Overlays};
 use super::shared_site::SharedSite;
 use super::watchdog;
 use crate::server::{Access, MAX_VIEWERS, Served, ServerSettings};
 use crate::token::access_of;
+use answers::optional_date_text;
 use bus::{Bus, CheckedSample, GridSlot, RawSubscriber, TopicName};
 use daemon::facts::WebFacts;
 use daemon::{Asked, CurrentActivity, Done, Event, Failure, Service, SiteConfig, Standing, WebRequest};
@@ -115,11 +116,13 @@ impl WebService {
     fn show_set(&mut self, set: &SiteSet<'_>) -> Result<(), Failure> {
         let inputs = SiteInputs::of(set);
         if self.made_of.as_ref() != Some(&inputs) {
-            let MadeSite { head, site, calendar, instants_s } = site_documents(&self.config, set)?;
+            let MadeSite { head, site, calendar, timeline } = site_documents(&self.config, set)?;
+            self.instants_s = timeline.instants_s().to_vec();
             let mut documents = self.shared.documents();
             (documents.site, documents.calendar, documents.tiles) = (Some(site), Some(calendar), Some(head.tiles()));
+            documents.set_schedule(timeline);
             drop(documents);
-            (self.made_of, self.instants_s) = (Some(inputs), instants_s);
+            self.made_of = Some(inputs);
             self.shared.tell("site", &json!({"site": set.site.content_hash().to_string()}));
         }
         let epoch = set.index.bytes().header().epoch;
@@ -131,7 +134,7 @@ impl WebService {
         let at_s = set.state.view().head.plan_time().map(|at| at.civil_seconds());
         let stop = at_s.map(|at_s| self.instants_s.partition_point(|instant| *instant <= at_s).saturating_sub(1));
         self.overlays.on_shown(set.index);
-        self.shared.tell("date", &json!({"key": key, "at": text_of(at_s), "stop": stop}));
+        self.shared.tell("date", &json!({"key": key, "at": at_s.and_then(optional_date_text), "stop": stop}));
         Ok(())
     }
 }

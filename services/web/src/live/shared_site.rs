@@ -1,20 +1,28 @@
 //! State that the service and the threads of the server share: the newest samples, and the documents made of them.
 
 use super::content_names::{model_name, tiles_name};
+use super::live_answers;
 use super::{ControlError, Feed, LiveSite, control};
+use crate::kept::Kept;
+use crate::question::Question;
 use crate::source::{Bytes, ContentName, Source, SourceError, TileAddress, locked};
 use crate::tiles::{Extent, Layer, LayerCells, TileGrid, strength_of_class, strength_of_pixel};
-use bus::GridSlot;
+use answers::MapUse;
+use bus::{CheckedSample, GridSlot};
 use daemon::{SiteConfig, read_parsed};
 use export::ExportInput;
 use grid::pixel_of;
 use messages::Grid;
+use schedule::Timeline;
 use site_view::SiteSamples;
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::{Duration, Instant};
 use tokio::sync::watch;
 use world::WorldOptions;
+
+/// Answers that are kept, in bytes.
+const MAX_KEPT_ANSWERS: usize = 4 << 20;
 
 /// Documents of dates that viewers may still ask for.
 const N_DATES: usize = 8;
@@ -28,7 +36,15 @@ pub(crate) struct SharedSite {
     slam_picture: Mutex<Option<(ContentName, Bytes)>>,
     model: Mutex<Option<(ContentName, Bytes)>>,
     checked: Mutex<Instant>,
+    /// Whether the maps that are shown may be used, as viewers were told last.
+    maps: Mutex<MapUse>,
+    /// Answers about the maps that are shown. Who makes one holds it, so that one is made at a time.
+    answers: Mutex<Kept<AnswerKey, Bytes>>,
 }
+
+/// What an answer is of: number of the schedule, site, schedule state, grids and mission plan by their hashes, whether they may be
+/// used, and the question.
+type AnswerKey = ([u64; 5], MapUse, Question);
 
 /// What was made of the newest samples.
 #[derive(Default)]
@@ -38,6 +54,8 @@ pub(super) struct Documents {
     /// By key, the newest last.
     pub(super) dates: VecDeque<(String, Bytes)>,
     pub(super) tiles: Option<TileGrid>,
+    /// The schedule in force, with a number that no other has.
+    pub(super) schedule: (u64, Option<Arc<Timeline>>),
 }
 
 impl SharedSite {
@@ -50,6 +68,8 @@ impl SharedSite {
             slam_picture: Mutex::default(),
             model: Mutex::default(),
             checked: Mutex::new(Instant::now()),
+            maps: Mutex::new(MapUse::of(Some("whether they may be used was not looked at yet".to_owned()))),
+            answers: Mutex::new(Kept::of(MAX_KEPT_ANSWERS)),
         }
     }
 
@@ -61,6 +81,11 @@ impl SharedSite {
     /// How long ago they were.
     pub(super) fn unchecked_for(&self) -> Duration {
         locked(&self.checked).elapsed()
+    }
+
+    /// Viewers are told whether the maps may be used.
+    pub(super) fn set_maps(&self, maps: MapUse) {
+        *locked(&self.maps) = maps;
     }
 
     /// The newest samples.
@@ -109,6 +134,11 @@ impl SharedSite {
 }
 
 impl Documents {
+    /// Takes the schedule in force.
+    pub(super) fn set_schedule(&mut self, timeline: Timeline) {
+        self.schedule = (self.schedule.0 + 1, Some(Arc::new(timeline)));
+    }
+
     /// Adds a date, and gives up the oldest one.
     pub(super) fn add_date(&mut self, key: String, document: Bytes) {
         self.dates.retain(|(known, _)| *known != key);
@@ -155,6 +185,22 @@ impl Source for SharedSite {
             *kept = Some((name.clone(), Arc::clone(model)));
         }
         Ok(made)
+    }
+
+    fn answer(&self, question: &Question) -> Result<Bytes, SourceError> {
+        let mut answers = locked(&self.answers);
+        let (maps, (schedule, timeline)) = (locked(&self.maps).clone(), self.documents().schedule.clone());
+        let samples = self.samples();
+        let set = samples.set().ok_or(SourceError::NotYet)?;
+        let plan = set.mission_plan.map_or(0, CheckedSample::content_hash);
+        let hashes = [schedule, set.site.content_hash(), set.state.content_hash(), set.index.content_hash(), plan];
+        let key = (hashes, maps.clone(), question.clone());
+        if let Some(answer) = answers.get(&key) {
+            return Ok(answer);
+        }
+        let answer = Bytes::from(live_answers::answer(question, &set, timeline.as_deref(), maps)?);
+        answers.insert(key, Arc::clone(&answer), answer.len());
+        Ok(answer)
     }
 }
 

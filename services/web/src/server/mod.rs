@@ -17,6 +17,7 @@ pub(crate) use access::Access;
 pub(crate) use served::{MAX_VIEWERS, Served};
 
 use crate::page::{FILES, INDEX, PageFile};
+use crate::question::Question;
 use crate::source::{Bytes, ContentName, SourceError};
 use access::Door;
 use axum::Router;
@@ -188,6 +189,9 @@ pub(crate) fn router(served: Served, is_encrypted: bool) -> Router {
         .route("/data/dates/{file}", get(date))
         .route("/data/tiles/{storey}/{layer}/{name}/{level}/{column}/{row}", get(tile))
         .route("/data/models/{file}", get(model))
+        .route("/data/room/{room}", get(about_room))
+        .route("/data/door/{door}", get(about_door))
+        .route("/data/way/{from}/{to}", get(about_way))
         .route("/data/slam/{file}", get(slam_picture))
         .route("/data/events", get(events::events))
         .route("/data/control/date", post(control::set_date))
@@ -231,6 +235,25 @@ async fn model(State(served): State<Served>, Path(file): Path<String>, headers: 
     answer(headers, "model/gltf-binary", Caching::Forever, move || served.source.model(&name)).await
 }
 
+async fn about_room(State(served): State<Served>, Path(room): Path<String>, headers: HeaderMap) -> Response {
+    asked(served, headers, Question::Room(room)).await
+}
+
+async fn about_door(State(served): State<Served>, Path(door): Path<String>, headers: HeaderMap) -> Response {
+    asked(served, headers, Question::Door(door)).await
+}
+
+async fn about_way(State(served): State<Served>, Path(ends): Path<[String; 2]>, headers: HeaderMap) -> Response {
+    asked(served, headers, Question::Way(ends)).await
+}
+
+async fn asked(served: Served, headers: HeaderMap, question: Question) -> Response {
+    if !question.is_short() {
+        return (StatusCode::URI_TOO_LONG, "no room, door or point has such a long name").into_response();
+    }
+    answer(headers, JSON, Caching::Checked, move || served.source.answer(&question).map(Some)).await
+}
+
 async fn slam_picture(State(served): State<Served>, Path(file): Path<String>, headers: HeaderMap) -> Response {
     let Some(name) = file.strip_suffix(".png").and_then(ContentName::of_hash) else { return not_found() };
     let Some(live) = served.live else { return not_found() };
@@ -255,6 +278,9 @@ async fn answer(
         Ok(Ok(Some(document))) => document,
         Ok(Ok(None)) => not_found(),
         Ok(Err(why @ SourceError::NotYet)) => (StatusCode::SERVICE_UNAVAILABLE, why.to_string()).into_response(),
+        Ok(Err(why @ (SourceError::Unknown(_) | SourceError::NotHeld { .. }))) => {
+            (StatusCode::NOT_FOUND, why.to_string()).into_response()
+        }
         Ok(Err(why @ SourceError::Changed { .. })) => (StatusCode::CONFLICT, why.to_string()).into_response(),
         Ok(Err(why)) => {
             tracing::error!(service = "groundplan-web", error = daemon::chain(&why), "a document cannot be made");

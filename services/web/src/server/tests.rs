@@ -37,6 +37,13 @@ impl Source for OneSite {
     fn model(&self, _name: &ContentName) -> Result<Option<Bytes>, SourceError> {
         Ok(None)
     }
+
+    fn answer(&self, question: &Question) -> Result<Bytes, SourceError> {
+        match question {
+            Question::Way(ends) => Ok(Bytes::from(ends.join("|").into_bytes())),
+            _ => Err(SourceError::NotHeld { command: question.command("house.ifc") }),
+        }
+    }
 }
 
 /// Serves on a free port for as long as the tests run.
@@ -122,6 +129,18 @@ fn what_is_not_there_is_not_found_and_no_path_leads_to_a_file() {
     }
     assert_eq!(status(&ask(address, "GET /data/calendar.json", "")), "503");
     assert_eq!(status(&ask(address, "POST /data/site.json", "")), "405");
+}
+
+#[test]
+fn questions_name_things_as_people_do_and_what_cannot_be_answered_is_said() {
+    let address = served(Access::OwnMachine);
+    let way = ask(address, "GET /data/way/Lab%203/1.5,-2,0%2F", "");
+    assert!(status(&way) == "200" && way.ends_with("Lab 3|1.5,-2,0/"), "{way}");
+    let room = ask(address, "GET /data/room/Lab%203", "");
+    assert!(status(&room) == "404" && room.ends_with("groundplan room 'Lab 3' house.ifc --date DATE"), "{room}");
+    assert_eq!(status(&ask(address, &format!("GET /data/door/{}", "x".repeat(401)), "")), "414");
+    let guarded = served(Access::Token(Access::hash_of("secret")));
+    assert_eq!(status(&ask(guarded, "GET /data/way/a/b", "")), "403");
 }
 
 #[test]

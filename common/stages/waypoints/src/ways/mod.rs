@@ -1,28 +1,25 @@
 //! Ways from a place to another over storeys, each checked on the cells of the grids.
 
 mod floor_between;
+mod obstacles;
 mod places;
 mod search;
 mod way;
 
 pub use way::{FloorLeg, NoPlace, NoWay, PortalLeg, Way, WayEnd, WayLeg, WayObstacle};
 
-use crate::barriers::{BarrierNode, BarrierSearch, FloorBetween, FloorEnd, Obstacle};
 use crate::free_space::FreeSpace;
 use crate::input::MissionPlanInput;
-use crate::options::{MissionPlanOptions, Start};
+use crate::options::MissionPlanOptions;
 use crate::path_search::{PathGrid, length_m};
 use crate::portal::{Portal, PortalKind, Staging};
-use crate::portals::{VerticalKind, between_storeys, element_portals};
 use crate::reachability::Reachability;
 use crate::route_graph::is_same_doorway;
-use floor_between::{Crossing, crossings, floors_between};
 use frames::{Point2, TENTHS_PER_M};
 use geometry::OrientedBox;
-use messages::{
-    DoorPassageRecord, EdgeKind, ElementState, Grid, Grids, MapGrids, MissionPlan, NONE, ScheduleState, Site,
-};
-use places::places_at;
+use messages::{DoorPassageRecord, EdgeKind, Grids, MapGrids, MissionPlan, ScheduleState, Site};
+use obstacles::ObstacleSearch;
+use places::{places_at, reached_from};
 use search::{Place, Stretch, shortest};
 
 /// Finds ways on the grids of a site for the robot of their index, with the portals of their mission plan.
@@ -73,11 +70,11 @@ impl<'a> WayFinder<'a> {
     pub fn way(&self, from: WayEnd, to: WayEnd) -> Result<Way, NoWay> {
         let input = self.input();
         let free_spaces: Vec<&FreeSpace> = self.free_spaces.iter().collect();
+        let portals: Vec<Portal> = self.portals.iter().map(|planned| planned.portal).collect();
         let [starts, ends] = [from, to].map(|end| places_at(&input, &free_spaces, end));
         if let (Ok(starts), Ok(ends)) = (&starts, &ends) {
-            let usable: Vec<Portal> = self.portals.iter().map(|planned| planned.portal).collect();
             for start in starts {
-                let reached = reached_from(&free_spaces, &usable, *start);
+                let reached = reached_from(&free_spaces, &portals, *start);
                 let is_reached = |end: &&Staging| reached.parts[end.storey][end.part as usize];
                 if let Some(end) = ends.iter().find(is_reached)
                     && let Some(way) = self.way_between(&reached, *start, *end)
@@ -86,7 +83,8 @@ impl<'a> WayFinder<'a> {
                 }
             }
         }
-        let obstacles = self.obstacles(&input, &free_spaces, from, starts.as_deref().ok(), to, ends.as_deref().ok());
+        let search = ObstacleSearch { input, free_spaces: &free_spaces, portals: &portals };
+        let obstacles = search.between([from, to], [starts.as_deref().ok(), ends.as_deref().ok()]);
         Err(NoWay { from: starts.err(), to: ends.err(), obstacles })
     }
 
@@ -166,147 +164,6 @@ impl<'a> WayFinder<'a> {
         found.dedup_by(|(_, a), (_, b)| is_same_doorway(b, a));
         found.into_iter().map(|(_, passage)| passage).collect()
     }
-
-    /// The stair, ramp or lift between the storeys of two ends, if each that there is is not built or not for this robot: where there
-    /// is no floor at one of its ends, no more is known of it.
-    fn portal_between(&self, from: WayEnd, to: WayEnd) -> Option<WayObstacle> {
-        let storey_of = |end: WayEnd| match end {
-            WayEnd::Space(space) => self.site.spaces[space].map_storey,
-            WayEnd::Point { map_storey, .. } => map_storey,
-        };
-        let map_storeys = [from, to].map(storey_of);
-        let is_known = |storey: &u32| (*storey as usize) < self.site.map_storeys.len();
-        if map_storeys[0] == map_storeys[1] || !map_storeys.iter().all(is_known) {
-            return None;
-        }
-        let state = |element: usize| self.schedule_state.effective(element);
-        let is_built = |element: usize| state(element) == ElementState::Built;
-        let is_to_come = |element: usize| matches!(state(element), ElementState::NotStarted | ElementState::InProgress);
-        let built = between_storeys(self.site, is_built, map_storeys);
-        let all = between_storeys(self.site, |k| is_built(k) || is_to_come(k), map_storeys);
-        let found: Vec<WayObstacle> = all
-            .into_iter()
-            .map(|(kind, element)| {
-                let climbs = self.index.head.robot.climbs_stairs == 1;
-                let is_usable = match kind {
-                    VerticalKind::Stair => Some(climbs),
-                    VerticalKind::Escalator => Some(false),
-                    VerticalKind::Ramp | VerticalKind::Lift => None,
-                };
-                let is_built = built.contains(&(kind, element));
-                WayObstacle::Portal { kind: kind.edge_kind(), element: element as u32, is_built, is_usable }
-            })
-            .collect();
-        let is_closed = |obstacle: &WayObstacle| matches!(obstacle, WayObstacle::Portal { is_built, is_usable, .. } if !is_built || *is_usable == Some(false));
-        let n_problems = |obstacle: &WayObstacle| match obstacle {
-            WayObstacle::Portal { is_built, is_usable, .. } => {
-                usize::from(!is_built) + usize::from(*is_usable == Some(false))
-            }
-            _ => 0,
-        };
-        found.iter().all(is_closed).then(|| found.into_iter().min_by_key(n_problems)).flatten()
-    }
-
-    /// What is in the way, from the beginning on.
-    fn obstacles(
-        &self,
-        input: &MissionPlanInput<'_>,
-        free_spaces: &[&FreeSpace],
-        from: WayEnd,
-        starts: Option<&[Staging]>,
-        to: WayEnd,
-        ends: Option<&[Staging]>,
-    ) -> Vec<WayObstacle> {
-        let is_built = |element: usize| self.schedule_state.effective(element) == ElementState::Built;
-        let is_to_come = |element: usize| {
-            matches!(self.schedule_state.effective(element), ElementState::NotStarted | ElementState::InProgress)
-        };
-        let robot = &self.index.head.robot;
-        // Stairs, ramps and lifts as they will be, for the floors that are there now.
-        let to_come = element_portals(self.site, |k| is_built(k) || is_to_come(k), robot, &self.options, free_spaces);
-        let is_planned = |portal: &Portal| {
-            self.portals
-                .iter()
-                .any(|planned| (planned.portal.element, planned.portal.ends) == (portal.element, portal.ends))
-        };
-        let to_come: Vec<Portal> = to_come.into_iter().filter(|portal| !is_planned(portal)).collect();
-        let mut portals: Vec<Portal> = self.portals.iter().map(|planned| planned.portal).collect();
-        portals.extend(to_come.iter().map(|portal| Portal { usable: false, ..*portal }));
-        let mut is_source: Vec<Vec<bool>> = free_spaces.iter().map(|f| vec![false; f.n_parts() as usize + 1]).collect();
-        for start in starts.unwrap_or_default() {
-            let reached = reached_from(free_spaces, &portals, *start);
-            for (sources, reached) in is_source.iter_mut().zip(&reached.parts) {
-                sources.iter_mut().zip(reached).for_each(|(source, reached)| *source |= reached);
-            }
-        }
-        let is_closed_space: Vec<bool> =
-            (0..self.site.spaces.len()).map(|k| self.schedule_state.is_blocked(k)).collect();
-        let between: Vec<FloorBetween> = (0..free_spaces.len())
-            .flat_map(|storey| {
-                self.grids.with(storey, |grid| floors_between(storey, grid, free_spaces[storey], &is_closed_space))
-            })
-            .collect();
-        let closed_end = |end: WayEnd| match end {
-            WayEnd::Space(space) if is_closed_space[space] => Some(space),
-            _ => None,
-        };
-        let source_space = closed_end(from).filter(|_| starts.is_none());
-        let search = BarrierSearch::of(input, free_spaces, &portals, &between, |place| match place {
-            BarrierNode::Part(storey, part) => is_source[storey][part as usize],
-            BarrierNode::Space(space) => source_space == Some(space),
-        });
-        let of_ends = ends.unwrap_or_default().iter().map(|end| BarrierNode::Part(end.storey, end.part));
-        let of_space = closed_end(to).filter(|_| ends.is_none()).map(BarrierNode::Space);
-        let reached = of_ends.chain(of_space).filter(|place| search.leads_to(*place));
-        let Some(fewest) = reached.map(|place| search.obstacles_to(place)).min_by_key(Vec::len) else {
-            return self.portal_between(from, to).into_iter().collect();
-        };
-        let mut obstacles = joined(fewest);
-        obstacles.reverse();
-        let named = obstacles.into_iter().flat_map(|obstacle| match obstacle {
-            Obstacle::Door(passage) => vec![WayObstacle::Door(passage)],
-            Obstacle::Space(space) => vec![WayObstacle::Space(space)],
-            Obstacle::Portal(kind, element) => {
-                let of_portal = |portal: &&Portal| (portal.kind, portal.element) == (kind, element);
-                let coming = to_come.iter().find(of_portal);
-                let is_usable = match coming {
-                    Some(portal) => (kind != PortalKind::Lift).then_some(portal.usable),
-                    None => Some(false),
-                };
-                let element = u32::try_from(element).unwrap_or(NONE);
-                vec![WayObstacle::Portal { kind: kind.edge_kind(), element, is_built: coming.is_none(), is_usable }]
-            }
-            Obstacle::Floor(storey, [a, b]) => {
-                let is_source = |end: FloorEnd| match end {
-                    FloorEnd::Part(part) => is_source[storey][part as usize],
-                    FloorEnd::Space(space) => source_space == Some(space),
-                };
-                // They are found from the side on which the way begins.
-                let ends = if is_source(b) { [b, a] } else { [a, b] };
-                self.grids.with(storey, |grid| crossed(grid, free_spaces[storey], &is_closed_space, ends))
-            }
-        });
-        let ends = [source_space, closed_end(to)];
-        let mut found: Vec<WayObstacle> = Vec::new();
-        for obstacle in named {
-            // The closed ends are told of as ends.
-            let is_end = matches!(obstacle, WayObstacle::Space(space) if ends.contains(&Some(space)));
-            if !is_end && !found.contains(&obstacle) {
-                found.push(obstacle);
-            }
-        }
-        found
-    }
-}
-
-/// What would have to be crossed between two places of a storey.
-fn crossed(grid: &Grid<'_>, free_space: &FreeSpace, is_closed_space: &[bool], ends: [FloorEnd; 2]) -> Vec<WayObstacle> {
-    let map_storey = grid.head.map_storey;
-    let obstacle = |crossing: Crossing| match crossing {
-        Crossing::Space(space) => WayObstacle::Space(space),
-        Crossing::Floor(at, is_keepout) => WayObstacle::Floor { map_storey, at, is_keepout },
-    };
-    crossings(grid, free_space, is_closed_space, ends).into_iter().map(obstacle).collect()
 }
 
 /// The portal of an edge of the mission plan; `None` for other edges, and where its ends have no grid.
@@ -337,33 +194,6 @@ fn planned_portal(
     let ends = [staging(record.nodes[0])?, staging(record.nodes[1])?];
     let (element, usable) = (record.of as usize, record.usable == 1);
     Some(Portal { element, kind, ends, length_m: record.length_m, usable })
-}
-
-/// All parts that the robot gets to from a place.
-fn reached_from(free_spaces: &[&FreeSpace], portals: &[Portal], start: Staging) -> Reachability {
-    let [x_m, y_m] = free_spaces[start.storey].middle(start.cell).coordinates_m();
-    Reachability::of(free_spaces, portals, &[], Some(Start { storey: start.storey as u32, x_m, y_m }))
-}
-
-/// Floor from a part to a second one and on to a third as floor from the first to the third.
-fn joined(obstacles: Vec<Obstacle>) -> Vec<Obstacle> {
-    let mut found: Vec<Obstacle> = Vec::new();
-    for obstacle in obstacles {
-        if let (Some(Obstacle::Floor(last_storey, [a, b])), Obstacle::Floor(storey, [c, d])) = (found.last(), obstacle)
-            && *last_storey == storey
-        {
-            let all = [*a, *b, c, d];
-            let is_once = |end: &FloorEnd| all.iter().filter(|other| *other == end).count() == 1;
-            let once: Vec<FloorEnd> = all.into_iter().filter(is_once).collect();
-            if let [from, to] = once[..] {
-                found.pop();
-                found.push(Obstacle::Floor(storey, [from, to]));
-                continue;
-            }
-        }
-        found.push(obstacle);
-    }
-    found
 }
 
 /// True if a point lies in a box, or before it by no more than `margin` through the wall.

@@ -4,7 +4,8 @@ use super::way::{NoPlace, WayEnd};
 use crate::free_space::FreeSpace;
 use crate::input::MissionPlanInput;
 use crate::options::Start;
-use crate::portal::Staging;
+use crate::portal::{Portal, Staging};
+use crate::reachability::Reachability;
 use crate::space_centre::{cells_at, no_place};
 use crate::spaces::{Refusal, refused};
 use crate::start_pose::{place_blocked, start_cell};
@@ -98,4 +99,10 @@ fn places_in(
         let others = others.filter(|place| first.is_none_or(|first| first.part != place.part));
         Ok(first.into_iter().chain(others).collect())
     })
+}
+
+/// All parts that the robot gets to from a place.
+pub(super) fn reached_from(free_spaces: &[&FreeSpace], portals: &[Portal], start: Staging) -> Reachability {
+    let [x_m, y_m] = free_spaces[start.storey].middle(start.cell).coordinates_m();
+    Reachability::of(free_spaces, portals, &[], Some(Start { storey: start.storey as u32, x_m, y_m }))
 }

@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 /// The newest of what was made, up to a size.
-pub(super) struct Kept<K, V> {
+pub(crate) struct Kept<K, V> {
     max_size: usize,
     size: usize,
     entries: VecDeque<(K, V, usize)>,
@@ -11,17 +11,17 @@ pub(super) struct Kept<K, V> {
 
 impl<K: PartialEq, V: Clone> Kept<K, V> {
     /// Nothing yet, and never more than this size.
-    pub(super) fn of(max_size: usize) -> Self {
+    pub(crate) fn of(max_size: usize) -> Self {
         Self { max_size, size: 0, entries: VecDeque::new() }
     }
 
     /// What was kept under a key.
-    pub(super) fn get(&self, key: &K) -> Option<V> {
+    pub(crate) fn get(&self, key: &K) -> Option<V> {
         self.entries.iter().find(|(k, ..)| k == key).map(|(_, value, _)| value.clone())
     }
 
     /// Keeps a value and gives up the oldest ones; one that is larger than all may be is not kept.
-    pub(super) fn insert(&mut self, key: K, value: V, size: usize) {
+    pub(crate) fn insert(&mut self, key: K, value: V, size: usize) {
         if size > self.max_size || self.get(&key).is_some() {
             return;
         }

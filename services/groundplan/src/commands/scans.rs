@@ -1,0 +1,88 @@
+//! `groundplan scans`: where the robot scans in a room, what each scan sees, or why there is none.
+
+use crate::failure::Failure;
+use crate::question::{Answer, Question, QuestionArgs};
+use crate::run::{Outcome, Run};
+use answers::{Circumstances, FindError, ScansAnswer, Situation, find_room};
+use messages::Site;
+use waypoints::MissionPlanOptions;
+
+/// Arguments of `scans`.
+#[derive(Debug, Clone, clap::Args)]
+#[command(after_help = AFTER_HELP)]
+pub struct Args {
+    /// The room, by number, name, long name or GlobalId
+    #[arg(value_name = "ROOM")]
+    room: String,
+
+    /// Of what.
+    #[command(flatten)]
+    of: QuestionArgs,
+}
+
+const AFTER_HELP: &str = "\
+Scans are planned for the whole site, as `convert` does: what a scan of another room sees through a
+door is not scanned again, so that a room may have none. Each pose says how much floor it sees that no
+scan before it saw, how many sides of cells, and which scans it joins.
+The JSON document has a schema: config/schemas/scans.schema.json.
+
+Examples:
+  groundplan scans G.02
+  groundplan scans 'Lab 3' house.ifc --date 2024-04-15
+  groundplan scans 'Lab 3' house.ifc --json | jq '.scans[].at_m'
+
+Exit codes: 0 there are scans in it, 1 failed, 2 bad usage or configuration, 3 there is none, 4 the maps
+of the running daemons may not be used.";
+
+impl Run for Args {
+    /// Looks at the scans of the room.
+    ///
+    /// # Errors
+    /// Bad arguments, models that cannot be read, a room that does not exist, no daemons.
+    fn run(&self) -> Result<Outcome, Failure> {
+        self.of.answer(self)
+    }
+}
+
+impl Question for Args {
+    type Found = usize;
+    type Answer = ScansAnswer;
+
+    fn command(&self) -> Vec<&str> {
+        vec!["scans", &self.room]
+    }
+
+    fn find(&self, site: &Site<'_>) -> Result<usize, FindError> {
+        find_room(site, &self.room)
+    }
+
+    fn options(&self, _: &Site<'_>, _: &usize, options: MissionPlanOptions) -> MissionPlanOptions {
+        options
+    }
+
+    fn depends_on_start(&self) -> bool {
+        true
+    }
+
+    fn answer(&self, situation: &Situation<'_>, space: &usize) -> ScansAnswer {
+        answers::scans(situation, *space)
+    }
+
+    fn verdict(&self, situation: &Situation<'_>, space: &usize) -> Option<bool> {
+        Answer::verdict(&self.answer(situation, space))
+    }
+}
+
+impl Answer for ScansAnswer {
+    fn verdict(&self) -> Option<bool> {
+        Some(!self.scans.is_empty())
+    }
+
+    fn circumstances(&self) -> &Circumstances {
+        &self.circumstances
+    }
+
+    fn text(&self) -> String {
+        self.text()
+    }
+}
