@@ -7,15 +7,19 @@
 
 use bus::{Bus, Daemon, DeathAtLoan, InProcessBus, RawSubscriber};
 use daemon::{
-    Asked, Caller, Clock, Committed, CurrentActivity, Decide, Disk, Event, Failure, HistoryEvent, Input, MachineTime,
-    Reporter, Request, Save, Service, SiteConfig, StateError, StateFolder,
+    Asked, Caller, Clock, Committed, CurrentActivity, Decide, Disk, Event, Failure, FileText, HistoryEvent, Input,
+    MachineTime, Reporter, Request, Save, Service, SiteConfig, StateError, StateFolder,
 };
 use ifc_ingest::service::Ingest;
 use rasterize::service::Rasterize;
 use schedule_eval::service::ScheduleEval;
+use slam_align::background_worker::{Outcome, Worker};
+use slam_align::job::{Job, JobResult};
+use slam_align::service::SlamAlign;
 use std::panic::{AssertUnwindSafe, catch_unwind, panic_any, resume_unwind};
 use std::path::Path;
 use std::sync::atomic::{AtomicI64, Ordering};
+use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Mutex};
 use waypoint_gen::service::WaypointGen;
 
@@ -120,17 +124,22 @@ struct Running<D: Decide> {
     subscribers: Vec<RawSubscriber>,
 }
 
+/// Starts the rules of a process.
+type Start<D> = dyn Fn(&SiteConfig, CurrentActivity, MachineTime) -> Result<Committed<D>, Failure>;
+
 /// A process that may run, and its disk.
 pub struct Process<D: Decide> {
-    start: fn(&SiteConfig, CurrentActivity, MachineTime) -> Result<Committed<D>, Failure>,
+    start: Box<Start<D>>,
     running: Option<Running<D>>,
     /// What happens to its disk.
     pub faults: Arc<Mutex<DiskFaults>>,
 }
 
 impl<D: Decide> Process<D> {
-    fn new(start: fn(&SiteConfig, CurrentActivity, MachineTime) -> Result<Committed<D>, Failure>) -> Self {
-        Self { start, running: None, faults: Arc::default() }
+    fn new(
+        start: impl Fn(&SiteConfig, CurrentActivity, MachineTime) -> Result<Committed<D>, Failure> + 'static,
+    ) -> Self {
+        Self { start: Box::new(start), running: None, faults: Arc::default() }
     }
 
     /// True while it runs.
@@ -148,9 +157,9 @@ impl<D: Decide> Process<D> {
         if self.running.is_some() {
             return End::Done(());
         }
-        let (start, faults) = (self.start, Arc::clone(&self.faults));
+        let faults = Arc::clone(&self.faults);
         let disk = SimulatedDisk { state: Arc::new(Mutex::new(StateFolder::at(&site.config.state))), faults };
-        let made = start(&site.config, CurrentActivity::default(), site.clock.now());
+        let made = (self.start)(&site.config, CurrentActivity::default(), site.clock.now());
         let service = match made {
             Ok(service) => service.driven_by(Box::new(disk), Box::new(site.clock.clone())),
             Err(why) => return End::Failed(daemon::chain(why.as_ref())),
@@ -213,6 +222,57 @@ impl<D: Decide> Process<D> {
     }
 }
 
+/// The worker of slam-align, and what schedule-eval has from it.
+#[derive(Clone, Default)]
+pub struct Aligner(Arc<Mutex<AlignerEnds>>);
+
+#[derive(Default)]
+struct AlignerEnds {
+    jobs: Option<Receiver<Job>>,
+    outcomes: Option<Sender<Outcome<Job, JobResult>>>,
+    table: Option<String>,
+    takes_no_tables: bool,
+}
+
+impl Aligner {
+    /// A process of slam-align starts with a worker of its own.
+    fn start(&self, config: &SiteConfig, activity: CurrentActivity) -> Result<Committed<SlamAlign>, Failure> {
+        let ((to_worker, jobs), (done, outcomes)) = (channel(), channel());
+        let mut ends = self.0.lock().unwrap();
+        (ends.jobs, ends.outcomes) = (Some(jobs), Some(done));
+        drop(ends);
+        let schedule = self.clone();
+        let give = move |_: &Bus, FileText { text, .. }: FileText, _: bool| {
+            let mut ends = schedule.0.lock().unwrap();
+            if ends.takes_no_tables {
+                return Err("schedule-eval takes no tables".into());
+            }
+            ends.table = Some(text);
+            Ok(())
+        };
+        SlamAlign::start_with(config, activity, Worker { jobs: to_worker, outcomes }, Box::new(give))
+    }
+
+    /// The worker ends its job; false if it has none.
+    pub fn finish(&self, work: impl FnOnce(&Job) -> Result<JobResult, Failure>) -> bool {
+        let ends = self.0.lock().unwrap();
+        let (Some(jobs), Some(outcomes)) = (&ends.jobs, &ends.outcomes) else { return false };
+        let Ok(job) = jobs.try_recv() else { return false };
+        let result = work(&job);
+        outcomes.send(Outcome { job, result }).is_ok()
+    }
+
+    /// From now on schedule-eval takes no tables of slam-align, or takes them again.
+    pub fn take_tables(&self, takes: bool) {
+        self.0.lock().unwrap().takes_no_tables = !takes;
+    }
+
+    /// The table that it took last; `None` for none.
+    pub fn table(&self) -> Option<String> {
+        self.0.lock().unwrap().table.clone()
+    }
+}
+
 /// What all daemons of a site share.
 pub struct Circumstances {
     /// The configuration.
@@ -235,10 +295,15 @@ pub struct Daemons {
     pub rasterize: Process<Rasterize>,
     /// Plans waypoints.
     pub waypoints: Process<WaypointGen>,
+    /// Follows the robot's map.
+    pub align: Process<SlamAlign>,
+    /// Its worker.
+    pub aligner: Aligner,
 }
 
 /// Those that take part.
-pub const DAEMONS: [Daemon; 4] = [Daemon::IfcIngest, Daemon::ScheduleEval, Daemon::Rasterize, Daemon::WaypointGen];
+pub const DAEMONS: [Daemon; 5] =
+    [Daemon::IfcIngest, Daemon::ScheduleEval, Daemon::Rasterize, Daemon::WaypointGen, Daemon::SlamAlign];
 
 /// The same step of a daemon, whichever it is.
 macro_rules! each {
@@ -260,6 +325,10 @@ macro_rules! each {
                 let $process = &mut $daemons.waypoints;
                 $step
             }
+            Daemon::SlamAlign => {
+                let $process = &mut $daemons.align;
+                $step
+            }
             other => panic!("{other} does not take part"),
         }
     };
@@ -269,12 +338,16 @@ impl Daemons {
     /// A site whose configuration lies in this folder, with all daemons stopped.
     pub fn of(toml: &str, home: &Path, clock: SimulatedClock) -> Self {
         let config = SiteConfig::parse(toml, home).unwrap();
+        let aligner = Aligner::default();
+        let of_process = aligner.clone();
         Self {
             shared: Circumstances { config, bus: InProcessBus::new(), clock },
             ingest: Process::new(|config, activity, _| Ingest::start(config, activity)),
             schedule: Process::new(ScheduleEval::start_at),
             rasterize: Process::new(|config, activity, _| Rasterize::start(config, activity)),
             waypoints: Process::new(|config, activity, _| WaypointGen::start(config, activity)),
+            align: Process::new(move |config, activity, _| of_process.start(config, activity)),
+            aligner,
         }
     }
 
