@@ -5,7 +5,6 @@
 #[expect(dead_code, reason = "other tests use the rest of it")]
 mod house;
 #[path = "support/models.rs"]
-#[expect(dead_code, reason = "other tests use the rest of it")]
 mod models;
 #[path = "support/robot.rs"]
 mod robot;
@@ -13,7 +12,7 @@ mod robot;
 use bus::{Bus, Daemon, RawSubscriber, TopicName, topics};
 use daemon::{AlignAnswer, AlignRequest, Confirmations, KnownPlaces, ScheduleRequest, SearchState};
 use models::{START_MS, copy_folder, models, toml};
-use robot::{N_MAPS, Robot, TRUE_POSE, accepted, east_wall, result_of};
+use robot::{N_MAPS, Robot, TRUE_POSE, accepted, east_wall, result_of, save};
 use serde_json::Value;
 use site_simulator::{DAEMONS, Daemons, DiskFaults, End, SimulatedClock};
 use std::path::PathBuf;
@@ -147,20 +146,21 @@ impl Site {
     /// What fails is as if it had not been tried, on the bus, in force and on disk; the next try is another one.
     fn fails_and_changes_nothing(&mut self, mut act: impl FnMut(&mut Self) -> bool) {
         let before = self.state();
-        let faults: [(&str, fn(&mut Self, bool)); 3] = [
-            ("memory is full", |site, is_on| site.daemons.shared.bus.set_full(is_on)),
-            ("the disk is full", |site, is_full| site.set_faults(DiskFaults { is_full, ..DiskFaults::default() })),
-            ("the first publication fails", |site, is_on| {
-                if is_on {
-                    site.daemons.shared.bus.fail_publish_after(0);
-                }
-            }),
-        ];
-        for (what, set) in faults {
-            set(self, true);
+        for what in ["memory is full", "the disk is full", "the first publication fails"] {
+            self.set_fault(what, true);
             assert!(!act(self), "{what}");
-            set(self, false);
+            self.set_fault(what, false);
             assert_eq!(format!("{:?}", self.state()), format!("{before:?}"), "{what}");
+        }
+    }
+
+    fn set_fault(&mut self, what: &str, is_on: bool) {
+        let bus = &self.daemons.shared.bus;
+        match what {
+            "memory is full" => bus.set_full(is_on),
+            "the disk is full" => self.set_faults(DiskFaults { is_full: is_on, ..DiskFaults::default() }),
+            _ if is_on => bus.fail_publish_after(0),
+            _ => {}
         }
     }
 }
@@ -197,6 +197,36 @@ fn a_confirmation_and_its_undoing_are_whole_or_not_at_all() {
     assert!(pose(&mut site, undo()));
     let (_, _, undone, saved) = site.state();
     assert!(undone.before_confirmed.is_none() && undone.waiting.is_some() && saved["before_confirmed"].is_null());
+}
+
+#[test]
+fn a_map_file_is_taken_with_its_copy_or_not_at_all() {
+    let mut site = Site::aligned();
+    let folder = site.daemons.shared.config.state.parent().unwrap().to_owned();
+    let file = save(1, &folder);
+    let copies = |site: &Site| {
+        let entries = std::fs::read_dir(&site.daemons.shared.config.state).unwrap();
+        let names = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap());
+        names.filter(|name| name.starts_with("slam-map-")).count()
+    };
+    let setting = |site: &Site| site.daemons.align.facts().unwrap().setting;
+    let read = |site: &mut Site| site.daemons.align.ask(AlignRequest::ReadSlamMap { file: file.clone() });
+    site.fails_and_changes_nothing(|site| is_done(&read(site)));
+    assert_eq!((copies(&site), setting(&site)), (0, None));
+    for n_writes in 0..3 {
+        let death = Some((n_writes, false));
+        site.set_faults(DiskFaults { death, ..DiskFaults::default() });
+        assert!(matches!(read(&mut site), End::Died));
+        assert!(is_done(&site.daemons.start(Daemon::SlamAlign)));
+        site.deliver();
+        assert_eq!((copies(&site), setting(&site)), (0, None), "after {n_writes} writes");
+    }
+    assert!(is_done(&read(&mut site)));
+    assert_eq!(copies(&site), 4, "image and description, each twice");
+    assert!(setting(&site).is_some_and(|setting| setting.value.ends_with("map.yaml")));
+    site.daemons.kill(Daemon::SlamAlign);
+    assert!(is_done(&site.daemons.start(Daemon::SlamAlign)));
+    assert!(setting(&site).is_some() && copies(&site) == 4);
 }
 
 #[test]

@@ -8,6 +8,8 @@ use frames::{PoseCovariance, Rigid2};
 use messages::{AlignmentVerdict, InputHashes, PoseEvidence, RobotProfile, SlamMap, SlamMapHead};
 use slam_align::job::{Found, Job, JobResult, ReferenceMaps, Task, work};
 use std::collections::HashMap;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, OnceLock};
 
 /// Where the robot's frame lies in the model's map: x, y in metres, yaw.
@@ -34,6 +36,11 @@ impl Robot {
         Self { maps: Bus::in_process(bus, Daemon::Robot).publisher(topics::SlamMap, 1 << 14).unwrap(), epoch: 0 }
     }
 
+    /// Joins another generation of the bus, with the map that it has.
+    pub(crate) fn join(&mut self, bus: &InProcessBus) {
+        self.maps = Self::of(bus).maps;
+    }
+
     /// Publishes the map of this number, if there is room. By the last one the robot sees through the wall at x = 4 m.
     pub(crate) fn publish(&mut self, map: usize) {
         let cells: Vec<i8> = (0..SIZE[0] * SIZE[1]).map(|k| cell([k % SIZE[0], k / SIZE[0]], map)).collect();
@@ -42,8 +49,22 @@ impl Robot {
         let archive = SlamMap::write(&SlamMapHead { resolution_m: CELL_M, origin, width, height }, &cells);
         self.epoch += 1;
         let origin = Origin { epoch: self.epoch, frame_epoch: 0, inputs: InputHashes::default() };
-        let _ = self.maps.publish_copy(archive.bytes(), origin);
+        // Without room, or if it is the one that dies of it, the map is lost.
+        let _ = catch_unwind(AssertUnwindSafe(|| self.maps.publish_copy(archive.bytes(), origin).is_ok()));
     }
+}
+
+/// Saves the map of this number as a map server does; the path of its description.
+pub(crate) fn save(map: usize, folder: &Path) -> PathBuf {
+    let rows = (0..SIZE[1]).rev();
+    let pixels = rows.flat_map(|row| (0..SIZE[0]).map(move |column| cell([column, row], map)));
+    let pixels = pixels.map(|cell| [205, 254, 0][usize::from(cell == 0) + 2 * usize::from(cell == 100)]);
+    let image = [format!("P5\n{} {}\n255\n", SIZE[0], SIZE[1]).into_bytes(), pixels.collect()].concat();
+    std::fs::write(folder.join("map.pgm"), image).unwrap();
+    let origin = [CORNER_M[0] - TRUE_POSE[0], CORNER_M[1] - TRUE_POSE[1], 0.0];
+    let path = folder.join("map.yaml");
+    std::fs::write(&path, format!("image: map.pgm\nresolution: {CELL_M}\norigin: {origin:?}\n")).unwrap();
+    path
 }
 
 /// A cell of a map: free in the room, occupied where a wall begins.
@@ -89,11 +110,13 @@ pub(crate) fn result_of(job: &Job, found: &Alignment) -> Result<JobResult, Failu
             Ok(JobResult { references, found: Found::Poses(Arc::new(found.clone()), None) })
         }
         Task::Draw => Ok(JobResult { references: references_of(job)?, found: Found::Drawn }),
-        Task::Compare { map, pose, slam_frame, .. } => {
-            type Compared = Mutex<HashMap<(Key, String), JobResult>>;
+        Task::Compare { map, pose, .. } => {
+            type Compared = Mutex<HashMap<(Key, u64, String), JobResult>>;
             static COMPARED: OnceLock<Compared> = OnceLock::new();
             let compared = COMPARED.get_or_init(Compared::default);
-            let key = (key_of(job)?, format!("{} {pose:?} {slam_frame:?}", map.content_hash()));
+            // What a pose nearby gives will do.
+            let place = pose.map_from_slam.map(|c| (4.0 * c).round());
+            let key = (key_of(job)?, map.content_hash(), format!("{place:?}"));
             let known = compared.lock().unwrap().get(&key).cloned();
             if let Some(known) = known {
                 return Ok(known);
