@@ -9,7 +9,7 @@ use alignment::{
 use daemon::{Failure, KnownPlaces};
 use deviations::{DeviationInput, deviations};
 use frames::Map;
-use messages::{Checked, PoseRecord, RobotProfile, ScheduleState, Site, SlamFrame, payload};
+use messages::{Checked, PoseRecord, Site, SlamFrame, payload};
 use site_view::SiteSamples;
 use std::sync::Arc;
 
@@ -141,7 +141,21 @@ pub fn work(references: &mut Option<References>, job: &Job) -> Result<JobResult,
         Task::Draw => Found::Drawn,
         Task::Search { map, search_area, evidence, .. } => align(&site, &maps, map, search_area, evidence.as_deref())?,
         Task::Compare { map, pose, slam_frame, .. } => {
-            Found::Deviations(Arc::new(compare(&site, &schedule_state, &robot, map, pose, slam_frame)?))
+            let map_storey = pose.map_storey as usize;
+            if map_storey >= site.map_storeys.len() {
+                return Err(format!("the site has no storey {map_storey}").into());
+            }
+            Found::Deviations(Arc::new(Checked::new(deviations(&DeviationInput {
+                site: &site,
+                schedule_state: &schedule_state,
+                robot: &robot,
+                map_storey,
+                slam: &map.map,
+                slam_map_hash: map.content_hash,
+                slam_frame,
+                about_m: pose.about_m,
+                covariance: pose.pose_covariance(),
+            }))?))
         }
     };
     *references = Some(drawn);
@@ -178,29 +192,4 @@ fn align(
     let after = after.map(Evidence::new).transpose()?;
     alignment.decide(references, &map.prepared, &storeys, &places.rooms);
     Ok(Found::Poses(Arc::new(alignment), after.map(Arc::new)))
-}
-
-fn compare(
-    site: &Site<'_>,
-    schedule_state: &ScheduleState<'_>,
-    robot: &RobotProfile,
-    map: &RobotMap,
-    pose: &PoseRecord,
-    slam_frame: &SlamFrame,
-) -> Result<Checked<payload::Deviations>, Failure> {
-    let map_storey = pose.map_storey as usize;
-    if map_storey >= site.map_storeys.len() {
-        return Err(format!("the site has no storey {map_storey}").into());
-    }
-    Ok(Checked::new(deviations(&DeviationInput {
-        site,
-        schedule_state,
-        robot,
-        map_storey,
-        slam: &map.map,
-        slam_map_hash: map.content_hash,
-        slam_frame,
-        about_m: pose.about_m,
-        covariance: pose.pose_covariance(),
-    }))?)
 }

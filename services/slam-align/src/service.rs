@@ -328,7 +328,10 @@ impl Decide for SlamAlign {
             }
             Occasion::Request(request, asked) => {
                 let answer = self.carry_out(&mut decision, request, asked, now)?;
-                self.settle(&mut decision, true)?;
+                // What is saved or told changes something; the rest asks.
+                if !(decision.save.is_empty() && decision.history.is_empty()) {
+                    self.settle(&mut decision, true)?;
+                }
                 let published = |now: &Now<'_, Self>| AlignAnswer::Pose(now.outputs.alignment.published());
                 decision = decision.answered(move |_, now| answer.unwrap_or_else(|| published(now)));
             }

@@ -43,7 +43,7 @@ impl Site {
         }
         let at_s = START_MS / 1_000 + 60 * 86_400;
         assert!(matches!(daemons.schedule.ask(ScheduleRequest::SetPlanTime { at_s }), End::Done(_)));
-        let robot = Robot::of(&daemons.shared.bus);
+        let robot = Robot::of(&daemons.shared.bus, 0);
         let reader = Bus::in_process(&daemons.shared.bus, Daemon::Groundplan);
         let alignments = reader.raw_subscriber(TopicName::Alignment).unwrap();
         let mut site = Self { _home: home, daemons, robot, alignments, last: (0, 0.0) };

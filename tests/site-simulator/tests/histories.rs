@@ -166,7 +166,7 @@ struct History {
     clock: SimulatedClock,
     reader: Reader,
     robot: robot::Robot,
-    /// A robot takes part in every other history.
+    /// A robot takes part in every fourth history.
     has_robot: bool,
     /// True if slam-align has done something since it was asked what is in force.
     is_align_touched: bool,
@@ -195,7 +195,7 @@ impl History {
             has_confirmed_pose: false,
             has_confirmed_absence: false,
         };
-        let robot = robot::Robot::of(&daemons.shared.bus);
+        let robot = robot::Robot::of(&daemons.shared.bus, 0);
         let (dice, epochs) = (Dice(seed), BTreeMap::new());
         Self {
             dice,
@@ -205,7 +205,7 @@ impl History {
             clock,
             reader,
             robot,
-            has_robot: seed % 2 == 0,
+            has_robot: seed.is_multiple_of(4),
             is_align_touched: true,
             epochs,
             wanted,
@@ -224,6 +224,9 @@ impl History {
             self.daemons.start(daemon);
             (0..3).for_each(|input| drop(self.daemons.deliver(daemon, input)));
         }
+        if self.has_robot {
+            self.align();
+        }
         self.look()?;
         for _ in 0..N_EVENTS {
             self.event()?;
@@ -233,6 +236,20 @@ impl History {
         self.calm()
     }
 
+    /// All walls stand, and the map of the robot is aligned with them.
+    fn align(&mut self) {
+        let at_s = START_MS / 1_000 + 60 * DAY_S;
+        assert!(matches!(self.daemons.schedule.ask(ScheduleRequest::SetPlanTime { at_s }), End::Done(_)));
+        self.wanted.plan_time = WantedTime::Fixed(at_s);
+        self.robot.publish(if self.dice.one_in(2) { N_MAPS - 1 } else { 0 });
+        for daemon in DAEMONS {
+            (0..4).for_each(|input| drop(self.daemons.deliver(daemon, input)));
+        }
+        while self.daemons.aligner.finish(|job| result_of(job, &accepted(TRUE_POSE))) {
+            assert!(matches!(self.daemons.align.tick(), End::Done(())));
+        }
+    }
+
     fn note(&mut self, what: String) {
         self.log.push(what);
     }
@@ -240,20 +257,22 @@ impl History {
     /// Something happens.
     fn event(&mut self) -> Result<(), Violation> {
         let daemon = DAEMONS[self.dice.below(DAEMONS.len())];
-        match self.dice.below(24) {
+        match self.dice.below(27) {
             20.. if !self.has_robot => return self.request(),
             20 => {
                 let map = self.dice.below(N_MAPS);
                 self.note(format!("the robot publishes map {map}"));
                 self.robot.publish(map);
+                let taken = self.daemons.align.deliver(3);
+                self.note(format!("slam-align takes it: {taken:?}"));
             }
             21 | 22 => self.finish_job(),
-            23 if self.dice.one_in(3) => {
+            23 if self.dice.one_in(4) => {
                 let takes = self.dice.one_in(2);
                 self.note(format!("schedule-eval takes tables of slam-align: {takes}"));
                 self.daemons.aligner.take_tables(takes);
             }
-            23 => return self.confirm(),
+            23.. => return self.confirm(),
             0..8 => self.work(daemon),
             8..10 => {
                 let ms = self.dice.below(5_000) as i64;
@@ -289,7 +308,7 @@ impl History {
                 self.note("the bus is created anew".to_owned());
                 self.daemons.renew_bus();
                 self.reader = Reader::of(&self.daemons.shared.bus);
-                self.robot.join(&self.daemons.shared.bus);
+                self.robot = robot::Robot::of(&self.daemons.shared.bus, self.robot.epoch);
             }
             _ => return self.request(),
         }
@@ -353,6 +372,9 @@ impl History {
         };
         self.is_align_touched = true;
         let end = self.daemons.align.ask(request);
+        if what == "search" && matches!(end, End::Done(_)) {
+            self.finish_job();
+        }
         self.asked(what, end, wanted, |answer| match answer {
             AlignAnswer::Pose(published) => Some(*published),
             _ => None,
@@ -584,6 +606,8 @@ impl History {
             self.daemons.set_faults(daemon, DiskFaults::default());
         }
         self.daemons.aligner.take_tables(true);
+        // The first may be the publication that was to fail.
+        (0..2).filter(|_| self.has_robot).for_each(|map| self.robot.publish(map));
         // Files are read again at two looks, and a publication that was to fail fails for somebody.
         for round in 0..8 {
             self.clock.pass(if round < 4 { 1_500 } else { 0 });
@@ -602,6 +626,9 @@ impl History {
             let ticked = self.daemons.align.tick();
             self.note(format!("slam-align ends a job: {ticked:?}"));
         }
+        // What the last of them has shown goes to schedule-eval.
+        let ticked = self.daemons.align.tick();
+        self.note(format!("slam-align ticks: {ticked:?}"));
         self.look()?;
         self.is_align_touched = true;
         self.check_answers()?;

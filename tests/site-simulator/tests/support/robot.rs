@@ -27,18 +27,14 @@ pub(crate) const N_MAPS: usize = 3;
 /// A robot that publishes maps.
 pub(crate) struct Robot {
     maps: Publisher<topics::SlamMap>,
-    epoch: u64,
+    /// That of its last map.
+    pub(crate) epoch: u64,
 }
 
 impl Robot {
-    /// On this bus.
-    pub(crate) fn of(bus: &InProcessBus) -> Self {
-        Self { maps: Bus::in_process(bus, Daemon::Robot).publisher(topics::SlamMap, 1 << 14).unwrap(), epoch: 0 }
-    }
-
-    /// Joins another generation of the bus, with the map that it has.
-    pub(crate) fn join(&mut self, bus: &InProcessBus) {
-        self.maps = Self::of(bus).maps;
+    /// On this bus, after this epoch.
+    pub(crate) fn of(bus: &InProcessBus, epoch: u64) -> Self {
+        Self { maps: Bus::in_process(bus, Daemon::Robot).publisher(topics::SlamMap, 1 << 14).unwrap(), epoch }
     }
 
     /// Publishes the map of this number, if there is room. By the last one the robot sees through the wall at x = 4 m.
@@ -111,15 +107,16 @@ pub(crate) fn result_of(job: &Job, found: &Alignment) -> Result<JobResult, Failu
         }
         Task::Draw => Ok(JobResult { references: references_of(job)?, found: Found::Drawn }),
         Task::Compare { map, pose, .. } => {
-            type Compared = Mutex<HashMap<(Key, u64, String), JobResult>>;
+            type Compared = Mutex<HashMap<([u64; 2], [i64; 3]), JobResult>>;
             static COMPARED: OnceLock<Compared> = OnceLock::new();
             let compared = COMPARED.get_or_init(Compared::default);
-            // What a pose nearby gives will do.
-            let place = pose.map_from_slam.map(|c| (4.0 * c).round());
-            let key = (key_of(job)?, map.content_hash(), format!("{place:?}"));
+            // What a pose nearby, at another date, gives will do.
+            let place = pose.map_from_slam.map(|c| (4.0 * c).round() as i64);
+            let (site, ..) = key_of(job)?;
+            let key = ([site, map.content_hash()], place);
             let known = compared.lock().unwrap().get(&key).cloned();
             if let Some(known) = known {
-                return Ok(known);
+                return Ok(JobResult { references: references_of(job)?, ..known });
             }
             let result = work(&mut None, job)?;
             compared.lock().unwrap().insert(key, result.clone());
