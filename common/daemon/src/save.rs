@@ -16,8 +16,9 @@ pub struct Save(Change);
 
 #[derive(Clone)]
 enum Change {
-    /// The file is to hold this; without content it is to be removed.
-    Kept(KeptFile, Option<Vec<u8>>),
+    /// The file is to hold this; without content it is to be removed. The last says whether it can be made anew: where it is damaged
+    /// there is nothing to go back to.
+    Kept(KeptFile, Option<Vec<u8>>, bool),
     /// A file that can be made anew, and says itself of what it is.
     Derived(PathBuf, Arc<dyn AsRef<[u8]> + Send + Sync>),
 }
@@ -25,8 +26,8 @@ enum Change {
 impl fmt::Debug for Change {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Kept(file, Some(content)) => write!(f, "{} ({} bytes)", file.path().display(), content.len()),
-            Self::Kept(file, None) => write!(f, "{} (removed)", file.path().display()),
+            Self::Kept(file, Some(content), _) => write!(f, "{} ({} bytes)", file.path().display(), content.len()),
+            Self::Kept(file, None, _) => write!(f, "{} (removed)", file.path().display()),
             Self::Derived(path, _) => write!(f, "{}", path.display()),
         }
     }
@@ -44,8 +45,8 @@ impl Save {
     /// The file system refuses; what was saved before stays.
     pub fn write(&self) -> Result<(), StateError> {
         let written = match &self.0 {
-            Change::Kept(file, Some(content)) => file.save(content),
-            Change::Kept(file, None) => file.remove(),
+            Change::Kept(file, Some(content), _) => file.save(content),
+            Change::Kept(file, None, _) => file.remove(),
             Change::Derived(path, content) => write_durably(path, (**content).as_ref()),
         };
         written.map_err(|source| self.failed(source))
@@ -56,14 +57,18 @@ impl Save {
     /// # Errors
     /// A file that cannot be read, or is damaged.
     pub fn way_back(&self) -> Result<Option<Self>, StateError> {
-        let Change::Kept(file, _) = &self.0 else { return Ok(None) };
-        let found = file.look().map_err(|source| self.failed(source))?;
-        Ok(Some(Self(Change::Kept(file.clone(), found.content))))
+        let Change::Kept(file, _, can_be_made_anew) = &self.0 else { return Ok(None) };
+        let content = match file.look() {
+            Ok(found) => found.content,
+            Err(why) if *can_be_made_anew && why.kind() == io::ErrorKind::InvalidData => None,
+            Err(why) => return Err(self.failed(why)),
+        };
+        Ok(Some(Self(Change::Kept(file.clone(), content, *can_be_made_anew))))
     }
 
     fn failed(&self, source: io::Error) -> StateError {
         let path = match &self.0 {
-            Change::Kept(file, _) => file.path(),
+            Change::Kept(file, ..) => file.path(),
             Change::Derived(path, _) => path.clone(),
         };
         StateError::Io { path, source }
@@ -73,12 +78,17 @@ impl Save {
 impl KeptFile {
     /// This content, to be saved.
     pub fn saving(&self, content: Vec<u8>) -> Save {
-        Save(Change::Kept(self.clone(), Some(content)))
+        Save(Change::Kept(self.clone(), Some(content), false))
+    }
+
+    /// The same for a file that can be made anew: what is damaged is replaced.
+    pub fn saving_anew(&self, content: Vec<u8>) -> Save {
+        Save(Change::Kept(self.clone(), Some(content), true))
     }
 
     /// Its removal, to be done.
     pub fn removing(&self) -> Save {
-        Save(Change::Kept(self.clone(), None))
+        Save(Change::Kept(self.clone(), None, false))
     }
 }
 

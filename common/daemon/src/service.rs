@@ -109,14 +109,6 @@ impl<A> Done<A> {
     }
 }
 
-impl Done {
-    /// The same with what was published last as the answer.
-    pub fn answered_by_published(self) -> Done<Published> {
-        let published = self.published;
-        self.answered(published)
-    }
-}
-
 /// The activity of a service, shared with its loop.
 #[derive(Debug, Clone, Default)]
 pub struct CurrentActivity(Arc<Mutex<Activity>>);

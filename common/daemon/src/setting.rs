@@ -301,17 +301,6 @@ impl<T: Clone + Default + PartialEq + Serialize + DeserializeOwned> Setting<T> {
         Ok(save)
     }
 
-    /// Takes what was tried; it is on disk when this returns.
-    ///
-    /// # Errors
-    /// The file system refuses; the value stays.
-    pub fn keep_now(&mut self, kept: KeptSetting<T>) -> Result<(), StateError> {
-        let mut next = self.clone();
-        next.keep(kept)?.iter().try_for_each(Save::write)?;
-        *self = next;
-        Ok(())
-    }
-
     /// The setting for `status`, with its value in words.
     pub fn in_force(&self, words: impl FnOnce(&T) -> String) -> SettingInForce {
         let (source, by_uid, since) = match &self.kept.command {
@@ -458,14 +447,13 @@ mod tests {
             let now = self.configured();
             let Some(setting) = &mut self.setting else { return self.start() };
             let kept = setting.edited(now)?;
-            setting.keep_now(kept)?;
-            Ok(())
+            Ok(setting.keep(kept)?.iter().try_for_each(Save::write)?)
         }
 
         fn command(&mut self, text: &str) {
             let Some(setting) = &mut self.setting else { return };
             let kept = setting.commanded(Some(FileText { path: "/command".into(), text: text.to_owned() }), 7);
-            setting.keep_now(kept).unwrap();
+            setting.keep(kept).unwrap().iter().for_each(|save| save.write().unwrap());
         }
 
         fn text(&self) -> Option<&str> {
@@ -507,22 +495,6 @@ mod tests {
         site.named = Some(1);
         assert!(site.reload().is_err() && site.start().is_err());
         assert_eq!(site.text(), None);
-    }
-
-    #[test]
-    fn a_value_that_cannot_be_written_changes_nothing() {
-        let mut site = Site::new();
-        site.start().unwrap();
-        site.command("a");
-        let (state, away) = (site.home.path().join("state"), site.home.path().join("away"));
-        fs::rename(&state, &away).unwrap();
-        let setting = site.setting.as_mut().unwrap();
-        let before = setting.in_force(|_| String::new());
-        assert!(setting.keep_now(setting.commanded(None, 8)).is_err());
-        assert_eq!(setting.in_force(|_| String::new()), before);
-        fs::rename(&away, &state).unwrap();
-        site.start().unwrap();
-        assert_eq!((site.text(), site.source()), (Some("a"), SettingSource::Command));
     }
 
     #[test]

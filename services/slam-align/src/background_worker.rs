@@ -6,19 +6,22 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
 
 /// A job that is done, and what came of it.
-pub(crate) struct Outcome<J, R> {
-    pub(crate) job: J,
-    pub(crate) result: Result<R, Failure>,
+pub struct Outcome<J, R> {
+    /// The job.
+    pub job: J,
+    /// Its result.
+    pub result: Result<R, Failure>,
 }
 
-/// The thread, and whether it is busy.
-pub(crate) struct BackgroundWorker<J, R> {
-    jobs: Sender<J>,
-    outcomes: Receiver<Outcome<J, R>>,
-    is_busy: bool,
+/// The ends of who works on one job after the other.
+pub struct Worker<J, R> {
+    /// Takes jobs.
+    pub jobs: Sender<J>,
+    /// Gives each back when it is done.
+    pub outcomes: Receiver<Outcome<J, R>>,
 }
 
-impl<J: Send + 'static, R: Send + 'static> BackgroundWorker<J, R> {
+impl<J: Send + 'static, R: Send + 'static> Worker<J, R> {
     /// Starts the thread, with a pool of so many for its parallel work; 0: all cores. After a panic `work` is called again for
     /// the next job.
     ///
@@ -45,33 +48,21 @@ impl<J: Send + 'static, R: Send + 'static> BackgroundWorker<J, R> {
                 }
             });
         })?;
-        Ok(Self { jobs, outcomes, is_busy: false })
+        Ok(Self { jobs, outcomes })
     }
 
-    pub(crate) fn is_busy(&self) -> bool {
-        self.is_busy
-    }
-
-    /// Starts a job on the idle thread.
-    ///
-    /// # Errors
-    /// There is no thread.
-    pub(crate) fn begin(&mut self, job: J) -> Result<(), Failure> {
-        self.jobs.send(job).map_err(|_| NO_THREAD)?;
-        self.is_busy = true;
-        Ok(())
+    /// Begins a job, as the last one is done. Without a thread [`Self::take`] fails.
+    pub(crate) fn begin(&self, job: J) {
+        let _ = self.jobs.send(job);
     }
 
     /// The outcome of the last job, if it is done.
     ///
     /// # Errors
     /// There is no thread.
-    pub(crate) fn take(&mut self) -> Result<Option<Outcome<J, R>>, Failure> {
+    pub(crate) fn take(&self) -> Result<Option<Outcome<J, R>>, Failure> {
         match self.outcomes.try_recv() {
-            Ok(outcome) => {
-                self.is_busy = false;
-                Ok(Some(outcome))
-            }
+            Ok(outcome) => Ok(Some(outcome)),
             Err(TryRecvError::Empty) => Ok(None),
             Err(TryRecvError::Disconnected) => Err(NO_THREAD.into()),
         }
@@ -90,8 +81,8 @@ mod tests {
     use super::*;
     use std::time::{Duration, Instant};
 
-    fn outcome_of(worker: &mut BackgroundWorker<u32, u32>, job: u32) -> Outcome<u32, u32> {
-        worker.begin(job).unwrap();
+    fn outcome_of(worker: &Worker<u32, u32>, job: u32) -> Outcome<u32, u32> {
+        worker.begin(job);
         let begun = Instant::now();
         loop {
             if let Some(outcome) = worker.take().unwrap() {
@@ -104,7 +95,7 @@ mod tests {
 
     #[test]
     fn a_panic_is_the_error_of_its_job_which_comes_back_and_the_next_job_is_done() {
-        let mut worker = BackgroundWorker::start(2, |job: &u32| match *job {
+        let worker = Worker::start(2, |job: &u32| match *job {
             0 => panic!("no zero"),
             1 => Ok(rayon::join(|| -> u32 { panic!("{job} in the pool") }, || 0).1),
             2 => Err("refused".into()),
@@ -112,11 +103,11 @@ mod tests {
         })
         .unwrap();
         for (job, why) in [(0, "no zero"), (1, "1 in the pool"), (2, "refused")] {
-            let Outcome { job: back, result } = outcome_of(&mut worker, job);
+            let Outcome { job: back, result } = outcome_of(&worker, job);
             let text = result.unwrap_err().to_string();
             assert!(back == job && text.contains(why), "{text}");
-            assert!(!worker.is_busy());
+            assert!(worker.take().unwrap().is_none());
         }
-        assert_eq!(outcome_of(&mut worker, 7).result.unwrap(), 70);
+        assert_eq!(outcome_of(&worker, 7).result.unwrap(), 70);
     }
 }

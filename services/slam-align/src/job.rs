@@ -9,13 +9,13 @@ use alignment::{
 use daemon::{Failure, KnownPlaces};
 use deviations::{DeviationInput, deviations};
 use frames::Map;
-use messages::{ArchiveBuffer, Checked, PoseRecord, RobotProfile, ScheduleState, Site, SlamFrame, payload};
+use messages::{Checked, PoseRecord, Site, SlamFrame, payload};
 use site_view::SiteSamples;
 use std::sync::Arc;
 
 /// Where a pose is searched.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub(crate) struct SearchArea {
+pub struct SearchArea {
     pub(crate) hint: Option<Hint>,
     /// The robot is on this map storey.
     pub(crate) storey: Option<u32>,
@@ -26,25 +26,44 @@ pub(crate) struct SearchArea {
 }
 
 /// A job of the worker.
-pub(crate) struct Job {
+pub struct Job {
     /// Site, schedule state and index of grids, which belong together.
-    pub(crate) samples: SiteSamples,
+    pub samples: SiteSamples,
     /// What they are.
     pub(crate) inputs: JobInputs,
     /// The generation of the bus that the samples belong to.
     pub(crate) generation: u64,
-    pub(crate) task: Task,
+    /// What is to be done.
+    pub task: Task,
 }
 
 /// The work of a job.
-pub(crate) enum Task {
+#[derive(Clone)]
+pub enum Task {
     /// Draw the reference maps.
     Draw,
-    /// Search the pose of a map; with the number of the search if a client asked for it.
-    /// It begins with what earlier looks at the same map said.
-    Search { map: Arc<RobotMap>, search_area: SearchArea, asked: Option<u64>, evidence: Option<Arc<Evidence>> },
-    /// Compare the site with a map in a pose, which lies in the model's map as its frame says.
-    Compare { map: Arc<RobotMap>, pose: PoseRecord, slam_frame: Box<SlamFrame>, comparison: u64 },
+    /// Search the pose of a map.
+    Search {
+        /// The map.
+        map: Arc<RobotMap>,
+        /// Where its pose is searched.
+        search_area: SearchArea,
+        /// The number of the search, if a client asked for it.
+        asked: Option<u64>,
+        /// What earlier looks at the same map said: it begins with that.
+        evidence: Option<Arc<Evidence>>,
+    },
+    /// Compare the site with a map.
+    Compare {
+        /// The map.
+        map: Arc<RobotMap>,
+        /// Its pose.
+        pose: PoseRecord,
+        /// How it lies in the model's map.
+        slam_frame: Arc<SlamFrame>,
+        /// The number of the comparison.
+        comparison: u64,
+    },
 }
 
 /// The kind of a task.
@@ -77,30 +96,38 @@ impl TaskKind {
 }
 
 /// What looks at a growing map have said.
-pub(crate) type Evidence = Checked<payload::AlignmentEvidence>;
+pub type Evidence = Checked<payload::AlignmentEvidence>;
 
 /// Maps of the site, by map storey.
-pub(crate) type ReferenceMaps = Vec<Arc<PreparedMap<Map>>>;
+pub type ReferenceMaps = Vec<Arc<PreparedMap<Map>>>;
 
 /// What came of a job: the reference maps, and the result of its task.
-pub(crate) struct JobResult {
-    pub(crate) references: ReferenceMaps,
-    pub(crate) found: Found,
+#[derive(Clone)]
+pub struct JobResult {
+    /// The reference maps.
+    pub references: ReferenceMaps,
+    /// The result of the task.
+    pub found: Found,
 }
 
 /// The result of a task.
-pub(crate) enum Found {
+#[derive(Clone)]
+pub enum Found {
     /// The reference maps are all.
     Drawn,
     /// Storeys are indices of the references; with the evidence after this look, if it says more than that before.
-    Poses(Box<Alignment>, Option<Evidence>),
+    Poses(Arc<Alignment>, Option<Arc<Evidence>>),
     /// Nothing was searched: a hint names what the site does not have.
-    UnknownPlace(UnknownPlace),
-    Deviations(ArchiveBuffer),
+    UnknownPlace(Arc<UnknownPlace>),
+    /// What differs.
+    Deviations(Arc<Checked<payload::Deviations>>),
 }
 
 /// Does a job. `references` are those of the last one, and are lost in a panic.
-pub(crate) fn work(references: &mut Option<References>, job: &Job) -> Result<JobResult, Failure> {
+///
+/// # Errors
+/// Samples that do not belong together, a site that cannot be drawn, a storey that it does not have.
+pub fn work(references: &mut Option<References>, job: &Job) -> Result<JobResult, Failure> {
     let state = job.samples.state().ok_or("site and schedule state do not belong together")?;
     let index = job.samples.index_of(state.site).ok_or("the index of the grids is of another site")?;
     let (site, schedule_state) = state.views()?;
@@ -114,7 +141,21 @@ pub(crate) fn work(references: &mut Option<References>, job: &Job) -> Result<Job
         Task::Draw => Found::Drawn,
         Task::Search { map, search_area, evidence, .. } => align(&site, &maps, map, search_area, evidence.as_deref())?,
         Task::Compare { map, pose, slam_frame, .. } => {
-            Found::Deviations(compare(&site, &schedule_state, &robot, map, pose, slam_frame)?)
+            let map_storey = pose.map_storey as usize;
+            if map_storey >= site.map_storeys.len() {
+                return Err(format!("the site has no storey {map_storey}").into());
+            }
+            Found::Deviations(Arc::new(Checked::new(deviations(&DeviationInput {
+                site: &site,
+                schedule_state: &schedule_state,
+                robot: &robot,
+                map_storey,
+                slam: &map.map,
+                slam_map_hash: map.content_hash,
+                slam_frame,
+                about_m: pose.about_m,
+                covariance: pose.pose_covariance(),
+            }))?))
         }
     };
     *references = Some(drawn);
@@ -131,7 +172,7 @@ fn align(
     let (places, known) = (SitePlaces::of(site), &search_area.places);
     let mut hints = match places.hints(known.points_in_rooms(), known.elevation_m, known.portal.as_deref()) {
         Ok(hints) => hints,
-        Err(why) => return Ok(Found::UnknownPlace(why)),
+        Err(why) => return Ok(Found::UnknownPlace(Arc::new(why))),
     };
     let storeys: Vec<u32> = (0..references.len() as u32).collect();
     if let Some(storey) = search_area.storey {
@@ -150,30 +191,5 @@ fn align(
         .flatten();
     let after = after.map(Evidence::new).transpose()?;
     alignment.decide(references, &map.prepared, &storeys, &places.rooms);
-    Ok(Found::Poses(Box::new(alignment), after))
-}
-
-fn compare(
-    site: &Site<'_>,
-    schedule_state: &ScheduleState<'_>,
-    robot: &RobotProfile,
-    map: &RobotMap,
-    pose: &PoseRecord,
-    slam_frame: &SlamFrame,
-) -> Result<ArchiveBuffer, Failure> {
-    let map_storey = pose.map_storey as usize;
-    if map_storey >= site.map_storeys.len() {
-        return Err(format!("the site has no storey {map_storey}").into());
-    }
-    Ok(deviations(&DeviationInput {
-        site,
-        schedule_state,
-        robot,
-        map_storey,
-        slam: &map.map,
-        slam_map_hash: map.content_hash,
-        slam_frame,
-        about_m: pose.about_m,
-        covariance: pose.pose_covariance(),
-    }))
+    Ok(Found::Poses(Arc::new(alignment), after.map(Arc::new)))
 }

@@ -9,21 +9,9 @@
 //! - `slam-align` keeps a copy of a map file, and who confirmed what when: a confirmation is taken back with the pose before
 //!   it.
 
-mod background_worker;
-mod compared_elements;
-mod job;
-mod map_setting;
-mod newest_inputs;
-mod persisted_state;
-mod robot_map;
-mod searches;
-mod service;
-mod stored_evidence;
-mod stored_map;
-
-use service::AlignService;
+use slam_align::service::SlamAlign;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    daemon::run(AlignService::new)
+    daemon::run(SlamAlign::start)
 }

@@ -2,29 +2,40 @@
 
 use crate::persisted_state::{OlderMap, OlderStoredMap};
 use crate::robot_map::RobotMap;
-use crate::stored_map::{MapStore, StoredMap};
-use daemon::{AlignConfig, Configured, Failure, KeptSetting, OlderSetting, Setting, SettingInForce, SettingKey, chain};
+use crate::stored_map::{MapStore, MapStoreError, StoredMap};
+use daemon::{
+    AlignConfig, Configured, Failure, KeptSetting, OlderSetting, Save, Setting, SettingInForce, SettingKey, chain,
+};
+use occupancy::MapFileContent;
 use std::fs;
 use std::path::Path;
-use std::sync::OnceLock;
 use std::time::SystemTime;
 use tracing::warn;
 
 /// The map of a file. A robot may save the one that `site.toml` names later: what cannot be read is a warning, and is read as
 /// soon as it looks different.
+#[derive(Clone)]
 pub(crate) struct MapSetting {
     setting: Setting<Option<StoredMap>>,
     store: MapStore,
     unread: Option<UnreadFile>,
-    /// What was damaged or removed of the copy of the map in force.
-    finding: OnceLock<String>,
 }
 
 /// The file that `site.toml` names and that cannot be used.
+#[derive(Clone)]
 struct UnreadFile {
     warning: String,
     /// How it looked.
     looks: Option<(u64, SystemTime)>,
+}
+
+/// What follows from another setting.
+#[derive(Default)]
+pub(crate) struct OtherMap {
+    /// The map, if it is another one than before.
+    pub(crate) map: Option<RobotMap>,
+    /// The copy first, then the setting that names it.
+    pub(crate) saves: Vec<Save>,
 }
 
 impl MapSetting {
@@ -33,79 +44,70 @@ impl MapSetting {
     /// # Errors
     /// State that cannot be read or written.
     pub(crate) fn open(state: &Path, config: &AlignConfig, older: OlderMap) -> Result<Self, Failure> {
-        let store = MapStore::at(state);
-        let configured = configured(&store, config.map.as_deref());
+        let (store, file) = (MapStore::at(state), config.map.as_deref());
+        fs::create_dir_all(state)?;
+        let value = file.map(|file| copied(&store, file)).transpose();
+        let configured = Configured { file: file.map(Path::to_owned), value };
         let older = || Ok(taken_over(&store, older));
         let setting = Setting::open_without_edit(state, SettingKey::SlamMap, configured, older)?;
-        let mut map_setting = Self { setting, store, unread: None, finding: OnceLock::new() };
-        map_setting.set_unread(config.map.as_deref(), map_setting.setting.warning().map(str::to_owned));
+        let mut map_setting = Self { setting, store, unread: None };
+        map_setting.set_unread(file, map_setting.setting.warning().map(str::to_owned));
         map_setting.remove_other_copies();
         Ok(map_setting)
     }
 
-    /// The map in force; `None` without one.
+    /// The map in force, `None` without one, with what was damaged or removed of its copy, and is mended.
     ///
     /// # Errors
     /// Its copy is missing or damaged.
-    pub(crate) fn map(&self) -> Result<Option<RobotMap>, Failure> {
-        let read = |stored: &StoredMap| {
-            let (map, finding) = self.store.read(stored.content_hash)?;
-            if let Some(finding) = finding {
-                // That of the first time stays: what is told does not change while the process runs.
-                let _ = self.finding.set(finding);
-            }
-            Ok(map)
-        };
-        self.setting.value().as_ref().map(read).transpose()
+    pub(crate) fn map(&self) -> Result<Option<(RobotMap, Option<String>)>, MapStoreError> {
+        self.setting.value().as_ref().map(|stored| self.store.read(stored.content_hash)).transpose()
     }
 
-    /// Takes what `site.toml` says now; the map, if it is another one than before.
+    /// Takes what `site.toml` says now.
     ///
     /// # Errors
-    /// State that cannot be written, a damaged copy.
-    pub(crate) fn edit(&mut self, config: &AlignConfig) -> Result<Option<RobotMap>, Failure> {
+    /// State that has no JSON.
+    pub(crate) fn edit(&mut self, config: &AlignConfig) -> Result<OtherMap, Failure> {
         let file = config.map.as_deref();
-        match self.setting.edited(configured(&self.store, file)) {
-            Ok(kept) => {
-                self.set_unread(file, self.setting.warning().map(str::to_owned));
-                self.keep(kept)
-            }
-            Err(why) => {
-                self.set_unread(file, Some(chain(why.as_ref())));
-                Ok(None)
-            }
-        }
+        let (value, read) = match file.map(RobotMap::read).transpose() {
+            Ok(read) => (Ok(file.zip(read.as_ref()).map(|(file, (map, _))| StoredMap::of(file, map))), read),
+            Err(why) => (Err(why.into()), None),
+        };
+        let edited = self.setting.edited(Configured { file: file.map(Path::to_owned), value });
+        let (warning, kept) = match edited {
+            Ok(kept) => (self.setting.warning().map(str::to_owned), Some(kept)),
+            Err(why) => (Some(chain(why.as_ref())), None),
+        };
+        self.set_unread(file, warning);
+        kept.map_or_else(|| Ok(OtherMap::default()), |kept| self.keep(kept, read))
     }
 
-    /// Reads the file of `site.toml` again if it could not be used and looks different now; the map, if it is in force.
+    /// Reads the file of `site.toml` again if it could not be used and looks different now.
     ///
     /// # Errors
     /// As [`Self::edit`].
-    pub(crate) fn retry(&mut self, config: &AlignConfig) -> Result<Option<RobotMap>, Failure> {
+    pub(crate) fn retry(&mut self, config: &AlignConfig) -> Result<OtherMap, Failure> {
         match &self.unread {
             Some(unread) if unread.looks != looks(config.map.as_deref()) => self.edit(config),
-            _ => Ok(None),
+            _ => Ok(OtherMap::default()),
         }
     }
 
-    /// Takes the map of this file, as a command of this user; it is on disk when this returns.
+    /// Takes the map of this file, as a command of this user, also if it is the one in force.
     ///
     /// # Errors
-    /// A map that cannot be used or stored: the one before it stays.
-    pub(crate) fn command(&mut self, file: &Path, by_uid: u32) -> Result<RobotMap, Failure> {
-        let (map, stored) = copied(&self.store, file)?;
-        self.keep(self.setting.commanded(Some(stored), by_uid))?;
-        Ok(map)
+    /// A map that cannot be used.
+    pub(crate) fn command(&mut self, file: &Path, by_uid: u32) -> Result<OtherMap, Failure> {
+        let (map, content) = RobotMap::read(file)?;
+        let copy = self.store.saving(map.content_hash, content);
+        let setting = self.setting.keep(self.setting.commanded(Some(StoredMap::of(file, &map)), by_uid))?;
+        Ok(OtherMap { map: Some(map), saves: copy.into_iter().chain(setting).collect() })
     }
 
     /// What an operator should know.
     pub(crate) fn warning(&self) -> Option<&str> {
         self.unread.as_ref().map(|unread| unread.warning.as_str())
-    }
-
-    /// What was damaged or removed of the copy of the map in force, which is mended.
-    pub(crate) fn finding(&self) -> Option<&str> {
-        self.finding.get().map(String::as_str)
     }
 
     /// The setting for `status`; `None` without a map.
@@ -114,19 +116,27 @@ impl MapSetting {
         Some(self.setting.in_force(|_| file.display().to_string()))
     }
 
-    fn keep(&mut self, kept: KeptSetting<Option<StoredMap>>) -> Result<Option<RobotMap>, Failure> {
-        let before = self.setting.value().as_ref().map(|stored| stored.content_hash);
-        let kept = self.setting.keep_now(kept).map_err(Failure::from);
-        self.remove_other_copies();
-        kept?;
-        let now = self.setting.value().as_ref().map(|stored| stored.content_hash);
-        if now == before { Ok(None) } else { self.map() }
+    /// Content hashes of the maps whose copies the setting needs.
+    pub(crate) fn needed(&self) -> [Option<u64>; 2] {
+        [self.setting.value(), self.setting.as_kept().in_site_toml()].map(|map| map.as_ref().map(|m| m.content_hash))
     }
 
-    fn remove_other_copies(&self) {
-        let needed = [self.setting.value(), self.setting.as_kept().in_site_toml()]
-            .map(|map| map.as_ref().map(|m| m.content_hash));
-        self.store.keep_only(&needed.into_iter().flatten().collect::<Vec<_>>());
+    /// Removes copies that the setting in force does not need.
+    pub(crate) fn remove_other_copies(&self) {
+        self.store.keep_only(&self.needed().into_iter().flatten().collect::<Vec<_>>());
+    }
+
+    fn keep(
+        &mut self,
+        kept: KeptSetting<Option<StoredMap>>,
+        read: Option<(RobotMap, MapFileContent)>,
+    ) -> Result<OtherMap, Failure> {
+        let [before, _] = self.needed();
+        let Some(setting) = self.setting.keep(kept)? else { return Ok(OtherMap::default()) };
+        let Some((map, content)) = read else { return Ok(OtherMap { map: None, saves: vec![setting] }) };
+        let copy = self.store.saving(map.content_hash, content);
+        let saves = copy.into_iter().chain([setting]).collect();
+        Ok(OtherMap { map: Some(map).filter(|map| before != Some(map.content_hash)), saves })
     }
 
     fn set_unread(&mut self, file: Option<&Path>, warning: Option<String>) {
@@ -139,17 +149,11 @@ impl MapSetting {
     }
 }
 
-/// What `align.map` of `site.toml` says; what can be used is copied.
-fn configured(store: &MapStore, file: Option<&Path>) -> Configured<Option<StoredMap>> {
-    let value = file.map(|file| copied(store, file).map(|(_, stored)| stored)).transpose();
-    Configured { file: file.map(Path::to_owned), value }
-}
-
-fn copied(store: &MapStore, file: &Path) -> Result<(RobotMap, StoredMap), Failure> {
+/// A map of which there is a copy on disk when this returns.
+fn copied(store: &MapStore, file: &Path) -> Result<StoredMap, Failure> {
     let (map, content) = RobotMap::read(file)?;
-    store.write(map.content_hash, &content)?;
-    let stored = StoredMap { file: file.to_owned(), content_hash: map.content_hash };
-    Ok((map, stored))
+    store.saving(map.content_hash, content).iter().try_for_each(Save::write)?;
+    Ok(StoredMap::of(file, &map))
 }
 
 fn looks(file: Option<&Path>) -> Option<(u64, SystemTime)> {
@@ -165,7 +169,7 @@ fn taken_over(store: &MapStore, older: OlderMap) -> Option<OlderSetting<Option<S
         }
         (Some(OlderStoredMap { map, .. }), _) => Some(OlderSetting::Command(Some(map))),
         (None, Some(file)) => match copied(store, &file) {
-            Ok((_, stored)) => Some(OlderSetting::Command(Some(stored))),
+            Ok(stored) => Some(OlderSetting::Command(Some(stored))),
             Err(why) => {
                 let error = chain(why.as_ref());
                 warn!(service = "slam-align", error, "the map of an earlier command is lost");
@@ -201,8 +205,15 @@ mod tests {
         MapSetting::open(&config.state, &config.align, OlderMap::default()).unwrap()
     }
 
+    /// The hash of another map, once what follows from it is on disk.
+    fn written(setting: &MapSetting, OtherMap { map, saves }: OtherMap) -> Option<u64> {
+        saves.iter().for_each(|save| save.write().unwrap());
+        setting.remove_other_copies();
+        map.map(|map| map.content_hash)
+    }
+
     fn hash(setting: &MapSetting) -> Option<u64> {
-        setting.map().unwrap().map(|map| map.content_hash)
+        setting.map().unwrap().map(|(map, _)| map.content_hash)
     }
 
     #[test]
@@ -214,17 +225,19 @@ mod tests {
         let of_site = hash(&setting);
         assert!(of_site.is_some() && setting.in_force().unwrap().source == SettingSource::SiteToml);
         let command = save(home.path(), "command", 1);
-        let of_command = setting.command(&command, 7).unwrap().content_hash;
+        let other = setting.command(&command, 7).unwrap();
+        let of_command = written(&setting, other);
         for path in [&command, &site] {
             fs::remove_file(path).unwrap();
         }
         let mut setting = open(&config);
-        assert_eq!(hash(&setting), Some(of_command));
+        assert_eq!(hash(&setting), of_command);
         assert!(setting.warning().unwrap().ends_with("stays"), "{:?}", setting.warning());
         let in_force = setting.in_force().unwrap();
         assert_eq!((in_force.source, in_force.by_uid), (SettingSource::Command, Some(7)));
         save(home.path(), "site", 2);
-        let edited = setting.retry(&config.align).unwrap().map(|map| map.content_hash);
+        let other = setting.retry(&config.align).unwrap();
+        let edited = written(&setting, other);
         assert!(edited.is_some() && edited != of_site && edited == hash(&setting));
         assert_eq!((setting.warning(), setting.in_force().unwrap().source), (None, SettingSource::SiteToml));
         let copies = fs::read_dir(&config.state).unwrap().filter(|e| e.as_ref().unwrap().path().is_file()).count();
@@ -238,10 +251,10 @@ mod tests {
         let mut setting = open(&config);
         let warning = setting.warning().unwrap().to_owned();
         assert!(warning.starts_with("align.map: ") && warning.contains("later.yaml"), "{warning}");
-        assert!(setting.map().unwrap().is_none() && setting.retry(&config.align).unwrap().is_none());
+        assert!(setting.map().unwrap().is_none() && setting.retry(&config.align).unwrap().map.is_none());
         save(home.path(), "later", 0);
-        assert!(setting.retry(&config.align).unwrap().is_some());
-        assert!(setting.warning().is_none() && setting.retry(&config.align).unwrap().is_none());
+        assert!(setting.retry(&config.align).unwrap().map.is_some());
+        assert!(setting.warning().is_none() && setting.retry(&config.align).unwrap().map.is_none());
     }
 
     #[test]

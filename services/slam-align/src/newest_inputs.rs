@@ -30,10 +30,11 @@ impl JobInputs {
 pub(crate) struct NewestSite {
     pub(crate) hash: u64,
     pub(crate) frame_epoch: u64,
+    pub(crate) n_storeys: usize,
 }
 
 /// The newest samples by their hashes.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(crate) struct NewestInputs {
     pub(crate) site: Option<NewestSite>,
     /// Hash of the site of the schedule state, and of itself.
@@ -59,7 +60,7 @@ impl NewestInputs {
     /// True if what was made from these inputs is worth taking: site, robot and map frame are still the same. The schedule
     /// state may be an earlier one; while the plan time moves, a search would never end otherwise.
     pub(crate) fn are_still(&self, inputs: &JobInputs) -> bool {
-        self.site == Some(NewestSite { hash: inputs.hashes.site, frame_epoch: inputs.frame_epoch })
+        self.site.is_some_and(|site| (site.hash, site.frame_epoch) == (inputs.hashes.site, inputs.frame_epoch))
             && self.index.is_none_or(|[site, robot]| site != inputs.hashes.site || robot == inputs.hashes.robot)
     }
 }
@@ -75,7 +76,7 @@ mod tests {
 
     #[test]
     fn a_result_is_taken_only_if_site_robot_and_frame_are_still_the_newest() {
-        let site = NewestSite { hash: 1, frame_epoch: 1 };
+        let site = NewestSite { hash: 1, frame_epoch: 1, n_storeys: 1 };
         let newest = NewestInputs { site: Some(site), schedule_state: Some([1, 6]), index: Some([1, 2]) };
         assert!(newest.why_incomplete().is_none());
         assert!(newest.are_still(&inputs(1, 2, 1)), "of an earlier schedule state");
@@ -86,7 +87,7 @@ mod tests {
 
     #[test]
     fn what_is_missing_is_told() {
-        let site = NewestSite { hash: 1, frame_epoch: 1 };
+        let site = NewestSite { hash: 1, frame_epoch: 1, n_storeys: 1 };
         let mut newest = NewestInputs::default();
         assert!(newest.why_incomplete().unwrap().contains("no maps of the site"));
         newest.site = Some(site);

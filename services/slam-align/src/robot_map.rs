@@ -7,7 +7,7 @@ use occupancy::{MapFault, MapFileContent, MapFileError, OccupancyMap};
 use std::path::Path;
 
 /// A robot's map, ready to be compared.
-pub(crate) struct RobotMap {
+pub struct RobotMap {
     pub(crate) map: OccupancyMap,
     pub(crate) prepared: PreparedMap<Slam>,
     pub(crate) content_hash: u64,
@@ -25,6 +25,11 @@ pub(crate) enum RobotMapError {
 }
 
 impl RobotMap {
+    /// Hash of its content.
+    pub fn content_hash(&self) -> u64 {
+        self.content_hash
+    }
+
     /// From a `slam-map` archive.
     pub(crate) fn of_archive(archive: &SlamMap<'_>) -> Result<Self, RobotMapError> {
         let map = OccupancyMap::of_archive(archive);

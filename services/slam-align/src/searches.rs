@@ -1,7 +1,7 @@
 //! Searches that clients asked for: in which order they begin, and what became of them.
 
 use crate::job::SearchArea;
-use daemon::{Failure, SearchState};
+use daemon::{Failure, Published, SearchState};
 use std::collections::VecDeque;
 
 /// Searches that wait; more are refused.
@@ -10,8 +10,9 @@ const MAX_ASKED: usize = 16;
 const MAX_RESULTS: usize = 32;
 
 /// The searches of clients, by number.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub(crate) struct Searches {
+    next: u64,
     /// Those that wait, the next one first.
     asked: VecDeque<(u64, SearchArea)>,
     running: Option<(u64, SearchArea)>,
@@ -20,16 +21,23 @@ pub(crate) struct Searches {
 }
 
 impl Searches {
-    /// Takes a search that is asked for.
+    /// Numbers that no other process gives: all epochs that were taken before this start are below this one, and no search is asked
+    /// for before an alignment has taken the next.
+    pub(crate) fn of_process(first_epoch: u64) -> Self {
+        Self { next: first_epoch << 10, ..Self::default() }
+    }
+
+    /// Takes a search that is asked for; its number.
     ///
     /// # Errors
     /// Too many wait.
-    pub(crate) fn ask(&mut self, number: u64, search_area: SearchArea) -> Result<(), Failure> {
+    pub(crate) fn ask(&mut self, search_area: SearchArea) -> Result<u64, Failure> {
         if self.asked.len() >= MAX_ASKED {
             return Err("too many searches wait already".into());
         }
-        self.asked.push_back((number, search_area));
-        Ok(())
+        self.asked.push_back((self.next, search_area));
+        self.next += 1;
+        Ok(self.next - 1)
     }
 
     /// True if a search waits.
@@ -58,6 +66,15 @@ impl Searches {
         }
     }
 
+    /// The alignment of what has ended since the last decision is published as this.
+    pub(crate) fn are_published(&mut self, last: Published) {
+        for (_, state) in &mut self.ended {
+            if let SearchState::Done { alignment: alignment @ Published { epoch: 0, .. }, .. } = state {
+                *alignment = last;
+            }
+        }
+    }
+
     /// What became of a search.
     pub(crate) fn state(&self, number: u64) -> SearchState {
         if let Some((_, state)) = self.ended.iter().find(|(ended, _)| *ended == number) {
@@ -73,7 +90,6 @@ impl Searches {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use daemon::Published;
 
     fn done(epoch: u64) -> SearchState {
         SearchState::Done { alignment: Published { epoch, content_hash: 0 }, is_of_newest_map: true }
@@ -81,25 +97,26 @@ mod tests {
 
     #[test]
     fn searches_end_in_order_also_if_one_begins_again() {
-        let mut searches = Searches::default();
-        searches.ask(4, SearchArea::default()).unwrap();
-        searches.ask(5, SearchArea::default()).unwrap();
-        assert_eq!(searches.begin().map(|(number, _)| number), Some(4));
+        let mut searches = Searches::of_process(4);
+        let [first, second] = [(); 2].map(|()| searches.ask(SearchArea::default()).unwrap());
+        assert_eq!(searches.begin().map(|(number, _)| number), Some(first));
         searches.begin_again();
-        assert_eq!((searches.state(4), searches.state(5)), (SearchState::Running, SearchState::Running));
-        assert_eq!(searches.begin().map(|(number, _)| number), Some(4));
-        searches.end(done(1));
+        assert_eq!((searches.state(first), searches.state(second)), (SearchState::Running, SearchState::Running));
+        assert_eq!(searches.begin().map(|(number, _)| number), Some(first));
+        searches.end(done(0));
+        searches.are_published(Published { epoch: 7, content_hash: 0 });
         searches.begin();
         searches.end(SearchState::Failed { why: "why".to_owned() });
-        assert_eq!((searches.state(4), searches.is_waiting()), (done(1), false));
-        assert_eq!(searches.state(5), SearchState::Failed { why: "why".to_owned() });
-        assert!(matches!(searches.state(6), SearchState::Failed { .. }), "nobody asked for it");
+        searches.are_published(Published { epoch: 8, content_hash: 0 });
+        assert_eq!((searches.state(first), searches.is_waiting()), (done(7), false));
+        assert_eq!(searches.state(second), SearchState::Failed { why: "why".to_owned() });
+        assert!(matches!(searches.state(second + 1), SearchState::Failed { .. }), "nobody asked for it");
     }
 
     #[test]
     fn too_many_searches_are_refused() {
         let mut searches = Searches::default();
-        let refused = (0..).find(|number| searches.ask(*number, SearchArea::default()).is_err());
-        assert_eq!(refused, Some(MAX_ASKED as u64));
+        let refused = (0..).find(|_| searches.ask(SearchArea::default()).is_err());
+        assert_eq!(refused, Some(MAX_ASKED));
     }
 }

@@ -1,30 +1,29 @@
-//! The slam-align service: tracks the pose, searches in the background, publishes poses and what they are worth.
+//! What slam-align decides: where the robot's map lies, what its worker does next, which observations count.
 
 mod confirmation;
-mod map_input;
-mod publication;
-mod work;
+mod jobs;
 
-use crate::background_worker::BackgroundWorker;
-use crate::compared_elements::ComparedElements;
-use crate::job::{Evidence, Job, JobResult, ReferenceMaps, SearchArea, TaskKind, work};
-use crate::map_setting::MapSetting;
-use crate::newest_inputs::{JobInputs, NewestInputs, NewestSite};
+use crate::background_worker::{Outcome, Worker};
+use crate::in_force::{InForce, Used, hint_of, max_jump, pose_event};
+use crate::job::{Job, JobResult, SearchArea, work};
+use crate::map_setting::{MapSetting, OtherMap};
+use crate::newest_inputs::{NewestInputs, NewestSite};
+use crate::observed_table::{GiveTable, ObservedTable, give_table};
+use crate::outputs::{AlignOutputs, AlignSample};
 use crate::persisted_state::PersistedState;
 use crate::robot_map::RobotMap;
 use crate::searches::Searches;
 use crate::stored_evidence;
-use alignment::{Alignment, Follower, Hint, MaxJump, MaxUncertainty, PoseField, PoseStatus};
 use bus::{Bus, CheckedSample, topics};
-use daemon::facts::{AlignFacts, AlignmentSummary, PoseHolds};
+use daemon::facts::{AlignFacts, AlignmentSummary};
 use daemon::{
-    AlignAnswer, AlignConfig, AlignRequest, Asked, CurrentActivity, Done, Epochs, Event, Failure, History,
-    LatchedOutput, PoseHint, Service, SiteConfig, Standing, StateFile,
+    AlignAnswer, AlignRequest, Asked, Committed, CurrentActivity, Decide, Decision, Epochs, Failure, NewSample, Now,
+    Occasion, SiteConfig, Standing, StateFile, chain,
 };
-use messages::{AlignmentVerdict, PoseRecord, PoseValidity, SlamFrame};
+use deviations::AppliedObservations;
+use messages::{Activity, Checked};
 use site_view::{SiteSample, SiteSamples};
-use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 use tracing::warn;
@@ -34,335 +33,345 @@ const POLL_INTERVAL: Duration = Duration::from_millis(20);
 
 daemon::inputs! {
     /// What poses and deviations are made from. The index of the grids names the robot.
-    pub(crate) enum AlignInput { Site, ScheduleState, Grids, SlamMap }
+    pub enum AlignInput { Site, ScheduleState, Grids, SlamMap }
 }
 
 /// Follows a robot's map. It never waits for its worker, so that newer maps, requests and generations of the bus come
 /// through while a search runs.
-pub(crate) struct AlignService {
-    config: AlignConfig,
+pub struct SlamAlign {
+    in_force: InForce,
     state: StateFile,
-    /// Table of observed progress, for schedule-eval.
-    table: PathBuf,
     state_folder: PathBuf,
-    persisted: PersistedState,
-    history: History,
-    map_setting: MapSetting,
-    epochs: Epochs,
+    /// What was damaged or removed of the state before this start.
+    findings: Vec<String>,
     activity: CurrentActivity,
-    bus: Option<Bus>,
-    alignment: LatchedOutput<topics::Alignment>,
-    deviations: LatchedOutput<topics::Deviations>,
+    /// Of the bus.
+    generation: u64,
     /// The newest samples; those of a job are with the worker while it works.
     samples: SiteSamples,
     /// What the newest samples are, wherever they are.
     newest: NewestInputs,
-    map: Option<Arc<RobotMap>>,
-    /// Epoch and content hash of the last map from the bus.
-    last_sample_of_map: Option<[u64; 2]>,
-    worker: BackgroundWorker<Job, JobResult>,
-    /// Why the last job of a kind failed.
-    job_errors: BTreeMap<TaskKind, String>,
-    /// Of the site as planned, by map storey, and their inputs.
-    references: ReferenceMaps,
-    reference_inputs: Option<JobInputs>,
-    follower: Follower,
-    /// The pose from place to place in the newest map, from the published pose; `None` while nothing says how the map lies.
-    field: Option<PoseField>,
-    /// The result of the last search, and the content hash of the map that it searched.
-    last_search: Alignment,
-    searched_map_hash: u64,
-    /// Verdict of the last search that was not narrowed, or found a pose; and the content hash of its map.
-    verdict: Option<(AlignmentVerdict, u64)>,
-    /// What looks at the map have said; it survives the daemon.
-    evidence: Option<Arc<Evidence>>,
-    /// What an operator should know of that.
-    evidence_finding: Option<String>,
-    searches: Searches,
-    pending: PendingWork,
-    /// Elements of the last comparison, for confirmations.
-    compared: ComparedElements,
+    /// The newest map that was not decided on.
+    newest_map: Option<NewestMap>,
+    worker: Worker<Job, JobResult>,
+    is_busy: bool,
+    /// What the worker has done, until that is decided on; the samples are back.
+    done: Option<Outcome<Job, JobResult>>,
 }
 
-/// Work for the worker, beside searches that clients ask for.
-#[derive(Debug, Clone, Copy, Default)]
-struct PendingWork {
-    /// The site has changed: draw the references again.
-    refresh: bool,
-    /// A new map: search its pose.
-    search: bool,
-    /// Comparisons by number: the newest that is wanted, that has begun, and that is published.
-    wanted_comparison: u64,
-    begun_comparison: u64,
-    done_comparison: u64,
-    /// The last job was a search: a comparison goes before the next one.
-    has_searched: bool,
+/// A map of the robot, or why it cannot be used.
+struct NewestMap {
+    map: Result<Arc<RobotMap>, String>,
+    /// Epoch and content hash of its sample; `None` for the one of a file that was in force at the start.
+    sample: Option<[u64; 2]>,
 }
 
-impl AlignService {
-    /// From the configuration and the persisted state.
+impl SlamAlign {
+    /// The daemon on this machine, from the configuration and the persisted state.
     ///
     /// # Errors
     /// State that cannot be used.
-    pub(crate) fn new(config: &SiteConfig, activity: CurrentActivity) -> Result<Self, Failure> {
+    pub fn start(config: &SiteConfig, activity: CurrentActivity) -> Result<Committed<Self>, Failure> {
+        let mut references = None;
+        let worker = Worker::start(config.n_threads(), move |job: &Job| work(&mut references, job))?;
+        Self::start_with(config, activity, worker, Box::new(give_table))
+    }
+
+    /// The same with another worker, and other means to give schedule-eval a table of observed progress.
+    ///
+    /// # Errors
+    /// State that cannot be used.
+    pub fn start_with(
+        config: &SiteConfig,
+        activity: CurrentActivity,
+        worker: Worker<Job, JobResult>,
+        give: Box<GiveTable>,
+    ) -> Result<Committed<Self>, Failure> {
         let state = StateFile::at(&config.state, "alignment.json")?;
         let persisted: PersistedState = state.load()?.unwrap_or_default();
         let map_setting = MapSetting::open(&config.state, &config.align, persisted.older_map.clone())?;
-        let mut references = None;
-        let (evidence, evidence_finding) = stored_evidence::read(&config.state);
-        Ok(Self {
-            follower: Follower::new(max_jump(&config.align), persisted.pose()),
-            field: None,
-            config: config.align.clone(),
-            table: config.state.join("slam-align-observed.csv"),
-            state_folder: config.state.clone(),
+        let epochs = Epochs::at(&config.state, "slam-align-epochs.json")?;
+        let (evidence, of_evidence) = stored_evidence::read(&config.state);
+        let (map, of_map) = match map_setting.map() {
+            Ok(found) => found.map_or((None, None), |(map, finding)| (Some(Ok(Arc::new(map))), finding)),
+            Err(why) => (Some(Err(chain(&why))), None),
+        };
+        let file = config.state.join("slam-align-observed.csv");
+        let (table, empty) =
+            (persisted.observed.table(config.align.apply), AppliedObservations::default().table(false));
+        let observed = ObservedTable::new(give, file, table, &empty);
+        let searches = Searches::of_process(epochs.reserved());
+        let service = Self {
+            in_force: InForce::new(&config.align, persisted, map_setting, evidence, searches),
+            findings: [state.finding().map(str::to_owned), of_map, of_evidence].into_iter().flatten().collect(),
             state,
-            persisted,
-            history: History::at(&config.state),
-            map_setting,
-            epochs: Epochs::at(&config.state, "slam-align-epochs.json")?,
-            activity,
-            bus: None,
-            alignment: LatchedOutput::new(topics::Alignment),
-            deviations: LatchedOutput::new(topics::Deviations),
+            state_folder: config.state.clone(),
+            activity: activity.clone(),
+            generation: 0,
             samples: SiteSamples::default(),
             newest: NewestInputs::default(),
-            map: None,
-            last_sample_of_map: None,
-            worker: BackgroundWorker::start(config.n_threads(), move |job: &Job| work(&mut references, job))?,
-            job_errors: BTreeMap::new(),
-            references: ReferenceMaps::new(),
-            reference_inputs: None,
-            last_search: Alignment::nothing_yet(),
-            searched_map_hash: 0,
-            verdict: None,
-            evidence: evidence.map(Arc::new),
-            evidence_finding,
-            searches: Searches::default(),
-            pending: PendingWork::default(),
-            compared: ComparedElements::default(),
-        })
+            newest_map: map.map(|map| NewestMap { map, sample: None }),
+            worker,
+            is_busy: false,
+            done: None,
+        };
+        Ok(Committed::new(service, AlignOutputs::new(observed), epochs, &config.state, activity))
     }
 
-    fn handle_site(&mut self, site: CheckedSample<topics::Site>) -> Result<(), Failure> {
-        let newest = NewestSite { hash: site.content_hash(), frame_epoch: site.bytes().header().frame_epoch };
-        let n_storeys = site.view().map_storeys.len();
-        self.samples.insert(SiteSample::Site(site));
-        let earlier = self.newest.site.replace(newest);
-        if earlier == Some(newest) {
-            return Ok(());
-        }
-        self.refresh();
-        let frame_epoch = newest.frame_epoch;
-        let is_other_frame = earlier.is_some_and(|earlier| earlier.frame_epoch != frame_epoch);
-        if is_other_frame || self.persisted.is_of_another_frame(frame_epoch) {
-            warn!(service = "slam-align", frame_epoch, "the map frame is another: the pose is forgotten");
-            self.persist(|persisted| persisted.forget_poses())?;
-            self.forget_pose();
-        } else if self.follower.pose().is_some_and(|pose| pose.map_storey as usize >= n_storeys) {
-            self.forget_pose();
-        }
-        // What was refused on the site before may be found on this one.
-        self.pending.search |= self.map.is_some() && self.effective_pose().is_none();
-        self.publish()
-    }
-
-    /// The references are to be drawn again, and the site is to be compared with them.
-    fn refresh(&mut self) {
-        self.pending.refresh = true;
-        self.pending.wanted_comparison += 1;
-    }
-
-    /// Poses, references and searches of another site or frame say nothing: the map is searched again.
-    fn forget_pose(&mut self) {
-        self.follower.forget();
-        self.field = None;
-        self.references.clear();
-        self.reference_inputs = None;
-        (self.last_search, self.searched_map_hash, self.verdict) = (Alignment::nothing_yet(), 0, None);
-        self.pending.search = self.map.is_some();
-    }
-
-    /// Indices of the references are map storeys.
-    fn storeys(&self) -> Vec<u32> {
-        (0..self.references.len() as u32).collect()
-    }
-
-    fn pose_status(&self) -> PoseStatus<'_> {
-        let newest = self.map.as_ref().map(|map| map.content_hash);
-        PoseStatus {
-            max_uncertainty: MaxUncertainty::in_degrees(self.config.max_uncertainty_m, self.config.max_uncertainty_deg),
-            verdict: self.verdict.filter(|(_, map_hash)| Some(*map_hash) == newest).map(|(verdict, _)| verdict),
-            pose: self.follower.pose().copied(),
-            state: self.follower.state(),
-            waiting: self.follower.waiting().copied(),
-            field: self.field.as_ref().filter(|_| self.follower.is_borne_out()),
-            robot_m: None,
+    /// A map from the bus; in a new generation of it the last one comes again.
+    fn take_map(&mut self, sample: &CheckedSample<topics::SlamMap>) {
+        let identity = Some([sample.bytes().header().epoch, sample.content_hash()]);
+        let waiting = self.newest_map.as_ref().and_then(|newest| newest.sample);
+        if identity != self.in_force.seen_map && identity != waiting {
+            let map = RobotMap::of_archive(&sample.view()).map(Arc::new).map_err(|why| chain(&why));
+            self.newest_map = Some(NewestMap { map, sample: identity });
         }
     }
 
-    /// What the pose is worth for the newest map; `None` without one.
-    fn validity(&self) -> Option<PoseValidity> {
-        self.map.as_ref()?;
-        Some(self.pose_status().validity())
-    }
-
-    /// The pose, if it may be used.
-    fn effective_pose(&self) -> Option<PoseRecord> {
-        self.follower.pose().copied().filter(|_| self.validity() == Some(PoseValidity::Effective))
-    }
-
-    /// Where the newest map lies, by what was published of it; `None` if no part of it is known well enough to be compared.
-    fn slam_frame(&self) -> Option<SlamFrame> {
-        let alignment = self.alignment.last()?.view();
-        let newest = self.map.as_ref().map(|map| map.content_hash);
-        (Some(alignment.head.slam_map_hash) == newest).then(|| alignment.slam_frame())?
-    }
-
-    /// True if the newest map was searched; false while it waits for that.
-    fn is_newest_map_searched(&self) -> bool {
-        self.map.as_ref().is_some_and(|map| map.content_hash == self.searched_map_hash)
-    }
-
-    /// Why the pose must not be used, for people; `None` if it may, or if there is no map.
-    fn why_not_effective(&self) -> Option<String> {
-        match self.validity()? {
-            PoseValidity::Effective => None,
-            PoseValidity::Uncertain => {
-                let holds = self.alignment.last().and_then(|last| PoseHolds::of(last.view().local_poses));
-                let holds = holds.map_or_else(String::new, |holds| format!(": {holds}"));
-                Some(format!(
-                    "pose_uncertain: the pose is known less well than max_uncertainty somewhere in the SLAM map, and may be used only \
-                     where /tf says that the robot is, if it is known there{holds}"
-                ))
+    /// Looks at all that has come; true if it changes anything.
+    fn look(&self, decision: &mut Decision<Self>, now: &Now<'_, Self>) -> Result<bool, Failure> {
+        let other_map = decision.next.map_setting.retry(&self.in_force.config)?;
+        let mut is_changed = Self::take_other_map(decision, other_map);
+        is_changed |= self.take_newest(&mut decision.next);
+        if let Some(NewestMap { map, sample }) = &self.newest_map {
+            let next = &mut decision.next;
+            next.used.map = true;
+            next.seen_map = sample.or(next.seen_map);
+            match map {
+                // A file's waits for nothing but a map from elsewhere.
+                _ if sample.is_none() && next.map.is_some() => {}
+                Ok(map) => next.take_map(Arc::clone(map)),
+                Err(why) => next.map_error = Some(why.clone()),
             }
-            PoseValidity::WaitsForConfirm => {
-                Some("pose_waits: the pose would change by more than max_jump: groundplan confirm".to_owned())
-            }
-            PoseValidity::Held if self.is_newest_map_searched() => {
-                Some("pose_held: the newest SLAM map does not bear the pose out".to_owned())
-            }
-            PoseValidity::Held => Some("pose_held: the newest SLAM map waits for its search".to_owned()),
-            PoseValidity::Refused => {
-                let (verdict, reason) = (self.last_search.verdict, &self.last_search.reason);
-                let name = if verdict == AlignmentVerdict::Accepted { "not in effect" } else { verdict.name() };
-                Some(format!("pose_refused: the newest SLAM map is {name}: {reason}"))
-            }
+            is_changed = true;
         }
-    }
-
-    /// The search area of the configuration.
-    fn search_area(&self) -> SearchArea {
-        search_area_of(&self.config)
-    }
-
-    fn done(&self) -> Done {
-        let wake_in = self.worker.is_busy().then_some(POLL_INTERVAL);
-        Done { published: self.alignment.published(), wake_in, ..Done::default() }
-    }
-
-    fn configure(&mut self, config: &SiteConfig) -> Result<(), Failure> {
-        let is_applied_otherwise = self.config.apply != config.align.apply;
-        let is_searched_elsewhere = search_area_of(&self.config) != search_area_of(&config.align);
-        self.config = config.align.clone();
-        self.pending.search |= is_searched_elsewhere && self.map.is_some();
-        self.follower.set_max_jump(max_jump(&self.config));
-        if is_applied_otherwise {
-            self.apply(&self.persisted.observed)?;
+        if let Some(done) = &self.done {
+            decision.next.used.outcome = true;
+            self.finish(decision, done, now)?;
+            is_changed = true;
         }
-        self.follow_configured_map()
-    }
-}
-
-fn search_area_of(config: &AlignConfig) -> SearchArea {
-    let (hint, storey, places) = (config.hint.map(hint_of), config.storey, config.known_places());
-    SearchArea { hint, storey, places, is_narrowed: false }
-}
-
-fn max_jump(config: &AlignConfig) -> MaxJump {
-    MaxJump { m: config.max_jump_m, rad: config.max_jump_deg.to_radians() }
-}
-
-fn hint_of(hint: PoseHint) -> Hint {
-    Hint::in_degrees([hint.x_m, hint.y_m, hint.yaw_deg], hint.radius_m, hint.radius_deg)
-}
-
-impl Service for AlignService {
-    type Input = AlignInput;
-    type Request = AlignRequest;
-    type Facts = AlignFacts;
-
-    fn attach(&mut self, bus: &Bus) -> Result<(), Failure> {
-        // A job that runs keeps its samples, and with them their generation of the bus.
-        self.samples = SiteSamples::default();
-        self.bus = Some(bus.clone());
-        self.alignment.attach(bus, &mut self.epochs)?;
-        self.deviations.attach(bus, &mut self.epochs)
+        Ok(is_changed)
     }
 
-    fn handle(&mut self, event: Event<AlignInput>) -> Result<Done, Failure> {
-        match event {
-            Event::Input(AlignInput::Site(site)) => self.handle_site(site)?,
-            Event::Input(AlignInput::ScheduleState(state)) => {
-                let newest = [state.view().head.site_hash, state.content_hash()];
-                self.samples.insert(SiteSample::ScheduleState(state));
-                if self.newest.schedule_state.replace(newest) != Some(newest) {
-                    self.refresh();
-                }
-            }
-            Event::Input(AlignInput::Grids(index)) => {
-                let newest = [index.view().head.site_hash, index.bytes().header().inputs.robot];
-                self.samples.insert(SiteSample::Index(index));
-                if self.newest.index.replace(newest) != Some(newest) {
-                    self.refresh();
-                }
-            }
-            Event::Input(AlignInput::SlamMap(map)) => self.handle_map_sample(&map)?,
-            Event::Configuration(config) => self.configure(&config)?,
-            Event::Attached => self.take_first_map()?,
-            Event::Tick => {
-                self.retry_configured_map()?;
-                self.alignment.retry(&mut self.epochs)?;
-                self.deviations.retry(&mut self.epochs)?;
-            }
+    /// Takes the newest site, schedule state and index; true if any of them is another one.
+    fn take_newest(&self, next: &mut InForce) -> bool {
+        let earlier = std::mem::replace(&mut next.seen, self.newest);
+        if earlier == self.newest {
+            return false;
         }
-        self.proceed()?;
-        Ok(self.done())
+        next.refresh();
+        let is_other_site = earlier.site != self.newest.site;
+        if let Some(NewestSite { frame_epoch, n_storeys, .. }) = self.newest.site.filter(|_| is_other_site) {
+            let is_other_frame = earlier.site.is_some_and(|earlier| earlier.frame_epoch != frame_epoch);
+            if is_other_frame || next.persisted.is_of_another_frame(frame_epoch) {
+                warn!(service = "slam-align", frame_epoch, "the map frame is another: the pose is forgotten");
+                next.persisted_mut().forget_poses();
+                next.forget_pose();
+            } else if next.follower.pose().is_some_and(|pose| pose.map_storey as usize >= n_storeys) {
+                next.forget_pose();
+            }
+            // What was refused on the site before may be found on this one.
+            next.pending.search |= next.map.is_some() && next.effective_pose().is_none();
+        }
+        true
     }
 
-    fn answer(&mut self, request: AlignRequest, asked: &Asked) -> Result<Done<Option<AlignAnswer>>, Failure> {
-        let by = asked.by;
-        let answer = match request {
-            AlignRequest::ReadSlamMap { file } => AlignAnswer::Search(self.read_map(&file, by)?),
+    /// Takes what follows from another setting; true if the map is another.
+    fn take_other_map(decision: &mut Decision<Self>, OtherMap { map, saves }: OtherMap) -> bool {
+        decision.save.extend(saves);
+        map.map(|map| decision.next.take_map(Arc::new(map))).is_some()
+    }
+
+    /// Takes another configuration.
+    fn configure(&self, decision: &mut Decision<Self>, config: &SiteConfig) -> Result<(), Failure> {
+        let next = &mut decision.next;
+        let earlier = next.search_area();
+        next.config = Arc::new(config.align.clone());
+        next.pending.search |= earlier != next.search_area() && next.map.is_some();
+        next.follower.set_max_jump(max_jump(&config.align));
+        let other_map = next.map_setting.edit(&config.align)?;
+        Self::take_other_map(decision, other_map);
+        Ok(())
+    }
+
+    /// Takes the map of a file, and asks for a search of its pose; the number of the search.
+    ///
+    /// # Errors
+    /// A map that cannot be used, no site to compare it with: the map before it stays.
+    fn read_map(&self, decision: &mut Decision<Self>, file: &Path, by_uid: u32) -> Result<u64, Failure> {
+        self.check_inputs()?;
+        let map = decision.next.map_setting.command(file, by_uid)?;
+        Self::take_other_map(decision, map);
+        let search_area = decision.next.search_area();
+        self.ask_for_search(&mut decision.next, search_area)
+    }
+
+    /// Carries a request out, and answers; `decision` says what follows.
+    fn carry_out(
+        &self,
+        decision: &mut Decision<Self>,
+        request: AlignRequest,
+        Asked { by, .. }: &Asked,
+        now: &Now<'_, Self>,
+    ) -> Result<Option<AlignAnswer>, Failure> {
+        let next = &mut decision.next;
+        Ok(Some(match request {
+            AlignRequest::ReadSlamMap { file } => AlignAnswer::Search(self.read_map(decision, &file, by.uid)?),
             AlignRequest::Align { hint, storey, places } => {
                 let is_narrowed = hint.is_some() || storey.is_some() || !places.is_empty();
                 let search_area = SearchArea { hint: hint.map(hint_of), storey, places, is_narrowed };
-                AlignAnswer::Search(self.ask_for_search(search_area)?)
+                AlignAnswer::Search(self.ask_for_search(next, search_area)?)
             }
-            AlignRequest::SearchResult { search } => AlignAnswer::SearchState(self.searches.state(search)),
-            AlignRequest::Comparison { at_least } => AlignAnswer::Comparison(self.comparison(at_least)),
-            AlignRequest::ConfirmPose => AlignAnswer::Pose(self.confirm_pose(by)?),
-            AlignRequest::ConfirmAbsent { elements } => AlignAnswer::Elements(self.confirm_absent(&elements, by)?),
-            AlignRequest::UndoConfirm { elements } if elements.is_empty() => {
-                AlignAnswer::Pose(self.undo_confirmed_pose(by)?)
+            AlignRequest::SearchResult { search } => AlignAnswer::SearchState(next.searches.state(search)),
+            AlignRequest::Comparison { at_least } => AlignAnswer::Comparison(self.comparison(at_least, now)),
+            AlignRequest::ConfirmAbsent { elements } => {
+                AlignAnswer::Elements(self.confirm_absent(decision, &elements, *by, now)?)
             }
-            AlignRequest::UndoConfirm { elements } => AlignAnswer::Elements(self.undo_absent(&elements, by)?),
+            AlignRequest::UndoConfirm { elements } if !elements.is_empty() => {
+                AlignAnswer::Elements(self.undo_absent(decision, &elements, *by)?)
+            }
             AlignRequest::ListConfirmed => AlignAnswer::Confirmations(self.confirmations()),
-        };
-        self.proceed()?;
-        Ok(self.done().answered(Some(answer)))
+            // Their answer is what is published then.
+            AlignRequest::ConfirmPose => return self.confirm_pose(decision, *by, now).map(|()| None),
+            AlignRequest::UndoConfirm { .. } => return self.undo_confirmed_pose(decision, *by).map(|()| None),
+        }))
     }
 
-    fn standing(&self) -> Standing {
-        let error = self.job_errors.iter().next().map(|(kind, why)| format!("{} failed: {why}", kind.name()));
-        let of_state = [self.state.finding(), self.map_setting.finding(), self.evidence_finding.as_deref()];
-        let of_files = of_state.into_iter().chain([self.map_setting.warning()]).flatten().map(str::to_owned);
-        let warnings: Vec<String> = of_files.chain(self.why_not_effective()).collect();
-        Standing { error, warning: (!warnings.is_empty()).then(|| warnings.join("; ")) }
+    /// What is published, saved and told of the state that a decision makes.
+    fn settle(&self, decision: &mut Decision<Self>, is_asked: bool) -> Result<(), Failure> {
+        let (earlier, next) = (&self.in_force, &mut decision.next);
+        let [before, table] = [earlier, &*next].map(|state| state.persisted.observed.table(state.config.apply));
+        if table != before {
+            decision.publish.push(AlignSample::Observed { table, is_asked });
+        }
+        if let Some((archive, inputs)) = next.archive() {
+            if next.alignment.as_ref().is_none_or(|last| last.bytes().bytes() != archive.bytes()) {
+                let archive = Arc::new(Checked::new(archive)?);
+                next.pending.wanted_comparison += 1;
+                next.alignment = Some(Arc::clone(&archive));
+                let sample = NewSample { archive, frame_epoch: inputs.frame_epoch, inputs: inputs.hashes };
+                decision.publish.push(AlignSample::Alignment(sample));
+            }
+            // The pose must survive this daemon; moves below the threshold are not written.
+            if let Some(pose) = next.follower.pose().copied().filter(|pose| next.persisted.is_worth_saving(pose)) {
+                let frame_epoch = next.frame_epoch();
+                next.persisted_mut().set_pose(&pose, frame_epoch);
+            }
+            decision.history.extend(next.withdraw());
+        }
+        if next.persisted != earlier.persisted {
+            decision.save.push(self.state.saving(&*next.persisted)?);
+        }
+        if let (None, Some(pose), false) = (earlier.follower.pose(), next.effective_pose(), is_asked) {
+            decision.history.push(pose_event(None, "accepted", &pose));
+        }
+        Ok(())
+    }
+}
+
+impl Decide for SlamAlign {
+    type Input = AlignInput;
+    type Request = AlignRequest;
+    type Facts = AlignFacts;
+    type InForce = InForce;
+    type Outputs = AlignOutputs;
+
+    fn take(&mut self, input: AlignInput) {
+        match input {
+            AlignInput::Site(site) => {
+                let (hash, frame_epoch) = (site.content_hash(), site.bytes().header().frame_epoch);
+                self.newest.site = Some(NewestSite { hash, frame_epoch, n_storeys: site.view().map_storeys.len() });
+                self.samples.insert(SiteSample::Site(site));
+            }
+            AlignInput::ScheduleState(state) => {
+                self.newest.schedule_state = Some([state.view().head.site_hash, state.content_hash()]);
+                self.samples.insert(SiteSample::ScheduleState(state));
+            }
+            AlignInput::Grids(index) => {
+                self.newest.index = Some([index.view().head.site_hash, index.bytes().header().inputs.robot]);
+                self.samples.insert(SiteSample::Index(index));
+            }
+            AlignInput::SlamMap(map) => self.take_map(&map),
+        }
     }
 
-    fn facts(&self) -> AlignFacts {
-        let published = self.alignment.last().map(|last| AlignmentSummary::of(self.alignment.epoch(), &last.view()));
-        AlignFacts { alignment: published, setting: self.map_setting.in_force() }
+    fn attach(&mut self, bus: &Bus) -> Result<(), Failure> {
+        // A job that runs keeps its samples, and with them their generation of the bus.
+        (self.samples, self.generation) = (SiteSamples::default(), bus.generation());
+        Ok(())
+    }
+
+    fn gather(&mut self) -> Result<(), Failure> {
+        let Some(mut done) = self.worker.take()? else { return Ok(()) };
+        let samples = std::mem::take(&mut done.job.samples);
+        if done.job.generation == self.generation {
+            // Newer samples have come meanwhile, or these are still the newest.
+            self.samples.take_back(samples);
+        }
+        self.activity.set(if self.in_force.alignment.is_some() { Activity::Published } else { Activity::Idle });
+        (self.is_busy, self.done) = (false, Some(done));
+        Ok(())
+    }
+
+    fn decide(&self, occasion: Occasion<'_, AlignRequest>, now: &Now<'_, Self>) -> Result<Decision<Self>, Failure> {
+        let mut decision = Decision::<Self>::of(InForce { used: Used::default(), ..self.in_force.clone() });
+        decision.next.searches.are_published(now.outputs.alignment.published());
+        match occasion {
+            Occasion::Look => {
+                if self.look(&mut decision, now)? {
+                    self.settle(&mut decision, false)?;
+                }
+            }
+            Occasion::Configuration(config) => {
+                self.configure(&mut decision, config)?;
+                self.settle(&mut decision, false)?;
+            }
+            Occasion::Request(request, asked) => {
+                let answer = self.carry_out(&mut decision, request, asked, now)?;
+                // What is saved or told changes something; the rest asks.
+                if !(decision.save.is_empty() && decision.history.is_empty()) {
+                    self.settle(&mut decision, true)?;
+                }
+                let published = |now: &Now<'_, Self>| AlignAnswer::Pose(now.outputs.alignment.published());
+                decision = decision.answered(move |_, now| answer.unwrap_or_else(|| published(now)));
+            }
+        }
+        decision.next.used.begins = self.next_job(&mut decision.next);
+        let is_working = self.is_busy || decision.next.used.begins.is_some();
+        let is_done = self.done.is_some() && !decision.next.used.outcome;
+        decision.wake_in = (is_working || is_done).then_some(POLL_INTERVAL);
+        Ok(decision)
+    }
+
+    fn become_in_force(&mut self, mut next: InForce) {
+        let Used { map, outcome, begins } = std::mem::take(&mut next.used);
+        self.newest_map = self.newest_map.take().filter(|_| !map);
+        self.done = self.done.take().filter(|_| !outcome);
+        let needed = self.in_force.map_setting.needed();
+        self.in_force = next;
+        if needed != self.in_force.map_setting.needed() {
+            self.in_force.map_setting.remove_other_copies();
+        }
+        if let Some((inputs, task)) = begins {
+            self.activity.set(Activity::Reading);
+            self.is_busy = true;
+            let samples = std::mem::take(&mut self.samples);
+            self.worker.begin(Job { samples, inputs, generation: self.generation, task });
+        }
+    }
+
+    fn standing(&self, _: &Now<'_, Self>) -> Standing {
+        let InForce { job_errors, map_setting, map_error, .. } = &self.in_force;
+        let failed = job_errors.iter().next().map(|(kind, why)| format!("{} failed: {why}", kind.name()));
+        let warning = map_setting.warning().map(str::to_owned);
+        let warnings: Vec<String> =
+            self.findings.iter().cloned().chain(warning).chain(self.in_force.why_not_effective()).collect();
+        Standing { error: map_error.clone().or(failed), warning: (!warnings.is_empty()).then(|| warnings.join("; ")) }
+    }
+
+    fn facts(&self, now: &Now<'_, Self>) -> AlignFacts {
+        let output = &now.outputs.alignment;
+        let alignment = output.last().map(|last| AlignmentSummary::of(output.epoch(), &last.view()));
+        AlignFacts { alignment, setting: self.in_force.map_setting.in_force() }
     }
 }

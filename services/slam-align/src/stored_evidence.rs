@@ -1,7 +1,7 @@
 //! Evidence over looks in the state folder.
 
 use crate::job::Evidence;
-use daemon::{Failure, KeptFile};
+use daemon::{KeptFile, Save};
 use messages::ArchiveBuffer;
 use std::path::Path;
 use tracing::warn;
@@ -27,13 +27,9 @@ pub(crate) fn read(state: &Path) -> (Option<Evidence>, Option<String>) {
     (evidence, file.finding().map(str::to_owned))
 }
 
-/// Writes evidence; on disk when this returns.
-///
-/// # Errors
-/// The file system refuses.
-pub(crate) fn write(state: &Path, evidence: &Evidence) -> Result<(), Failure> {
-    let file = KeptFile::at(state, NAME);
-    file.save(evidence.bytes().as_ref()).map_err(|why| format!("{}: {why}", file.path().display()).into())
+/// Evidence, to be saved.
+pub(crate) fn saving(state: &Path, evidence: &Evidence) -> Save {
+    KeptFile::at(state, NAME).saving_anew(evidence.bytes().as_ref().to_vec())
 }
 
 #[cfg(test)]
@@ -48,7 +44,7 @@ mod tests {
         assert!(matches!(read(state.path()), (None, None)));
         let head = AlignmentEvidenceHead { n_looks: 3, accepted: NONE, ..Zeroable::zeroed() };
         let evidence = Evidence::new(AlignmentEvidenceBuilder::new(head, Vec::new()).finish()).unwrap();
-        write(state.path(), &evidence).unwrap();
+        saving(state.path(), &evidence).write().unwrap();
         let n_looks = || read(state.path()).0.map(|evidence| evidence.view().head.n_looks);
         assert_eq!(n_looks(), Some(3));
         let [path, sealed] = [NAME.to_owned(), format!("{NAME}.sealed")].map(|name| state.path().join(name));

@@ -1,7 +1,7 @@
 //! The copy of a map file in the state folder: the file may go, the map stays.
 
 use crate::robot_map::{RobotMap, RobotMapError};
-use daemon::KeptFile;
+use daemon::{KeptFile, Save};
 use occupancy::{MapFileContent, OccupancyMap};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
@@ -23,17 +23,21 @@ pub(crate) struct StoredMap {
     pub(crate) content_hash: u64,
 }
 
+impl StoredMap {
+    pub(crate) fn of(file: &Path, map: &RobotMap) -> Self {
+        Self { file: file.to_owned(), content_hash: map.content_hash }
+    }
+}
+
 /// Copies of map files.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(crate) struct MapStore {
     folder: PathBuf,
 }
 
-/// A copy that cannot be written or read.
+/// A copy that cannot be read.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum MapStoreError {
-    #[error("the copy of the robot's map {} cannot be written", path.display())]
-    Write { path: PathBuf, source: io::Error },
     #[error("the copy of the robot's map {} cannot be read: give the map again with groundplan slam-map", path.display())]
     Read { path: PathBuf, source: io::Error },
     #[error("the copy of the robot's map {} is damaged: give the map again with groundplan slam-map", path.display())]
@@ -46,18 +50,10 @@ impl MapStore {
         Self { folder: state.to_owned() }
     }
 
-    /// Writes a copy; on disk when this returns.
-    ///
-    /// # Errors
-    /// The file system refuses.
-    pub(crate) fn write(&self, content_hash: u64, content: &MapFileContent) -> Result<(), MapStoreError> {
+    /// A copy, to be saved.
+    pub(crate) fn saving(&self, content_hash: u64, content: MapFileContent) -> [Save; 2] {
         let [image, description] = self.files(content_hash);
-        fs::create_dir_all(&self.folder)
-            .map_err(|source| MapStoreError::Write { path: self.folder.clone(), source })?;
-        for (file, bytes) in [(image, &content.image[..]), (description, content.description.as_bytes())] {
-            file.save(bytes).map_err(|source| MapStoreError::Write { path: file.path(), source })?;
-        }
-        Ok(())
+        [image.saving_anew(content.image), description.saving_anew(content.description.into_bytes())]
     }
 
     /// Reads the copy of the map with this content, with a sentence about what of it was damaged or removed, and is mended.
@@ -119,8 +115,9 @@ mod tests {
         fs::write(&image, b"P5\n3 2\n255\n\x00\xfe\xcd\xfe\xfe\x00").unwrap();
         let store = MapStore::at(&state);
         let (map, content) = RobotMap::read(&yaml).unwrap();
-        store.write(1, &content).unwrap();
-        store.write(map.content_hash, &content).unwrap();
+        for hash in [1, map.content_hash] {
+            store.saving(hash, content.clone()).iter().for_each(|save| save.write().unwrap());
+        }
         fs::write(state.join("alignment.json"), "{}").unwrap();
         fs::remove_file(&yaml).unwrap();
         fs::remove_file(&image).unwrap();
@@ -139,18 +136,5 @@ mod tests {
         store.keep_only(&[]);
         assert!(matches!(store.read(map.content_hash), Err(MapStoreError::Read { .. })));
         assert!(state.join("alignment.json").exists(), "only copies are removed");
-    }
-
-    #[test]
-    fn nothing_of_a_copy_that_cannot_be_written_stays() {
-        let home = tempfile::tempdir().unwrap();
-        let content = MapFileContent { description: String::new(), image: vec![0; 4] };
-        let store = MapStore::at(home.path());
-        fs::create_dir(home.path().join("slam-map-0000000000000007.yaml")).unwrap();
-        assert!(matches!(store.write(7, &content), Err(MapStoreError::Write { .. })));
-        fs::remove_dir(home.path().join("slam-map-0000000000000007.yaml")).unwrap();
-        store.keep_only(&[]);
-        let files = fs::read_dir(home.path()).unwrap().filter(|entry| entry.as_ref().unwrap().path().is_file());
-        assert_eq!(files.count(), 0);
     }
 }

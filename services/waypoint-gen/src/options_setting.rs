@@ -147,7 +147,7 @@ mod tests {
         fs::write(&other, "spaces = [\"C\"]\n").unwrap();
         let (file, _) = FileText::read(WHAT, &other, MissionPlanOptions::parse).unwrap();
         let command = WaypointOptions::of_command(Some(file), Vec::new(), None, &in_site_toml).unwrap();
-        setting.keep_now(setting.commanded(command, 7)).unwrap();
+        setting.keep(setting.commanded(command, 7)).unwrap().iter().for_each(|save| save.write().unwrap());
         fs::remove_file(&other).unwrap();
         let setting = open(&config).unwrap();
         assert_eq!(setting.value().parse().unwrap().spaces, ["C"]);

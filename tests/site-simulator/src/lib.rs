@@ -7,16 +7,21 @@
 
 use bus::{Bus, Daemon, DeathAtLoan, InProcessBus, RawSubscriber};
 use daemon::{
-    Asked, Caller, Clock, Committed, CurrentActivity, Decide, Disk, Event, Failure, HistoryEvent, Input, MachineTime,
-    Reporter, Request, Save, ScheduleRequest, ScheduleVerdict, Service, SiteConfig, StateError, StateFolder,
+    Asked, Caller, Clock, Committed, CurrentActivity, Decide, Disk, Event, Failure, FileText, HistoryEvent, Input,
+    MachineTime, Reporter, Request, Save, ScheduleRequest, ScheduleVerdict, Service, SiteConfig, StateError,
+    StateFolder,
 };
 use ifc_ingest::judge::Judge;
 use ifc_ingest::service::Ingest;
 use rasterize::service::Rasterize;
 use schedule_eval::service::ScheduleEval;
+use slam_align::background_worker::{Outcome, Worker};
+use slam_align::job::{Job, JobResult};
+use slam_align::service::SlamAlign;
 use std::panic::{AssertUnwindSafe, catch_unwind, panic_any, resume_unwind};
 use std::path::Path;
 use std::sync::atomic::{AtomicI64, Ordering};
+use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Mutex};
 use waypoint_gen::service::WaypointGen;
 
@@ -123,12 +128,12 @@ struct Running<D: Decide> {
     subscribers: Vec<RawSubscriber>,
 }
 
-/// How a daemon starts.
-type Start<D> = Box<dyn Fn(&SiteConfig, CurrentActivity, MachineTime) -> Result<Committed<D>, Failure>>;
+/// Starts the rules of a process.
+type Start<D> = dyn Fn(&SiteConfig, CurrentActivity, MachineTime) -> Result<Committed<D>, Failure>;
 
 /// A process that may run, and its disk.
 pub struct Process<D: Decide> {
-    start: Start<D>,
+    start: Box<Start<D>>,
     running: Option<Running<D>>,
     /// What happens to its disk.
     pub faults: Arc<Mutex<DiskFaults>>,
@@ -253,6 +258,57 @@ impl<D: Decide> Process<D> {
     }
 }
 
+/// The worker of slam-align, and what schedule-eval has from it.
+#[derive(Clone, Default)]
+pub struct Aligner(Arc<Mutex<AlignerEnds>>);
+
+#[derive(Default)]
+struct AlignerEnds {
+    jobs: Option<Receiver<Job>>,
+    outcomes: Option<Sender<Outcome<Job, JobResult>>>,
+    table: Option<String>,
+    takes_no_tables: bool,
+}
+
+impl Aligner {
+    /// A process of slam-align starts with a worker of its own.
+    fn start(&self, config: &SiteConfig, activity: CurrentActivity) -> Result<Committed<SlamAlign>, Failure> {
+        let ((to_worker, jobs), (done, outcomes)) = (channel(), channel());
+        let mut ends = self.0.lock().unwrap();
+        (ends.jobs, ends.outcomes) = (Some(jobs), Some(done));
+        drop(ends);
+        let schedule = self.clone();
+        let give = move |_: &Bus, FileText { text, .. }: FileText, _: bool| {
+            let mut ends = schedule.0.lock().unwrap();
+            if ends.takes_no_tables {
+                return Err("schedule-eval takes no tables".into());
+            }
+            ends.table = Some(text);
+            Ok(())
+        };
+        SlamAlign::start_with(config, activity, Worker { jobs: to_worker, outcomes }, Box::new(give))
+    }
+
+    /// The worker ends its job; false if it has none.
+    pub fn finish(&self, work: impl FnOnce(&Job) -> Result<JobResult, Failure>) -> bool {
+        let ends = self.0.lock().unwrap();
+        let (Some(jobs), Some(outcomes)) = (&ends.jobs, &ends.outcomes) else { return false };
+        let Ok(job) = jobs.try_recv() else { return false };
+        let result = work(&job);
+        outcomes.send(Outcome { job, result }).is_ok()
+    }
+
+    /// From now on schedule-eval takes no tables of slam-align, or takes them again.
+    pub fn take_tables(&self, takes: bool) {
+        self.0.lock().unwrap().takes_no_tables = !takes;
+    }
+
+    /// The table that it took last; `None` for none.
+    pub fn table(&self) -> Option<String> {
+        self.0.lock().unwrap().table.clone()
+    }
+}
+
 /// What all daemons of a site share.
 pub struct Circumstances {
     /// The configuration.
@@ -288,10 +344,15 @@ pub struct Daemons {
     /// Plans waypoints.
     pub waypoints: Process<WaypointGen>,
     verdicts: Verdicts,
+    /// Follows the robot's map.
+    pub align: Process<SlamAlign>,
+    /// Its worker.
+    pub aligner: Aligner,
 }
 
 /// Those that take part.
-pub const DAEMONS: [Daemon; 4] = [Daemon::IfcIngest, Daemon::ScheduleEval, Daemon::Rasterize, Daemon::WaypointGen];
+pub const DAEMONS: [Daemon; 5] =
+    [Daemon::IfcIngest, Daemon::ScheduleEval, Daemon::Rasterize, Daemon::WaypointGen, Daemon::SlamAlign];
 
 /// The same step of a daemon, whichever it is.
 macro_rules! each {
@@ -313,6 +374,10 @@ macro_rules! each {
                 let $process = &mut $daemons.waypoints;
                 $step
             }
+            Daemon::SlamAlign => {
+                let $process = &mut $daemons.align;
+                $step
+            }
             other => panic!("{other} does not take part"),
         }
     };
@@ -324,6 +389,8 @@ impl Daemons {
         let config = SiteConfig::parse(toml, home).unwrap();
         let verdicts = Verdicts::default();
         let judge = verdicts.clone();
+        let aligner = Aligner::default();
+        let of_process = aligner.clone();
         Self {
             verdicts,
             shared: Circumstances { config, bus: InProcessBus::new(), clock },
@@ -333,6 +400,8 @@ impl Daemons {
             schedule: Process::new(ScheduleEval::start_at),
             rasterize: Process::new(|config, activity, _| Rasterize::start(config, activity)),
             waypoints: Process::new(|config, activity, _| WaypointGen::start(config, activity)),
+            align: Process::new(move |config, activity, _| of_process.start(config, activity)),
+            aligner,
         }
     }
 

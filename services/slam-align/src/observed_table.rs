@@ -1,0 +1,91 @@
+//! The table of observed progress that schedule-eval has: sent again until it is that in force, also after a death.
+
+use bus::Bus;
+use daemon::{ActualsSource, Failure, FileText, RequestTimeouts, ScheduleRequest, write_durably};
+use std::path::PathBuf;
+use std::time::Duration;
+use tracing::info;
+
+/// Schedule evaluation answers within milliseconds, and is started again within seconds.
+const TIMEOUT: Duration = Duration::from_secs(30);
+const RETRY_INTERVAL: Duration = Duration::from_millis(2);
+
+/// Gives schedule-eval a table, which is in force there when this returns. It is waited for where the last argument says so.
+pub type GiveTable = dyn FnMut(&Bus, FileText, bool) -> Result<(), Failure> + Send;
+
+/// Gives schedule-eval a table by a request.
+pub(crate) fn give_table(bus: &Bus, table: FileText, waits: bool) -> Result<(), Failure> {
+    let request = ScheduleRequest::SetActuals { file: Some(table), source: ActualsSource::Observed };
+    let timeouts = RequestTimeouts { starting: if waits { TIMEOUT } else { Duration::ZERO }, answer: TIMEOUT };
+    let pause = || {
+        std::thread::sleep(RETRY_INTERVAL);
+        Ok(())
+    };
+    daemon::ask(bus, &request, timeouts, |_| {}, pause)?;
+    info!(service = "slam-align", "observations applied");
+    Ok(())
+}
+
+/// The table in force.
+pub(crate) struct ObservedTable {
+    give: Box<GiveTable>,
+    bus: Option<Bus>,
+    table: FileText,
+    is_pending: bool,
+    /// What was in force before the decision that is underway.
+    before: Option<String>,
+}
+
+impl ObservedTable {
+    /// This table is in force. The file holds the last one that was given; without it that was `empty`.
+    pub(crate) fn new(give: Box<GiveTable>, file: PathBuf, table: String, empty: &str) -> Self {
+        let given = std::fs::read_to_string(&file);
+        let is_pending = given.as_deref().unwrap_or(empty) != table;
+        Self { give, bus: None, table: FileText { path: file, text: table }, is_pending, before: None }
+    }
+
+    pub(crate) fn attach(&mut self, bus: &Bus) {
+        self.bus = Some(bus.clone());
+    }
+
+    /// Another table is in force. It is given at once where a client waits for that, else as what is pending.
+    ///
+    /// # Errors
+    /// A client waits, and the table cannot be given.
+    pub(crate) fn set(&mut self, table: String, is_asked: bool) -> Result<(), Failure> {
+        self.before = Some(std::mem::replace(&mut self.table.text, table));
+        self.is_pending = true;
+        if is_asked { self.give(true) } else { Ok(()) }
+    }
+
+    pub(crate) fn settle(&mut self) {
+        self.before = None;
+    }
+
+    /// The table before is in force, and pending.
+    pub(crate) fn go_back(&mut self) {
+        if let Some(before) = self.before.take() {
+            (self.table.text, self.is_pending) = (before, true);
+        }
+    }
+
+    /// True while schedule-eval has another table.
+    pub(crate) fn is_pending(&self) -> bool {
+        self.is_pending
+    }
+
+    /// Gives the table that is pending.
+    ///
+    /// # Errors
+    /// It cannot be given.
+    pub(crate) fn give(&mut self, waits: bool) -> Result<(), Failure> {
+        if self.is_pending {
+            let bus = self.bus.as_ref().ok_or("it is not attached to a bus")?;
+            (self.give)(bus, self.table.clone(), waits)?;
+            // A death before this gives it once more.
+            write_durably(&self.table.path, self.table.text.as_bytes())?;
+            self.is_pending = false;
+        }
+        Ok(())
+    }
+}
