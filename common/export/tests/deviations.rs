@@ -116,7 +116,7 @@ fn seen(head: DeviationsHead) -> ArchiveBuffer {
         space: NONE,
         ..Zeroable::zeroed()
     }];
-    d.seen = [SlamCell::Unknown, SlamCell::Free, SlamCell::Occupied].repeat(400);
+    d.seen = [SlamCell::Unknown, SlamCell::Free, SlamCell::Occupied].map(Tag::from).repeat(400);
     d.finish()
 }
 

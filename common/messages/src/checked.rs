@@ -1,28 +1,9 @@
 //! Archives that were validated once, each with its kind as a type.
 
-use crate::archive::{Archive, ArchiveBuffer, ArchiveError, ArchiveKind};
-use crate::payload::{self, Payload};
-use crate::{Alignment, AlignmentEvidence, Deviations, Grid, Grids, MissionPlan, ScheduleState, Site, SlamMap, Tasks};
+use crate::archive::{ArchiveBuffer, ArchiveError};
+use crate::payload::Payload;
 use std::fmt;
 use std::marker::PhantomData;
-
-macro_rules! payloads {
-    ($($name:ident)*) => {$(
-        impl Payload for payload::$name {
-            const KIND: ArchiveKind = ArchiveKind::$name;
-            type View<'a> = $name<'a>;
-
-            fn open(bytes: &[u8]) -> Result<$name<'_>, ArchiveError> {
-                $name::open(bytes)
-            }
-
-            fn view(bytes: &[u8]) -> Result<$name<'_>, ArchiveError> {
-                $name::of(Archive::open_unhashed(bytes, ArchiveKind::$name)?)
-            }
-        }
-    )*};
-}
-payloads!(Site ScheduleState Grid Grids MissionPlan SlamMap Alignment Deviations AlignmentEvidence Tasks);
 
 /// An archive that was validated once, with the memory that it lies in: viewed as often as needed, never hashed again.
 ///
@@ -81,7 +62,7 @@ impl<P: Payload, B> fmt::Debug for Checked<P, B> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{ArchiveWriter, ScheduleStateBuilder};
+    use crate::{ArchiveWriter, ScheduleState, ScheduleStateBuilder, payload};
 
     #[test]
     fn a_checked_archive_is_viewed_again_without_its_hash() {

@@ -36,7 +36,7 @@ impl<'a> Site<'a> {
     /// Tasks of another site.
     pub fn with_tasks(&self, tasks: &Tasks<'a>) -> Result<Self, OtherSite> {
         tasks.check_site(self)?;
-        Ok(self.with_schedule(tasks.schedule))
+        Ok(self.with_schedule(tasks.schedule()))
     }
 }
 

@@ -1,6 +1,7 @@
 //! User header of a sample: epoch, stamp, hashes of content and inputs.
 
-use crate::archive::{ArchiveKind, LAYOUT_VERSION};
+use crate::archive::LAYOUT_VERSION;
+use crate::archive_kind::ArchiveKind;
 use bytemuck::{Pod, Zeroable};
 
 /// First bytes of every header.

@@ -161,7 +161,7 @@ impl Alignment {
             first_undecided: 0,
             reserved: 0,
         };
-        let mut builder = AlignmentBuilder::new(head, &self.reason, &candidates);
+        let mut builder = AlignmentBuilder::new(head, &self.reason, candidates);
         builder.head.change = builder.texts.add(self.change.as_deref().unwrap_or_default());
         if let Some(decision) = &self.decision {
             add_decision(&mut builder, decision);
@@ -219,7 +219,7 @@ fn local_poses(field: &PoseField, pose: &PoseRecord, pose_status: &PoseStatus<'_
     LocalPosesParts { head, parts: field.parts.iter().map(part).collect(), blocks: of_block.clone(), rings, corners }
 }
 
-fn add_decision(builder: &mut AlignmentBuilder<'_>, decision: &Decision) {
+fn add_decision(builder: &mut AlignmentBuilder, decision: &Decision) {
     builder.head.decision = builder.texts.add(&decision.to_string());
     let pairs = |pairs: &[[usize; 2]]| -> Vec<PosePairRecord> {
         pairs.iter().map(|pair| PosePairRecord { candidates: pair.map(|k| k as u32) }).collect()

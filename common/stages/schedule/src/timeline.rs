@@ -282,12 +282,12 @@ impl Timeline {
             ..builder.head
         };
         for (k, effective) in builder.effective.iter_mut().enumerate() {
-            *effective = self.element_over(k, period);
+            *effective = self.element_over(k, period).into();
         }
         match &self.planned_states {
             Some(planned_states) => {
                 for (k, planned) in builder.planned.iter_mut().enumerate() {
-                    *planned = union_of(planned_states.elements.within(k, period));
+                    *planned = union_of(planned_states.elements.within(k, period)).into();
                 }
             }
             None => builder.planned.copy_from_slice(&builder.effective),

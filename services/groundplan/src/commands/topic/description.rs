@@ -25,7 +25,7 @@ pub(super) fn describe(sample: &RawSample) -> Result<Value, ArchiveError> {
             json!({"elements": elements, "spaces": spaces, "map_storeys": site.map_storeys.len(), "tasks": tasks})
         }
         TopicName::Tasks => {
-            let schedule = Tasks::open(sample.bytes())?.schedule;
+            let schedule = Tasks::open(sample.bytes())?.schedule();
             let files: Vec<&str> = schedule.sources.iter().map(|source| schedule.text(source.file)).collect();
             json!({"files": files, "tasks": schedule.tasks.len(), "links": schedule.task_links.len()})
         }
