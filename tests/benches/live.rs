@@ -257,6 +257,7 @@ struct Step {
     memcpy_ms: f64,
     grids: usize,
     toggled: f64,
+    plan_time_s: Option<i64>,
 }
 
 /// Walks through all changes twice; the second time counts.
@@ -273,21 +274,21 @@ fn dates(live: &mut Live) {
         let open = client.send(request).unwrap();
         let answer = loop {
             match open.take() {
-                Ok(Some(Answer::Done(answer))) => break answer.state,
+                Ok(Some(Answer::Done(answer))) => break answer,
                 Err(_) => return None,
                 Ok(_) => drop(live.waiter.wait(Duration::from_secs(1)).unwrap()),
             }
         };
         let index = loop {
             let index = live.next(&indices);
-            if index.header().inputs.schedule_state == answer.content_hash {
+            if index.header().inputs.schedule_state == answer.state.content_hash {
                 break index;
             }
         };
         let seen = Stamp::now();
         let schedule_state = loop {
             let schedule_state = live.next(&schedule_states);
-            if schedule_state.header().content_hash == answer.content_hash {
+            if schedule_state.header().content_hash == answer.state.content_hash {
                 break schedule_state;
             }
         };
@@ -310,13 +311,17 @@ fn dates(live: &mut Live) {
         let memcpy_ms = ms(copied.elapsed());
         let parts_ms =
             [schedule_state_at.since(begun), index_at.since(schedule_state_at), seen.since(index_at)].map(ms);
-        Some(Step { total_ms: ms(seen.since(begun)), parts_ms, memcpy_ms, grids: changed.len(), toggled })
+        let (total_ms, grids) = (ms(seen.since(begun)), changed.len());
+        Some(Step { total_ms, parts_ms, memcpy_ms, grids, toggled, plan_time_s: answer.plan_time_s })
     };
     let mut walk = |live: &mut Live| -> Vec<Step> {
         step(live, &ScheduleRequest::SetPlanTime { at_s: 0 });
+        let mut after_s = Some(0);
         let mut steps = Vec::new();
         for _ in 0..400 {
-            steps.extend(step(live, &ScheduleRequest::NextChange));
+            let Some(next) = step(live, &ScheduleRequest::NextChange { after_s }) else { continue };
+            after_s = next.plan_time_s;
+            steps.push(next);
         }
         steps
     };

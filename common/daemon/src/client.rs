@@ -134,8 +134,9 @@ pub struct RequestTimeouts {
     pub answer: Duration,
 }
 
-/// Sends a request and waits for its answer; `progress` gets its progress, `pause` sleeps between two polls. Daemons
-/// send requests in one direction only, that of the data: no daemon waits for itself.
+/// Sends a request and waits for its answer; `progress` gets its progress, `pause` sleeps between two polls. A request that
+/// [may be sent twice](Request::may_be_sent_twice) is sent once more where the daemon dies before it has answered. Daemons send
+/// requests in one direction only, that of the data: no daemon waits for itself.
 ///
 /// # Errors
 /// The daemon does not run, refuses, or does not answer.
@@ -157,21 +158,26 @@ pub fn ask<R: Request>(
             Err(why) => return Err(why.into()),
         }
     };
-    let open = loop {
+    let send = |pause: &mut dyn FnMut() -> Result<(), Failure>, begun: Instant| loop {
         match client.send(request) {
-            Ok(open) => break open,
             Err(ClientError::Command(CommandError::NotServed { .. })) if begun.elapsed() < timeouts.starting => {
                 pause().map_err(ClientError::Wait)?;
             }
-            Err(why) => return Err(why),
+            sent => return sent,
         }
     };
+    let mut open = send(&mut pause, begun)?;
+    let mut may_send_again = request.may_be_sent_twice();
     loop {
-        match open.take()? {
-            Some(Answer::Done(answer)) => return Ok(answer),
-            Some(Answer::Progress(news)) => progress(&news),
-            None if begun.elapsed() > timeouts.answer => return Err(ClientError::Silent { daemon: R::DAEMON }),
-            None => pause().map_err(ClientError::Wait)?,
+        match open.take() {
+            Ok(Some(Answer::Done(answer))) => return Ok(answer),
+            Ok(Some(Answer::Progress(news))) => progress(&news),
+            Ok(None) if begun.elapsed() > timeouts.answer => return Err(ClientError::Silent { daemon: R::DAEMON }),
+            Ok(None) => pause().map_err(ClientError::Wait)?,
+            Err(ClientError::Command(CommandError::Lost { .. })) if may_send_again => {
+                (open, may_send_again) = (send(&mut pause, Instant::now())?, false);
+            }
+            Err(why) => return Err(why),
         }
     }
 }

@@ -7,6 +7,7 @@
 use crate::kept_file::{KeptFile, records};
 use crate::save::Save;
 use crate::sealed_file::sealed_content;
+use sha2::{Digest, Sha256};
 use std::collections::BTreeSet;
 use std::fs;
 use std::io;
@@ -47,6 +48,13 @@ impl ReportedProgress {
         }
     }
 
+    /// What tells a table from others: its number, and the first eight bytes of the sha256 of its content in hex.
+    pub fn id_of(table: &Path, content: &[u8]) -> String {
+        let name = table.file_stem().unwrap_or_default().to_string_lossy();
+        let digest: String = Sha256::digest(content).iter().take(8).map(|byte| format!("{byte:02x}")).collect();
+        format!("{name}-{digest}")
+    }
+
     /// The content of one of the [tables](Self::tables).
     ///
     /// # Errors
@@ -70,16 +78,23 @@ impl ReportedProgress {
         Ok((!findings.is_empty()).then(|| findings.join("; ")))
     }
 
-    /// What puts this table in force: another file, and the removal of the oldest beyond those that are kept.
+    /// What puts this table in force: another file, and the removal of the oldest beyond those that are kept; nothing if its content
+    /// is in force. With it what tells the table from others.
     ///
     /// # Errors
-    /// The file system refuses.
-    pub fn adding(&self, table: Vec<u8>) -> io::Result<Vec<Save>> {
+    /// A table that is damaged, or the file system refuses.
+    pub fn adding(&self, table: Vec<u8>) -> io::Result<(String, Vec<Save>)> {
+        if let [Some(last), _] = self.tables()?
+            && Self::read(&last)? == table
+        {
+            return Ok((Self::id_of(&last, &table), Vec::new()));
+        }
         let numbers = numbers_in(&self.folder)?;
         let next = numbers.last().map_or(1, |number| number + 1);
+        let id = Self::id_of(&self.path(next), &table);
         let n_too_many = (numbers.len() + 1).saturating_sub(MAX_TABLES);
         let too_many = numbers.iter().take(n_too_many).map(|number| self.table(*number).removing());
-        Ok([self.table(next).saving(table)].into_iter().chain(too_many).collect())
+        Ok((id, [self.table(next).saving(table)].into_iter().chain(too_many).collect()))
     }
 
     /// What puts the table before in force, or none: the removal of the last one, if there is one.
@@ -163,7 +178,7 @@ mod tests {
     }
 
     fn add(progress: &ReportedProgress, table: &str) {
-        progress.adding(table.into()).unwrap().iter().try_for_each(Save::write).unwrap();
+        progress.adding(table.into()).unwrap().1.iter().try_for_each(Save::write).unwrap();
     }
 
     fn take_back(progress: &ReportedProgress) {
@@ -187,6 +202,23 @@ mod tests {
             take_back(&progress);
         }
         assert_eq!(texts(&progress), [None, None]);
+    }
+
+    #[test]
+    fn a_table_that_comes_twice_is_one_and_has_another_id_than_all_others() {
+        let state = tempfile::tempdir().unwrap();
+        let progress = tables_at(state.path());
+        let ids: Vec<String> = ["a", "a", "b", "a"]
+            .into_iter()
+            .map(|table| {
+                let (id, saves) = progress.adding(table.into()).unwrap();
+                saves.iter().try_for_each(Save::write).unwrap();
+                id
+            })
+            .collect();
+        let numbers: Vec<&str> = ids.iter().map(|id| &id[..8]).collect();
+        assert_eq!(numbers, ["00000001", "00000001", "00000002", "00000003"]);
+        assert!(ids[0] == ids[1] && ids[0][8..] == ids[3][8..] && ids[0][8..] != ids[2][8..], "{ids:?}");
     }
 
     #[test]

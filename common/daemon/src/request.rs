@@ -14,6 +14,10 @@ pub trait Request: Debug + Serialize + DeserializeOwned + Send + 'static {
 
     /// What it answers after the effect is on disk.
     type Answer: Debug + Serialize + DeserializeOwned + Send + 'static;
+
+    /// True if it leaves the same in force however often it comes: [`crate::ask`] sends it again where a daemon died before it
+    /// answered. A request that depends on what is in force says what its client saw of that.
+    fn may_be_sent_twice(&self) -> bool;
 }
 
 /// Bytes that are no request of the daemon that got them.

@@ -34,6 +34,10 @@ pub(crate) enum TestRequest {
 impl Request for TestRequest {
     const DAEMON: Daemon = Daemon::ScheduleEval;
     type Answer = u32;
+
+    fn may_be_sent_twice(&self) -> bool {
+        true
+    }
 }
 
 /// Records its events.

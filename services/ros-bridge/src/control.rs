@@ -34,7 +34,8 @@ impl Control {
     /// # Errors
     /// The daemon refuses or does not answer.
     pub(crate) fn next_change(&self) -> Result<String, Failure> {
-        Ok(plan_time_text(&self.ask(&ScheduleRequest::NextChange)?))
+        let after_s = self.ask(&ScheduleRequest::GetPlanTime)?.plan_time_s;
+        Ok(plan_time_text(&self.ask(&ScheduleRequest::NextChange { after_s })?))
     }
 
     /// Another plan time, as `2024-04-15` or `2024-04-15T08:30:00` at the site.

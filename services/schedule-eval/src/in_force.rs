@@ -27,6 +27,8 @@ pub struct InForce {
     pub(crate) plan_time: PlanTimeSetting,
     pub(crate) files: ScheduleFiles,
     pub(crate) overrides: Arc<Overrides>,
+    /// The table of reported progress, see [`daemon::ReportedProgress::id_of`]; `None` before the first report.
+    pub(crate) table: Option<String>,
     /// The last schedule that could be evaluated: of an earlier site, if that of the newest cannot.
     pub(crate) evaluated: Option<Arc<Evaluated>>,
     /// Hash of the site that was last evaluated with these rules, files and progress, whatever came of it.

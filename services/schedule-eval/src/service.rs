@@ -17,6 +17,7 @@ use daemon::{
 use frames::PlanTime;
 use messages::{Activity, Checked, DiagnosticCode, InputHashes, ScheduleStateHead};
 use schedule::{Overrides, Rules, parse_actuals};
+use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use tracing::{info, warn};
@@ -72,6 +73,7 @@ impl ScheduleEval {
         let mended_progress = mend_progress(&config.state)?;
         let [actuals, observed] = progress_in_force(&config.state, parse_actuals)?;
         let overrides = Overrides { actuals, observed, is_of_earlier_revision: true, ..Overrides::default() };
+        let [table, _] = tables_of_state(&config.state)?;
         let in_force = InForce {
             files: ScheduleFiles::open(config, &rules)?,
             rules: Arc::new(rules),
@@ -79,6 +81,7 @@ impl ScheduleEval {
             synchronised_while: config.clock.synchronised_while.clone(),
             plan_time,
             overrides: Arc::new(overrides),
+            table: table.map(|table| table.id),
             evaluated: None,
             tried_site: None,
             error: None,
@@ -239,11 +242,11 @@ impl ScheduleEval {
         self.show(decision, now)
     }
 
-    fn next_change(&self, now: &Now<'_, Self>) -> Result<PlanTimeClock, Failure> {
+    fn next_change(&self, after_s: Option<i64>) -> Result<PlanTimeClock, Failure> {
         self.in_force.check_timeline(self.site_hash())?;
         let evaluated = self.in_force.evaluated.as_ref().ok_or("there is no site yet")?;
-        let now_s = self.in_force.read_clock(now.machine).plan_time_s.unwrap_or(i64::MIN);
-        let next = evaluated.timeline.instants_s().iter().find(|s| **s > now_s).copied();
+        let next =
+            evaluated.timeline.instants_s().iter().find(|s| after_s.is_none_or(|after_s| **s > after_s)).copied();
         Ok(PlanTimeClock::Fixed { at_s: next.ok_or("no later change in the schedule")? })
     }
 
@@ -289,29 +292,38 @@ impl ScheduleEval {
         let evaluated = self.evaluate(&overrides)?.transpose().map_err(|e| named(&e))?;
         let table = bytes.to_vec();
         match source {
-            ActualsSource::Reported => decision.save.extend(ReportedProgress::at(&self.state).adding(table)?),
+            ActualsSource::Reported => {
+                let (id, saves) = ReportedProgress::at(&self.state).adding(table)?;
+                decision.next.table = Some(id);
+                decision.save.extend(saves);
+            }
             ActualsSource::Observed => decision.save.push(saving_observed(&self.state, table)),
         }
         self.take_progress(decision, overrides, evaluated, now)
     }
 
-    /// Goes back to the progress that was reported before the last table.
-    fn undo_actuals(&self, decision: &mut Decision<Self>, now: &Now<'_, Self>) -> Result<(), Failure> {
-        let tables = ReportedProgress::at(&self.state);
-        let [last, before] = tables.tables()?;
-        last.ok_or("no progress was reported that could be taken back")?;
-        let mut overrides = Overrides::clone(&self.in_force.overrides);
-        overrides.actuals = match before {
-            Some(before) => {
-                let bytes = ReportedProgress::read(&before)?;
-                // Earlier versions wrote no columns where nothing was reported.
-                if bytes.is_empty() { Vec::new() } else { parse_actuals(&bytes)? }
+    /// Goes back to the progress that was reported before a table; true if there was anything to go back from.
+    fn undo_actuals(&self, decision: &mut Decision<Self>, seen: &str, now: &Now<'_, Self>) -> Result<bool, Failure> {
+        match &self.in_force.table {
+            Some(table) if table == seen => {}
+            Some(table) if *table.as_str() > *seen => {
+                return Err("other progress was reported since: look at what is in force, and undo that".into());
             }
-            None => Vec::new(),
+            // It was taken back before.
+            _ => return Ok(false),
+        }
+        let [_, before] = tables_of_state(&self.state)?;
+        let mut overrides = Overrides::clone(&self.in_force.overrides);
+        overrides.actuals = match &before {
+            // Earlier versions wrote no columns where nothing was reported.
+            Some(before) if !before.content.is_empty() => parse_actuals(&before.content)?,
+            _ => Vec::new(),
         };
         let evaluated = self.evaluate(&overrides)?.transpose()?;
-        decision.save.extend(tables.taking_back()?);
-        self.take_progress(decision, overrides, evaluated, now)
+        decision.next.table = before.map(|before| before.id);
+        decision.save.extend(ReportedProgress::at(&self.state).taking_back()?);
+        self.take_progress(decision, overrides, evaluated, now)?;
+        Ok(true)
     }
 
     /// Publishes the schedule with other progress.
@@ -342,7 +354,7 @@ impl ScheduleEval {
             ScheduleRequest::SetPlanTime { at_s } => {
                 self.set_clock(decision, PlanTimeClock::Fixed { at_s }, by, now)?;
             }
-            ScheduleRequest::NextChange => self.set_clock(decision, self.next_change(now)?, by, now)?,
+            ScheduleRequest::NextChange { after_s } => self.set_clock(decision, self.next_change(after_s)?, by, now)?,
             ScheduleRequest::FollowWallClock => self.set_clock(decision, self.wall_clock()?, by, now)?,
             ScheduleRequest::Simulate { rate, from_s } => {
                 self.set_clock(decision, self.simulated(rate, from_s, now)?, by, now)?;
@@ -351,7 +363,11 @@ impl ScheduleEval {
             ScheduleRequest::SetActuals { file, source } => {
                 self.set_actuals(decision, file.as_ref(), source, now)?;
             }
-            ScheduleRequest::UndoActuals => self.undo_actuals(decision, now)?,
+            ScheduleRequest::UndoActuals { table } => {
+                if !self.undo_actuals(decision, &table, now)? {
+                    return Ok(());
+                }
+            }
         }
         let plan_time_s = decision.next.read_clock(now.machine).plan_time_s;
         let told = summary(&decision.next, changed, plan_time_s);
@@ -372,12 +388,12 @@ fn summary(next: &InForce, request: ScheduleRequest, plan_time_s: Option<i64>) -
             let from = file.map_or("none".to_owned(), |file| file.path.display().to_string());
             (HistoryKind::Progress, format!("{source} progress: {from}"))
         }
-        ScheduleRequest::UndoActuals => {
+        ScheduleRequest::UndoActuals { .. } => {
             let n = next.overrides.actuals.len();
             (HistoryKind::Progress, format!("reported progress taken back to the table before, of {n} rows"))
         }
         ScheduleRequest::SetPlanTime { .. }
-        | ScheduleRequest::NextChange
+        | ScheduleRequest::NextChange { .. }
         | ScheduleRequest::FollowWallClock
         | ScheduleRequest::Simulate { .. } => {
             let at = plan_time_s.and_then(PlanTime::from_civil_seconds);
@@ -385,6 +401,22 @@ fn summary(next: &InForce, request: ScheduleRequest, plan_time_s: Option<i64>) -
             (HistoryKind::Date, format!("plan time {at}{}", next.plan_time.clock().name()))
         }
     })
+}
+
+/// A table of reported progress, with what tells it from others.
+struct ReportedTable {
+    id: String,
+    content: Vec<u8>,
+}
+
+/// The table in force and the one before it.
+fn tables_of_state(state: &Path) -> io::Result<[Option<ReportedTable>; 2]> {
+    let [last, before] = ReportedProgress::at(state).tables()?;
+    let read = |path: PathBuf| {
+        let content = ReportedProgress::read(&path)?;
+        Ok::<_, io::Error>(ReportedTable { id: ReportedProgress::id_of(&path, &content), content })
+    };
+    Ok([last.map(read).transpose()?, before.map(read).transpose()?])
 }
 
 /// A table without rows.
@@ -471,6 +503,12 @@ impl ScheduleEval {
     fn answer(&self, now: &Now<'_, Self>) -> ScheduleAnswer {
         let plan_time_s = self.in_force.read_clock(now.machine).plan_time_s;
         let (clock, progress) = (self.in_force.plan_time.clock().name(), self.in_force.progress_rows());
-        ScheduleAnswer { state: now.outputs.state.published(), plan_time_s, clock, progress }
+        ScheduleAnswer {
+            state: now.outputs.state.published(),
+            plan_time_s,
+            clock,
+            progress,
+            table: self.in_force.table.clone(),
+        }
     }
 }

@@ -207,6 +207,24 @@ impl<D: Decide> Process<D> {
         self.step(|running| Ok(running.service.answer(request, &asked)?.answer))
     }
 
+    /// Asks it for the same so often, as a client does whose answers were lost; the last answer. What is in force is not known if it
+    /// fails after it was done.
+    pub fn ask_so_often(&mut self, times: u32, request: D::Request) -> End<<D::Request as Request>::Answer>
+    where
+        D::Request: Clone,
+    {
+        let times = if request.may_be_sent_twice() { times } else { 1 };
+        let mut end = self.ask(request.clone());
+        for _ in 1..times {
+            let End::Done(_) = end else { return end };
+            end = match self.ask(request.clone()) {
+                End::Failed(_) => End::Died,
+                again => again,
+            };
+        }
+        end
+    }
+
     /// What it tells of itself; nothing if it is dead.
     pub fn facts(&self) -> Option<D::Facts> {
         self.running.as_ref().map(|running| running.service.facts())

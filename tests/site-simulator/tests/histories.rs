@@ -361,17 +361,19 @@ impl History {
             return Ok(());
         }
         let walls = &models().walls;
+        let times = if self.dice.one_in(4) { 2 } else { 1 };
         match self.dice.below(9) {
             0..3 => {
                 let at_s = START_MS / 1_000 + self.dice.below(40) as i64 * DAY_S / 2;
                 wanted.plan_time = WantedTime::Fixed(at_s);
-                let end = self.daemons.schedule.ask(ScheduleRequest::SetPlanTime { at_s });
+                let end = self.daemons.schedule.ask_so_often(times, ScheduleRequest::SetPlanTime { at_s });
                 self.asked("set the date", end, wanted, |answer| Some(answer.state))
             }
             3 => {
                 let (rate, from_s) = ([1.0, 3_600.0, 86_400.0][self.dice.below(3)], self.wanted.plan_time.at_s(now_ms));
                 wanted.plan_time = WantedTime::Running { from_s, rate, since_ms: now_ms };
-                let end = self.daemons.schedule.ask(ScheduleRequest::Simulate { rate, from_s: Some(from_s) });
+                let end =
+                    self.daemons.schedule.ask_so_often(times, ScheduleRequest::Simulate { rate, from_s: Some(from_s) });
                 self.asked("let the date run", end, wanted, |answer| Some(answer.state))
             }
             4 | 5 if wanted.progress.len() < walls.len() => {
@@ -382,32 +384,37 @@ impl History {
                 wanted.progress.push(table.clone());
                 let file = Some(FileText { path: "/progress.csv".into(), text: table });
                 let source = ActualsSource::Reported;
-                let end = self.daemons.schedule.ask(ScheduleRequest::SetActuals { file, source });
+                let end = self.daemons.schedule.ask_so_often(times, ScheduleRequest::SetActuals { file, source });
                 self.asked("report progress", end, wanted, |answer| Some(answer.state))
             }
             4..7 => {
                 wanted.progress.pop();
-                let end = self.daemons.schedule.ask(ScheduleRequest::UndoActuals);
+                let End::Done(seen) = self.daemons.schedule.ask(ScheduleRequest::GetPlanTime) else { return Ok(()) };
+                let request = ScheduleRequest::UndoActuals { table: seen.table.unwrap_or_default() };
+                let end = self.daemons.schedule.ask_so_often(times, request);
                 self.asked("take progress back", end, wanted, |answer| Some(answer.state))
             }
             7 => {
                 wanted.robot = self.dice.below(ROBOTS.len());
                 let request = RasterizeRequest::SetRobot { profile: profile(wanted.robot) };
-                let end = self.daemons.rasterize.ask(request);
+                let end = self.daemons.rasterize.ask_so_often(times, request);
                 self.asked("set the robot", end, wanted, |answer| Some(answer.grids))
             }
             _ if self.dice.one_in(3) => {
                 let model = self.dice.below(3);
                 wanted.model = model;
                 let models = vec![models().paths[model].clone()];
-                let end = self.daemons.ingest.ask(IngestRequest::Load { models, dry_run: false, force: true });
+                let end = self
+                    .daemons
+                    .ingest
+                    .ask_so_often(times, IngestRequest::Load { models, dry_run: false, force: true });
                 let is_in_force = |effect| effect == RevisionEffect::InForce;
                 assert!(!matches!(&end, End::Done(answer) if !is_in_force(answer.effect)), "{end:?}");
                 self.asked("load a model", end, wanted, |answer| Some(answer.site))
             }
             _ => {
                 let none = WaypointRequest::SetWaypoints { options: None, spaces: Vec::new(), changed_since_s: None };
-                let end = self.daemons.waypoints.ask(none);
+                let end = self.daemons.waypoints.ask_so_often(times, none);
                 self.asked("plan waypoints", end, wanted, |_| None)
             }
         }
@@ -503,9 +510,15 @@ impl History {
                 && rasterize.robot == ROBOTS[wanted.robot]
                 && model == Some(&models().paths[wanted.model])
         };
+        let is_as_before = is_so(&self.wanted);
         if let Some(unanswered) = self.unanswered.take_if(|unanswered| is_so(unanswered)) {
+            // Two dates that run may be told apart later only.
+            if is_as_before && unanswered != self.wanted {
+                self.unanswered = Some(unanswered);
+                return Ok(());
+            }
             self.wanted = unanswered;
-        } else if !is_so(&self.wanted) {
+        } else if !is_as_before {
             return Err(format!(
                 "wanted {:?}, in force {:?} {:?} {:?} {:?}",
                 self.wanted, schedule.plan_time_s, schedule.progress, rasterize.robot, ingest.models

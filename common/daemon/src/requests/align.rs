@@ -159,4 +159,13 @@ pub struct Confirmations {
 impl Request for AlignRequest {
     const DAEMON: Daemon = Daemon::SlamAlign;
     type Answer = AlignAnswer;
+
+    fn may_be_sent_twice(&self) -> bool {
+        match self {
+            // Another pose may wait, or be in force, by then.
+            Self::ConfirmPose => false,
+            Self::UndoConfirm { elements } => !elements.is_empty(),
+            _ => true,
+        }
+    }
 }

@@ -66,4 +66,12 @@ pub struct Revision {
 impl Request for IngestRequest {
     const DAEMON: Daemon = Daemon::IfcIngest;
     type Answer = IngestAnswer;
+
+    fn may_be_sent_twice(&self) -> bool {
+        match self {
+            Self::Load { .. } | Self::GetRevision => true,
+            // Another revision may wait by then.
+            Self::Confirm | Self::Discard => false,
+        }
+    }
 }

@@ -60,7 +60,7 @@ mod tests {
         }
         check(&IngestRequest::Load { models: vec!["/a.ifc".into()], dry_run: false, force: true });
         check(&IngestRequest::Confirm);
-        check(&ScheduleRequest::NextChange);
+        check(&ScheduleRequest::NextChange { after_s: Some(-1) });
         check(&ScheduleRequest::Simulate { rate: 3600.0, from_s: None });
         check(&ScheduleRequest::SetActuals { file: None, source: ActualsSource::Observed });
         check(&WaypointRequest::SetWaypoints { options: None, spaces: vec!["1*".into()], changed_since_s: Some(-1) });

@@ -34,4 +34,8 @@ pub struct RasterizeAnswer {
 impl Request for RasterizeRequest {
     const DAEMON: Daemon = Daemon::Rasterize;
     type Answer = RasterizeAnswer;
+
+    fn may_be_sent_twice(&self) -> bool {
+        true
+    }
 }

@@ -18,4 +18,8 @@ pub enum RosBridgeRequest {
 impl Request for RosBridgeRequest {
     const DAEMON: Daemon = Daemon::RosBridge;
     type Answer = ();
+
+    fn may_be_sent_twice(&self) -> bool {
+        true
+    }
 }

@@ -36,8 +36,11 @@ pub enum ScheduleRequest {
         /// The instant.
         at_s: i64,
     },
-    /// The next instant at which anything changes.
-    NextChange,
+    /// The first instant after a plan time at which anything changes.
+    NextChange {
+        /// The plan time that the client saw, civil seconds since 1970; `None` for everything built: the first instant of all.
+        after_s: Option<i64>,
+    },
     /// The plan time follows the clock of its machine.
     FollowWallClock,
     /// The plan time runs at a rate.
@@ -58,8 +61,11 @@ pub enum ScheduleRequest {
         #[serde(default)]
         source: ActualsSource,
     },
-    /// The progress that was reported before the last table.
-    UndoActuals,
+    /// The progress that was reported before this table. Nothing changes if the table was taken back before.
+    UndoActuals {
+        /// The table that the client saw in force, see [`ScheduleAnswer::table`].
+        table: String,
+    },
 }
 
 /// The source of progress. What people report ranks before what a robot observes.
@@ -84,9 +90,20 @@ pub struct ScheduleAnswer {
     pub clock: String,
     /// Rows of progress in force.
     pub progress: ProgressRows,
+    /// The table of reported progress in force, by its number and content; `None` before the first report.
+    #[serde(default)]
+    pub table: Option<String>,
 }
 
 impl Request for ScheduleRequest {
     const DAEMON: Daemon = Daemon::ScheduleEval;
     type Answer = ScheduleAnswer;
+
+    fn may_be_sent_twice(&self) -> bool {
+        match self {
+            // It starts where the plan time is when it comes.
+            Self::Simulate { from_s, .. } => from_s.is_some(),
+            _ => true,
+        }
+    }
 }

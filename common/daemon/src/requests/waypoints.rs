@@ -41,4 +41,8 @@ pub struct WaypointAnswer {
 impl Request for WaypointRequest {
     const DAEMON: Daemon = Daemon::WaypointGen;
     type Answer = WaypointAnswer;
+
+    fn may_be_sent_twice(&self) -> bool {
+        true
+    }
 }

@@ -11,4 +11,8 @@ pub enum WebRequest {}
 impl Request for WebRequest {
     const DAEMON: Daemon = Daemon::Web;
     type Answer = ();
+
+    fn may_be_sent_twice(&self) -> bool {
+        match *self {}
+    }
 }

@@ -55,7 +55,9 @@ impl Run for Args {
         let config = self.site.config()?;
         let (bus, mut waiter) = join(&config)?;
         let request = if self.undo {
-            ScheduleRequest::UndoActuals
+            let seen = ask(&bus, &mut waiter, &ScheduleRequest::GetPlanTime)?;
+            let table = seen.table.ok_or_else(|| Failure::work("no progress was reported that could be taken back"))?;
+            ScheduleRequest::UndoActuals { table }
         } else {
             ScheduleRequest::SetActuals { file, source: ActualsSource::Reported }
         };

@@ -44,14 +44,17 @@ impl Run for Args {
         let config = self.site.config()?;
         let instant_s = |text| date_argument::instant_at_site_s(text, &config);
         let date_s = self.date.as_deref().map(instant_s).transpose()?;
+        let (bus, mut waiter) = join(&config)?;
         let request = match (date_s, self.simulate) {
             (from_s, Some(rate)) => ScheduleRequest::Simulate { rate, from_s },
             (Some(at_s), None) => ScheduleRequest::SetPlanTime { at_s },
-            (None, None) if self.next => ScheduleRequest::NextChange,
+            (None, None) if self.next => {
+                let after_s = ask(&bus, &mut waiter, &ScheduleRequest::GetPlanTime)?.plan_time_s;
+                ScheduleRequest::NextChange { after_s }
+            }
             (None, None) if self.wall => ScheduleRequest::FollowWallClock,
             (None, None) => ScheduleRequest::GetPlanTime,
         };
-        let (bus, mut waiter) = join(&config)?;
         let answer = ask(&bus, &mut waiter, &request)?;
         // Without a site there is nothing to wait for: the plan time is kept for when there is one.
         if !self.no_wait && answer.state.epoch > 0 && request != ScheduleRequest::GetPlanTime {
@@ -60,7 +63,7 @@ impl Run for Args {
         }
         let time = answer.plan_time_s.map(date_argument::text);
         let text = match (&request, time) {
-            (ScheduleRequest::SetPlanTime { .. } | ScheduleRequest::NextChange, Some(time)) => time + "\n",
+            (ScheduleRequest::SetPlanTime { .. } | ScheduleRequest::NextChange { .. }, Some(time)) => time + "\n",
             (_, time) => {
                 let words = [time, Some(answer.clock)].into_iter().flatten().collect::<Vec<_>>();
                 words.join("  ") + "\n"
