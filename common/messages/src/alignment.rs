@@ -180,14 +180,15 @@ impl AlignmentBuilder {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::content_hash::ContentHash;
     use crate::tag::Tag;
     use bytemuck::Zeroable;
 
     fn head() -> AlignmentHead {
         AlignmentHead {
-            site_hash: 1,
-            slam_map_hash: 2,
-            searched_map_hash: 1,
+            site_hash: ContentHash::from_bits(1),
+            slam_map_hash: ContentHash::from_bits(2),
+            searched_map_hash: ContentHash::from_bits(1),
             plan_time_s: 3,
             pose: PoseRecord { map_from_slam: [1.0, 2.0, 0.5], ..PoseRecord::NONE },
             waiting: PoseRecord::NONE,

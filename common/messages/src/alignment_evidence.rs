@@ -2,6 +2,7 @@
 //! next map of the same robot hands it on.
 
 use crate::archive::{ArchiveError, NONE};
+use crate::content_hash::ContentHash;
 use crate::declaration::declare_archive;
 use crate::slam_map::SlamMapHead;
 use bytemuck::{Pod, Zeroable};
@@ -12,11 +13,11 @@ use frames::{Map, Rigid2, Slam};
 #[repr(C)]
 pub struct AlignmentEvidenceHead {
     /// What the model's maps were: evidence of others says nothing. Content hash of the site, or what identifies map files.
-    pub references_hash: u64,
+    pub references_hash: ContentHash,
     /// Content hash of the SLAM map of the last look that counted.
-    pub slam_map_hash: u64,
+    pub slam_map_hash: ContentHash,
     /// Content hash of the evidence before that look; 0 before the first.
-    pub before_hash: u64,
+    pub before_hash: ContentHash,
     /// Lower left corner of the cells in the frame of the SLAM map: x, y in metres, yaw in radians. Its rows and columns are
     /// those of the first map.
     pub origin: [f64; 3],

@@ -1,6 +1,7 @@
 //! Archive container: preamble, section table, string section.
 
 use crate::archive_kind::ArchiveKind;
+use crate::content_hash::ContentHash;
 use crate::robot::RobotLimitError;
 use bytemuck::{AnyBitPattern, NoUninit, Pod, Zeroable};
 use std::ops::Range;
@@ -41,7 +42,7 @@ pub struct Preamble {
     /// Length of the archive in bytes, preamble included.
     pub length: u64,
     /// xxh3 of everything behind the preamble; of a grid, xxh3 of the xxh3 of each [`HASHED_BLOCK`] of it.
-    pub content_hash: u64,
+    pub content_hash: ContentHash,
     /// Zero.
     pub reserved: [u64; 4],
 }
@@ -279,7 +280,7 @@ impl<'a> Archive<'a> {
     }
 
     /// Hash of the content, as in the preamble.
-    pub fn content_hash(&self) -> u64 {
+    pub fn content_hash(&self) -> ContentHash {
         content_hash_of(self.bytes)
     }
 
@@ -350,7 +351,7 @@ impl<'a> Archive<'a> {
 }
 
 /// The content hash in the preamble of an archive.
-pub(crate) fn content_hash_of(archive: &[u8]) -> u64 {
+pub(crate) fn content_hash_of(archive: &[u8]) -> ContentHash {
     bytemuck::from_bytes::<Preamble>(&archive[..64]).content_hash
 }
 
@@ -400,29 +401,29 @@ pub(crate) fn write_table(out: &mut [u8], sections: &[SectionLayout]) {
 /// Grids are hashed in blocks of so many bytes, so that what changes little is hashed little.
 pub const HASHED_BLOCK: usize = 1 << 15;
 
-fn content_hash(kind: ArchiveKind, content: &[u8]) -> u64 {
+fn content_hash(kind: ArchiveKind, content: &[u8]) -> ContentHash {
     match kind {
         ArchiveKind::Grid => hash_of_blocks(content.chunks(HASHED_BLOCK).map(xxh3_64)),
-        _ => xxh3_64(content),
+        _ => ContentHash::of(content),
     }
 }
 
 /// The content hash of an archive that is hashed in blocks.
-pub(crate) fn hash_of_blocks(hashes: impl Iterator<Item = u64>) -> u64 {
+pub(crate) fn hash_of_blocks(hashes: impl Iterator<Item = u64>) -> ContentHash {
     let mut all = Xxh3Default::new();
     hashes.for_each(|hash| all.update(&hash.to_le_bytes()));
-    all.digest()
+    ContentHash::from_bits(all.digest())
 }
 
 /// Hashes the content and writes the preamble: the last step. Returns the hash.
-pub(crate) fn seal(out: &mut [u8], kind: ArchiveKind, n_sections: usize) -> u64 {
+pub(crate) fn seal(out: &mut [u8], kind: ArchiveKind, n_sections: usize) -> ContentHash {
     let content_hash = content_hash(kind, &out[64..]);
     write_preamble(out, kind, n_sections, content_hash);
     content_hash
 }
 
 /// Writes the preamble of content with this hash.
-pub(crate) fn write_preamble(out: &mut [u8], kind: ArchiveKind, n_sections: usize, content_hash: u64) {
+pub(crate) fn write_preamble(out: &mut [u8], kind: ArchiveKind, n_sections: usize, content_hash: ContentHash) {
     let preamble = Preamble {
         magic: MAGIC,
         layout_version: LAYOUT_VERSION,
@@ -470,7 +471,7 @@ impl<'a> SectionList<'a> {
     }
 
     /// Writes the archive into memory of exactly [`Self::length`] bytes; its content hash.
-    pub(crate) fn write(&self, out: &mut [u8], kind: ArchiveKind) -> u64 {
+    pub(crate) fn write(&self, out: &mut [u8], kind: ArchiveKind) -> ContentHash {
         assert_eq!(out.len(), self.length(), "the memory has the archive's length");
         let layouts = &self.layouts[..self.n];
         write_table(out, layouts);

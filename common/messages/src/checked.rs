@@ -1,6 +1,7 @@
 //! Archives that were validated once, each with its kind as a type.
 
 use crate::archive::{ArchiveBuffer, ArchiveError};
+use crate::content_hash::ContentHash;
 use crate::payload::Payload;
 use std::fmt;
 use std::marker::PhantomData;
@@ -37,7 +38,7 @@ impl<P: Payload, B: AsRef<[u8]>> Checked<P, B> {
     }
 
     /// Hash of the content.
-    pub fn content_hash(&self) -> u64 {
+    pub fn content_hash(&self) -> ContentHash {
         crate::archive::content_hash_of(self.bytes.as_ref())
     }
 
@@ -66,7 +67,7 @@ mod tests {
 
     #[test]
     fn a_checked_archive_is_viewed_again_without_its_hash() {
-        let builder = ScheduleStateBuilder::everything_built(7, 2, 1);
+        let builder = ScheduleStateBuilder::everything_built(ContentHash::from_bits(7), 2, 1);
         let checked = Checked::<payload::ScheduleState>::new(builder.to_buffer()).unwrap();
         let whole = ScheduleState::open(checked.bytes().bytes()).unwrap();
         assert_eq!((checked.view().n_elements(), checked.content_hash()), (2, whole.content_hash()));
@@ -82,7 +83,7 @@ mod tests {
 
     #[test]
     fn a_writer_writes_every_byte_and_returns_the_hash() {
-        let builder = ScheduleStateBuilder::everything_built(7, 2, 1);
+        let builder = ScheduleStateBuilder::everything_built(ContentHash::from_bits(7), 2, 1);
         let mut memory = ArchiveBuffer::zeroed(builder.length());
         memory.bytes_mut().fill(0xAA);
         let hash = builder.write(memory.bytes_mut());

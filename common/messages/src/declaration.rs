@@ -71,7 +71,7 @@ macro_rules! declare_archive {
             }
 
             /// Hash of the content.
-            pub fn content_hash(&self) -> u64 {
+            pub fn content_hash(&self) -> $crate::content_hash::ContentHash {
                 self.archive.content_hash()
             }
         }
@@ -260,7 +260,7 @@ macro_rules! archive_writer {
                 self.sections().length()
             }
 
-            fn write(&self, out: &mut [u8]) -> u64 {
+            fn write(&self, out: &mut [u8]) -> $crate::content_hash::ContentHash {
                 self.sections().write(out, $crate::archive_kind::ArchiveKind::$view)
             }
         }

@@ -2,6 +2,7 @@
 
 use crate::archive::{ArchiveError, HASHED_BLOCK, hash_of_blocks, layout, seal, write_preamble, write_table};
 use crate::archive_kind::ArchiveKind;
+use crate::content_hash::ContentHash;
 use crate::declaration::declare_archive;
 use crate::site_records::FloorKind;
 use crate::tag::{Tag, check_tags};
@@ -156,12 +157,12 @@ impl<'a> GridWriter<'a> {
     }
 
     /// Makes it an archive; returns its content hash.
-    pub fn seal(self) -> u64 {
+    pub fn seal(self) -> ContentHash {
         seal(self.out, ArchiveKind::Grid, N_SECTIONS)
     }
 
     /// The same, after nothing but cells in these rectangles changed since the hashes were made; all are made if there are none.
-    pub fn seal_changed(self, hashes: &mut BlockHashes, changed: &[CellRect]) -> u64 {
+    pub fn seal_changed(self, hashes: &mut BlockHashes, changed: &[CellRect]) -> ContentHash {
         let content = &self.out[64..];
         let BlockHashes { hashes, is_changed } = hashes;
         is_changed.clear();

@@ -1,6 +1,7 @@
 //! The `grids` archive: index of a set of grids that belong together.
 
 use crate::archive::ArchiveError;
+use crate::content_hash::ContentHash;
 use crate::declaration::declare_archive;
 use crate::robot::RobotProfile;
 use crate::site_records::BoxRecord;
@@ -12,9 +13,9 @@ use bytemuck::{CheckedBitPattern, NoUninit, Pod, Zeroable};
 #[repr(C)]
 pub struct GridsHead {
     /// Content hash of the site.
-    pub site_hash: u64,
+    pub site_hash: ContentHash,
     /// Content hash of the schedule state.
-    pub schedule_state_hash: u64,
+    pub schedule_state_hash: ContentHash,
     /// Plan time as in [`crate::ScheduleStateHead`].
     pub plan_time_s: i64,
     /// Robot that the maps are for.
@@ -31,7 +32,7 @@ pub struct GridSlotRecord {
     /// Side of a cell in tenths of a millimetre.
     pub cell_tenths: i32,
     /// Content hash of the grid.
-    pub content_hash: u64,
+    pub content_hash: ContentHash,
 }
 const _: () = assert!(size_of::<GridSlotRecord>() == 16);
 
@@ -208,8 +209,13 @@ mod tests {
 
     #[test]
     fn the_index_names_its_grids_and_its_robot() {
-        let head = GridsHead { site_hash: 1, schedule_state_hash: 2, plan_time_s: 3, robot: RobotProfile::DEFAULT };
-        let slot = GridSlotRecord { map_storey: 0, cell_tenths: 500, content_hash: 9 };
+        let head = GridsHead {
+            site_hash: ContentHash::from_bits(1),
+            schedule_state_hash: ContentHash::from_bits(2),
+            plan_time_s: 3,
+            robot: RobotProfile::DEFAULT,
+        };
+        let slot = GridSlotRecord { map_storey: 0, cell_tenths: 500, content_hash: ContentHash::from_bits(9) };
         let buffer = GridsBuilder {
             head,
             slots: &[slot],
@@ -226,7 +232,12 @@ mod tests {
     #[test]
     fn an_index_of_a_robot_that_cannot_be_is_refused() {
         let refused = |robot: RobotProfile| {
-            let head = GridsHead { site_hash: 1, schedule_state_hash: 2, plan_time_s: 3, robot };
+            let head = GridsHead {
+                site_hash: ContentHash::from_bits(1),
+                schedule_state_hash: ContentHash::from_bits(2),
+                plan_time_s: 3,
+                robot,
+            };
             let buffer =
                 GridsBuilder { head, slots: &[], robot_name: "r", robot_footprint_m: &[], doors: &[], regions: &[] }
                     .finish();

@@ -2,6 +2,7 @@
 
 use crate::archive::{ArchiveBuffer, ArchiveError, Block};
 use crate::checked::Checked;
+use crate::content_hash::ContentHash;
 use crate::grid_archive::{Grid, GridHead};
 use crate::payload::{self, Payload};
 
@@ -9,7 +10,7 @@ use crate::payload::{self, Payload};
 #[derive(Debug)]
 pub struct HeldGrid {
     head: GridHead,
-    content_hash: u64,
+    content_hash: ContentHash,
     archive: HeldArchive,
 }
 
@@ -46,7 +47,7 @@ impl HeldGrid {
     }
 
     /// Hash of the content.
-    pub fn content_hash(&self) -> u64 {
+    pub fn content_hash(&self) -> ContentHash {
         self.content_hash
     }
 

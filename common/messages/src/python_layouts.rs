@@ -2,9 +2,9 @@
 
 use crate::archive::{self, LAYOUT_VERSION, Preamble, SectionEntry};
 use crate::{
-    AlignmentHead, ArchiveKind, DecidingPlaceRecord, ElementState, GridHead, GridSlotRecord, GridsHead, HintRecord,
-    InputHashes, PlacedRecord, PoseEvidence, PosePairRecord, PoseRecord, RobotProfile, SampleHeader, ScheduleStateHead,
-    Section, SlamCell, Tag, TagOf, Text, sample_header,
+    AlignmentHead, ArchiveKind, ContentHash, DecidingPlaceRecord, ElementState, GridHead, GridSlotRecord, GridsHead,
+    HintRecord, InputHashes, PlacedRecord, PoseEvidence, PosePairRecord, PoseRecord, RobotProfile, SampleHeader,
+    ScheduleStateHead, Section, SlamCell, Tag, TagOf, Text, sample_header,
 };
 use std::any::type_name;
 use std::collections::BTreeMap;
@@ -26,6 +26,12 @@ macro_rules! numbers {
     };
 }
 numbers!(u8 => "u1", i8 => "i1", u16 => "<u2", u32 => "<u4", i32 => "<i4", u64 => "<u8", i64 => "<i8", f64 => "<f8");
+
+impl NumpyType for ContentHash {
+    fn numpy() -> String {
+        u64::numpy()
+    }
+}
 
 impl<B: NumpyType, M> NumpyType for TagOf<B, M> {
     fn numpy() -> String {

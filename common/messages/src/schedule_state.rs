@@ -1,6 +1,7 @@
 //! The `schedule-state` archive: states of elements and spaces at a plan time.
 
 use crate::archive::{ArchiveError, NONE, Text, TextList};
+use crate::content_hash::ContentHash;
 use crate::declaration::declare_archive;
 use crate::diagnostic_record::{DiagnosticRecord, check_diagnostics};
 use crate::tag::{Tag, check_tags};
@@ -12,9 +13,9 @@ use frames::PlanTime;
 #[repr(C)]
 pub struct ScheduleStateHead {
     /// Content hash of the site it belongs to.
-    pub site_hash: u64,
+    pub site_hash: ContentHash,
     /// Content hash of the tasks of schedule files that it follows; 0 if it follows the schedule of the models.
-    pub tasks_hash: u64,
+    pub tasks_hash: ContentHash,
     /// The plan time; [`ScheduleStateHead::NO_TIME`] if everything is built regardless of dates.
     pub plan_time_s: i64,
     /// End of the period that the states are the union of, exclusive; [`ScheduleStateHead::NO_TIME`] for an instant.
@@ -45,11 +46,11 @@ impl ScheduleStateHead {
     }
 
     /// The head of a schedule state in which everything is built.
-    fn of_everything(site_hash: u64) -> Self {
+    fn of_everything(site_hash: ContentHash) -> Self {
         let none = Self::NO_TIME;
         Self {
             site_hash,
-            tasks_hash: 0,
+            tasks_hash: ContentHash::NONE,
             plan_time_s: none,
             plan_until_s: none,
             valid_from_s: none,
@@ -315,7 +316,7 @@ impl<'a> ScheduleState<'a> {
 
 impl ScheduleStateBuilder {
     /// The schedule state in which every element is built and every space is open.
-    pub fn everything_built(site_hash: u64, n_elements: usize, n_spaces: usize) -> Self {
+    pub fn everything_built(site_hash: ContentHash, n_elements: usize, n_spaces: usize) -> Self {
         let open = SpaceStateRecord {
             state: SpaceState::Open.into(),
             reserved: 0,
@@ -351,7 +352,7 @@ mod tests {
 
     #[test]
     fn states_and_reasons_come_back() {
-        let mut builder = ScheduleStateBuilder::everything_built(7, 2, 2);
+        let mut builder = ScheduleStateBuilder::everything_built(ContentHash::from_bits(7), 2, 2);
         builder.set_element(1, ElementState::Built, ElementState::InProgress);
         builder.block_space(0, &["task:abc", "private"]);
         let buffer = builder.finish();

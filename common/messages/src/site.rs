@@ -84,7 +84,7 @@ impl<'a> Site<'a> {
 
     /// True if there is a work schedule, or anything else that has dates.
     pub fn has_schedule(&self) -> bool {
-        self.head.has_schedule == 1 || self.schedule.tasks_hash != 0
+        self.head.has_schedule == 1 || !self.schedule.tasks_hash.is_none()
     }
 
     /// Base name of the file with this number, as diagnostics of the schedule have it: files of the models, then schedule files.

@@ -1,6 +1,7 @@
 //! The `tasks` archive: the work schedule of schedule files, linked to the elements and spaces of a site.
 
 use crate::archive::ArchiveError;
+use crate::content_hash::ContentHash;
 use crate::declaration::declare_archive;
 use crate::diagnostic_record::DiagnosticRecord;
 use crate::schedule_records::{ScheduleSourceRecord, ScheduleText};
@@ -12,7 +13,7 @@ use bytemuck::{Pod, Zeroable};
 #[repr(C)]
 pub struct TasksHead {
     /// Content hash of the site whose elements and spaces the tasks work on.
-    pub site_hash: u64,
+    pub site_hash: ContentHash,
     /// Number of its elements.
     pub n_elements: u32,
     /// Number of its spaces.

@@ -1,6 +1,7 @@
 //! A work schedule in an archive: tasks, calendars, dependencies, and what tasks work on.
 
 use crate::archive::{ArchiveError, NONE};
+use crate::content_hash::ContentHash;
 use crate::declaration::declare_sections;
 use crate::diagnostic_record::{DiagnosticRecord, check_diagnostics};
 use crate::schedule_dates::{ScheduleDateRecord, ScheduleLength, TaskDurationRecord};
@@ -16,7 +17,7 @@ declare_sections! {
     view WorkSchedule |archive| {
         pub(crate) texts: Texts<'a> = Texts::of(archive, 2)?,
         /// Hash of the `tasks` archive that it is from; 0 for the schedule of the models.
-        pub tasks_hash: u64 = 0,
+        pub tasks_hash: ContentHash = ContentHash::NONE,
         /// Schedule files that it is from; empty for the schedule of the models, whose files are those of the site.
         pub sources: &'a [ScheduleSourceRecord] = &[],
         /// The rule that made each link; empty for the schedule of the models, which have the links themselves.

@@ -23,7 +23,7 @@ use daemon::{
     StatusBoard,
 };
 use frames::Point2;
-use messages::{Activity, AlignmentVerdict, PoseRecord, PoseValidity};
+use messages::{Activity, AlignmentVerdict, ContentHash, PoseRecord, PoseValidity};
 use ros::markers::each_room;
 use ros::msg::tf2_msgs::TFMessage;
 use ros::transforms::{alignment_pose, pose_in_map, site_map_from_map};
@@ -38,7 +38,7 @@ daemon::inputs! {
 }
 
 /// Content hashes of what was handed to the sender, the storey, and the number of the robot's frame that grids are moved into.
-type Published = (usize, u64, Option<u64>, Option<u64>);
+type Published = (usize, ContentHash, Option<ContentHash>, Option<u64>);
 
 /// Publishes in ROS 2.
 pub(crate) struct BridgeService {

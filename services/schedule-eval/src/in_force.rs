@@ -9,6 +9,7 @@ use daemon::{
     Failure, FileText, HistoryEvent, HistoryKind, MachineTime, Save, Setting, SettingInForce, SettingKey, SettingSource,
 };
 use jiff::tz::TimeZone;
+use messages::ContentHash;
 use schedule::{Overrides, Rules};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
@@ -32,7 +33,7 @@ pub struct InForce {
     /// The last schedule that could be evaluated: of an earlier site, if that of the newest cannot.
     pub(crate) evaluated: Option<Arc<Evaluated>>,
     /// Hash of the site that was last evaluated with these rules, files and progress, whatever came of it.
-    pub(crate) tried_site: Option<u64>,
+    pub(crate) tried_site: Option<ContentHash>,
     /// Why the schedule is not that of the newest site, rules and progress.
     pub(crate) error: Option<String>,
     /// Plan time of the schedule state that is published; `None` before the first.
@@ -104,7 +105,7 @@ impl InForce {
     ///
     /// # Errors
     /// The newest site has no schedule.
-    pub(crate) fn check_timeline(&self, newest_site: Option<u64>) -> Result<(), Failure> {
+    pub(crate) fn check_timeline(&self, newest_site: Option<ContentHash>) -> Result<(), Failure> {
         let (Some(newest), Some(evaluated)) = (newest_site, &self.evaluated) else { return Ok(()) };
         match &self.error {
             Some(why) if evaluated.site_hash != newest => {

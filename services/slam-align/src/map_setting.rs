@@ -201,7 +201,7 @@ mod tests {
         MapSetting::open(&config.state, &config.align, OlderMap::default()).unwrap()
     }
 
-    fn hash(setting: &MapSetting) -> Option<u64> {
+    fn hash(setting: &MapSetting) -> Option<messages::ContentHash> {
         setting.map().unwrap().map(|map| map.content_hash)
     }
 

@@ -74,9 +74,10 @@ impl Searches {
 mod tests {
     use super::*;
     use daemon::Published;
+    use messages::ContentHash;
 
     fn done(epoch: u64) -> SearchState {
-        SearchState::Done { alignment: Published { epoch, content_hash: 0 }, is_of_newest_map: true }
+        SearchState::Done { alignment: Published { epoch, content_hash: ContentHash::NONE }, is_of_newest_map: true }
     }
 
     #[test]

@@ -21,7 +21,7 @@ use daemon::{
     AlignAnswer, AlignConfig, AlignRequest, Asked, CurrentActivity, Done, Epochs, Event, Failure, History,
     LatchedOutput, PoseHint, Service, SiteConfig, Standing, StateFile,
 };
-use messages::{AlignmentVerdict, PoseRecord, PoseValidity, SlamFrame};
+use messages::{AlignmentVerdict, ContentHash, PoseRecord, PoseValidity, SlamFrame};
 use site_view::{SiteSample, SiteSamples};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -59,7 +59,7 @@ pub(crate) struct AlignService {
     newest: NewestInputs,
     map: Option<Arc<RobotMap>>,
     /// Epoch and content hash of the last map from the bus.
-    last_sample_of_map: Option<[u64; 2]>,
+    last_sample_of_map: Option<(u64, ContentHash)>,
     worker: BackgroundWorker<Job, JobResult>,
     /// Why the last job of a kind failed.
     job_errors: BTreeMap<TaskKind, String>,
@@ -71,9 +71,9 @@ pub(crate) struct AlignService {
     field: Option<PoseField>,
     /// The result of the last search, and the content hash of the map that it searched.
     last_search: Alignment,
-    searched_map_hash: u64,
+    searched_map_hash: ContentHash,
     /// Verdict of the last search that was not narrowed, or found a pose; and the content hash of its map.
-    verdict: Option<(AlignmentVerdict, u64)>,
+    verdict: Option<(AlignmentVerdict, ContentHash)>,
     /// What looks at the map have said; it survives the daemon.
     evidence: Option<Arc<Evidence>>,
     /// What an operator should know of that.
@@ -134,7 +134,7 @@ impl AlignService {
             references: ReferenceMaps::new(),
             reference_inputs: None,
             last_search: Alignment::nothing_yet(),
-            searched_map_hash: 0,
+            searched_map_hash: ContentHash::NONE,
             verdict: None,
             evidence: evidence.map(Arc::new),
             evidence_finding,
@@ -179,7 +179,7 @@ impl AlignService {
         self.field = None;
         self.references.clear();
         self.reference_inputs = None;
-        (self.last_search, self.searched_map_hash, self.verdict) = (Alignment::nothing_yet(), 0, None);
+        (self.last_search, self.searched_map_hash, self.verdict) = (Alignment::nothing_yet(), ContentHash::NONE, None);
         self.pending.search = self.map.is_some();
     }
 

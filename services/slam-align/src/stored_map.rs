@@ -2,6 +2,7 @@
 
 use crate::robot_map::{RobotMap, RobotMapError};
 use daemon::KeptFile;
+use messages::ContentHash;
 use occupancy::{MapFileContent, OccupancyMap};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
@@ -20,7 +21,7 @@ pub(crate) struct StoredMap {
     /// The file that it was read from.
     pub(crate) file: PathBuf,
     /// Content hash.
-    pub(crate) content_hash: u64,
+    pub(crate) content_hash: ContentHash,
 }
 
 /// Copies of map files.
@@ -50,7 +51,7 @@ impl MapStore {
     ///
     /// # Errors
     /// The file system refuses.
-    pub(crate) fn write(&self, content_hash: u64, content: &MapFileContent) -> Result<(), MapStoreError> {
+    pub(crate) fn write(&self, content_hash: ContentHash, content: &MapFileContent) -> Result<(), MapStoreError> {
         let [image, description] = self.files(content_hash);
         fs::create_dir_all(&self.folder)
             .map_err(|source| MapStoreError::Write { path: self.folder.clone(), source })?;
@@ -64,7 +65,7 @@ impl MapStore {
     ///
     /// # Errors
     /// A copy that is missing or damaged.
-    pub(crate) fn read(&self, content_hash: u64) -> Result<(RobotMap, Option<String>), MapStoreError> {
+    pub(crate) fn read(&self, content_hash: ContentHash) -> Result<(RobotMap, Option<String>), MapStoreError> {
         let files = self.files(content_hash);
         let bytes = |file: &KeptFile| {
             let failed = |source| MapStoreError::Read { path: file.path(), source };
@@ -81,7 +82,7 @@ impl MapStore {
     }
 
     /// Removes all copies but these, and what is left of a failed one.
-    pub(crate) fn keep_only(&self, content_hashes: &[u64]) {
+    pub(crate) fn keep_only(&self, content_hashes: &[ContentHash]) {
         let needed: Vec<String> = content_hashes.iter().flat_map(|hash| names(*hash)).collect();
         let entries = fs::read_dir(&self.folder).into_iter().flatten().flatten();
         let entries = entries.filter_map(|entry| entry.file_name().into_string().ok());
@@ -96,13 +97,13 @@ impl MapStore {
     }
 
     /// Image and description.
-    fn files(&self, content_hash: u64) -> [KeptFile; 2] {
+    fn files(&self, content_hash: ContentHash) -> [KeptFile; 2] {
         names(content_hash).map(|name| KeptFile::at(&self.folder, name))
     }
 }
 
-fn names(content_hash: u64) -> [String; 2] {
-    SUFFIXES.map(|suffix| format!("{PREFIX}{content_hash:016x}.{suffix}"))
+fn names(content_hash: ContentHash) -> [String; 2] {
+    SUFFIXES.map(|suffix| format!("{PREFIX}{content_hash}.{suffix}"))
 }
 
 #[cfg(test)]
@@ -119,7 +120,7 @@ mod tests {
         fs::write(&image, b"P5\n3 2\n255\n\x00\xfe\xcd\xfe\xfe\x00").unwrap();
         let store = MapStore::at(&state);
         let (map, content) = RobotMap::read(&yaml).unwrap();
-        store.write(1, &content).unwrap();
+        store.write(ContentHash::from_bits(1), &content).unwrap();
         store.write(map.content_hash, &content).unwrap();
         fs::write(state.join("alignment.json"), "{}").unwrap();
         fs::remove_file(&yaml).unwrap();
@@ -135,7 +136,7 @@ mod tests {
         let (mended, finding) = read();
         assert!(mended.map == map.map && finding.unwrap().contains("damaged"));
         assert!(read().1.is_none(), "it is mended");
-        assert!(matches!(store.read(1), Err(MapStoreError::Read { .. })));
+        assert!(matches!(store.read(ContentHash::from_bits(1)), Err(MapStoreError::Read { .. })));
         store.keep_only(&[]);
         assert!(matches!(store.read(map.content_hash), Err(MapStoreError::Read { .. })));
         assert!(state.join("alignment.json").exists(), "only copies are removed");
@@ -147,7 +148,7 @@ mod tests {
         let content = MapFileContent { description: String::new(), image: vec![0; 4] };
         let store = MapStore::at(home.path());
         fs::create_dir(home.path().join("slam-map-0000000000000007.yaml")).unwrap();
-        assert!(matches!(store.write(7, &content), Err(MapStoreError::Write { .. })));
+        assert!(matches!(store.write(ContentHash::from_bits(7), &content), Err(MapStoreError::Write { .. })));
         fs::remove_dir(home.path().join("slam-map-0000000000000007.yaml")).unwrap();
         store.keep_only(&[]);
         let files = fs::read_dir(home.path()).unwrap().filter(|entry| entry.as_ref().unwrap().path().is_file());

@@ -111,7 +111,7 @@ fn of_absent_part(input: &DeviationExport<'_>, part: &AbsentPartRecord) -> Optio
 
 fn of_obstacle(input: &DeviationExport<'_>, o: &ObstacleRecord, number: u32) -> Topic {
     let [x, y] = o.centroid_m;
-    let map = format!("{:016x}", input.deviations.head.slam_map_hash);
+    let map = input.deviations.head.slam_map_hash.to_string();
     let place = format!("{x:.4} {y:.4}");
     let space = input.site.spaces.get(o.space as usize).map(|s| {
         let names = [input.site.text(s.name), input.site.text(s.long_name)];

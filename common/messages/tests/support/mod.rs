@@ -133,7 +133,7 @@ fn diagnostic(texts: &mut TextPool) -> DiagnosticRecord {
 }
 
 pub(crate) fn schedule_state() -> ArchiveBuffer {
-    let mut schedule_state = ScheduleStateBuilder::everything_built(7, 2, 1);
+    let mut schedule_state = ScheduleStateBuilder::everything_built(ContentHash::from_bits(7), 2, 1);
     schedule_state.schedule = vec![ElementScheduleRecord::NOTHING; 2];
     schedule_state.spaces[0].reasons = schedule_state.texts.add_list(["task:x", "private"]);
     let diagnostic = diagnostic(&mut schedule_state.texts);
@@ -149,8 +149,13 @@ pub(crate) fn grid() -> ArchiveBuffer {
 }
 
 pub(crate) fn grids() -> ArchiveBuffer {
-    let head = GridsHead { site_hash: 1, schedule_state_hash: 2, plan_time_s: 3, robot: RobotProfile::DEFAULT };
-    let slots = &[GridSlotRecord { map_storey: 0, cell_tenths: 500, content_hash: 9 }];
+    let head = GridsHead {
+        site_hash: ContentHash::from_bits(1),
+        schedule_state_hash: ContentHash::from_bits(2),
+        plan_time_s: 3,
+        robot: RobotProfile::DEFAULT,
+    };
+    let slots = &[GridSlotRecord { map_storey: 0, cell_tenths: 500, content_hash: ContentHash::from_bits(9) }];
     let doors = &[DoorPassageRecord { width_in_map_m: 0.8, ..Zeroable::zeroed() }];
     let regions = &[RegionRecord { area_m2: 1.0, ..Zeroable::zeroed() }];
     GridsBuilder {
@@ -165,7 +170,12 @@ pub(crate) fn grids() -> ArchiveBuffer {
 }
 
 pub(crate) fn mission_plan() -> ArchiveBuffer {
-    let head = MissionPlanHead { site_hash: 1, schedule_state_hash: 2, plan_time_s: 3, ..Zeroable::zeroed() };
+    let head = MissionPlanHead {
+        site_hash: ContentHash::from_bits(1),
+        schedule_state_hash: ContentHash::from_bits(2),
+        plan_time_s: 3,
+        ..Zeroable::zeroed()
+    };
     let mut b = MissionPlanBuilder::new(head, 1);
     b.spaces[0] = MissionPlanSpaceRecord {
         reason: b.texts.add("blocked"),
@@ -222,8 +232,8 @@ pub(crate) fn alignment_evidence() -> ArchiveBuffer {
 
 pub(crate) fn deviations() -> ArchiveBuffer {
     let head = DeviationsHead {
-        site_hash: 1,
-        schedule_state_hash: 2,
+        site_hash: ContentHash::from_bits(1),
+        schedule_state_hash: ContentHash::from_bits(2),
         cell_tenths: 500,
         width: 3,
         height: 2,

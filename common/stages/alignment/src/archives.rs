@@ -6,20 +6,20 @@ use crate::exclusion::Exclusion;
 use crate::pose_field::{BLOCK_M, Blocks, LocalPose, PoseExtent, PoseField};
 use frames::PoseCovariance;
 use messages::{
-    AlignmentBuilder, AlignmentHead, AlignmentVerdict, ArchiveBuffer, DecidingPlaceRecord, HintRecord, LocalPoseRecord,
-    LocalPosesHead, LocalPosesParts, NONE, OutlineRingRecord, PlacedRecord, PosePairRecord, PoseRecord, PoseState,
-    PoseValidity, Text, flat,
+    AlignmentBuilder, AlignmentHead, AlignmentVerdict, ArchiveBuffer, ContentHash, DecidingPlaceRecord, HintRecord,
+    LocalPoseRecord, LocalPosesHead, LocalPosesParts, NONE, OutlineRingRecord, PlacedRecord, PosePairRecord,
+    PoseRecord, PoseState, PoseValidity, Text, flat,
 };
 
 /// The inputs of an alignment.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct AlignmentSources {
     /// Content hash of the site; 0 for maps without one.
-    pub site_hash: u64,
+    pub site_hash: ContentHash,
     /// Content hash of the newest SLAM map.
-    pub slam_map_hash: u64,
+    pub slam_map_hash: ContentHash,
     /// Content hash of the SLAM map that was searched; 0 if none was.
-    pub searched_map_hash: u64,
+    pub searched_map_hash: ContentHash,
     /// Plan time of the reference.
     pub plan_time_s: i64,
 }

@@ -6,7 +6,7 @@ use crate::persisted_state::listed;
 use daemon::{Caller, Confirmations, Confirmed, ConfirmedElement, Failure, HistoryEvent, HistoryKind, Published};
 use diagnostics::nearest_names_hint;
 use jiff::Timestamp;
-use messages::{Observation, PoseRecord};
+use messages::{ContentHash, Observation, PoseRecord};
 use tracing::{info, warn};
 
 impl AlignService {
@@ -19,7 +19,7 @@ impl AlignService {
         let confirmed = Confirmed { by, at: Timestamp::now() };
         let frame_epoch = self.frame_epoch();
         self.persist(|persisted| persisted.confirm_pose(&waiting, &before, frame_epoch, confirmed))?;
-        let map_hash = self.map.as_ref().map_or(0, |map| map.content_hash);
+        let map_hash = self.map.as_ref().map_or(ContentHash::NONE, |map| map.content_hash);
         match (self.follower.confirm(map_hash), self.map.clone()) {
             (true, Some(map)) => self.find_field(&map),
             // It is of an earlier map: the newest says what it is worth.

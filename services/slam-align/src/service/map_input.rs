@@ -12,7 +12,7 @@ use tracing::info;
 impl AlignService {
     /// A map from the bus; in a new generation of it the last one comes again.
     pub(super) fn handle_map_sample(&mut self, sample: &CheckedSample<topics::SlamMap>) -> Result<(), Failure> {
-        let identity = [sample.bytes().header().epoch, sample.content_hash()];
+        let identity = (sample.bytes().header().epoch, sample.content_hash());
         if self.last_sample_of_map == Some(identity) {
             return Ok(());
         }

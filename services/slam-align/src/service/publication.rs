@@ -11,7 +11,7 @@ use daemon::{
     ActualsSource, ConfirmedElement, Failure, FileText, NewSample, RequestTimeouts, ScheduleRequest, write_durably,
 };
 use deviations::AppliedObservations;
-use messages::{Activity, ArchiveBuffer, Checked, InputHashes, PoseValidity, ScheduleStateHead, payload};
+use messages::{Activity, ArchiveBuffer, Checked, ContentHash, InputHashes, PoseValidity, ScheduleStateHead, payload};
 use std::sync::Arc;
 use std::time::Duration;
 use tracing::{info, warn};
@@ -86,7 +86,7 @@ impl AlignService {
         &mut self,
         deviations: ArchiveBuffer,
         inputs: &JobInputs,
-        slam_map: u64,
+        slam_map: ContentHash,
     ) -> Result<(), Failure> {
         let is_news = !self.deviations.is_last(&deviations);
         let deviations = Checked::<payload::Deviations>::new(deviations)?;

@@ -16,7 +16,8 @@ use alignment::{
 use daemon::write_durably;
 use frames::Map;
 use messages::{
-    Alignment, AlignmentEvidence, AlignmentVerdict, ArchiveBuffer, ArchiveError, NONE, PoseValidity, ScheduleStateHead,
+    Alignment, AlignmentEvidence, AlignmentVerdict, ArchiveBuffer, ArchiveError, ContentHash, NONE, PoseValidity,
+    ScheduleStateHead,
 };
 use occupancy::{MapFileContent, OccupancyMap, UndecidedCells};
 use serde::Deserialize;
@@ -68,7 +69,8 @@ pub(super) fn align(arguments: &Args, reference: &Path, slam: &Path) -> Result<O
     if found.verdict != AlignmentVerdict::Accepted {
         found.reason.push_str(&undecided_cells(&content, slam));
     }
-    let sources = AlignmentSources { site_hash: 0, slam_map_hash: 0, searched_map_hash: 0, plan_time_s };
+    let none = ContentHash::NONE;
+    let sources = AlignmentSources { site_hash: none, slam_map_hash: none, searched_map_hash: none, plan_time_s };
     let pose_status = found.pose_status(&numbers, arguments.max_uncertainty(), arguments.robot_m());
     let archive = found.archive(&numbers, &pose_status, sources);
     let alignment = Alignment::open(archive.bytes()).map_err(Failure::work)?;

@@ -4,12 +4,12 @@ use crate::alignment_report;
 use crate::date_argument::optional_text;
 use bus::{RawSample, TopicName};
 use daemon::facts::Pose;
-use messages::{Alignment, ArchiveError, Grid, Grids, MissionPlan, ScheduleState, Site, SlamMap, Tasks};
+use messages::{Alignment, ArchiveError, ContentHash, Grid, Grids, MissionPlan, ScheduleState, Site, SlamMap, Tasks};
 use serde_json::{Value, json};
 
 /// A hash as text.
-pub(super) fn hash_text(hash: u64) -> String {
-    format!("{hash:016x}")
+pub(super) fn hash_text(hash: ContentHash) -> String {
+    hash.to_string()
 }
 
 /// A sample: its header, and the head of what it holds.
