@@ -9,7 +9,7 @@ use xxhash_rust::xxh3::xxh3_64;
 /// head and in sample headers, of a robot profile, of the inputs of a computation.
 ///
 /// It is quick to make and no protection: who wants to can make other content of the same hash, and among many contents two may have
-/// the same by chance. What leaves the host, or is kept for others, is identified by its sha256. Documents may still show the hash
+/// the same by chance. What leaves the host, or is kept for others, is identified by a [`crate::ContentId`]. Documents may still show the hash
 /// beside, as 16 hexadecimal digits, so that people find what they see on the bus.
 ///
 /// In records and in JSON it is the plain number.

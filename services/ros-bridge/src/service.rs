@@ -23,7 +23,7 @@ use daemon::{
     StatusBoard,
 };
 use frames::Point2;
-use messages::{Activity, AlignmentVerdict, ContentHash, PoseRecord, PoseValidity};
+use messages::{Activity, AlignmentVerdict, ContentHash, ContentId, PoseRecord, PoseValidity};
 use ros::markers::each_room;
 use ros::msg::tf2_msgs::TFMessage;
 use ros::transforms::{alignment_pose, pose_in_map, site_map_from_map};
@@ -160,7 +160,7 @@ impl BridgeService {
         let outputs: Outputs = outputs_of(&views, storey, epoch, target)?;
         if let Some(foxglove) = &self.foxglove {
             foxglove.show(&outputs, each_room(&views.site, &views.state, outputs.key.storey));
-            foxglove.show_world(&views.grids[storey], set.index.content_hash());
+            foxglove.show_world(&views.grids[storey], ContentId::of(set.index.bytes().bytes()).short());
         }
         self.sender.send(Job::Maps(Box::new(outputs)));
         self.is_stopped = false;

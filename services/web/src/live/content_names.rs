@@ -1,4 +1,5 @@
-//! Names of pictures and models of a running site: hashes of all that they are made of.
+//! Names of pictures and models of a running site: of all that they are made of. Of a site and its
+//! grids that are their content hashes: they change while the page is watched, and are too large to be hashed anew for each tile.
 
 use crate::source::{ContentName, TilesOfGrid};
 use crate::tiles::{Extent, Layer, TileGrid};
@@ -26,7 +27,7 @@ pub(super) fn model_name(config: &SiteConfig, set: &SiteSet<'_>) -> ContentName 
     ContentName::of_parts(&[hashes.map(ContentHash::to_le_bytes).as_flattened(), options.as_bytes()])
 }
 
-/// Of what is made of one sample alone.
-pub(super) fn name_of(content_hash: ContentHash) -> ContentName {
-    ContentName::of_parts(&[&content_hash.to_le_bytes()])
+/// Of what is made of one archive alone.
+pub(super) fn name_of(archive: &[u8]) -> ContentName {
+    ContentName::of_parts(&[archive])
 }

@@ -152,7 +152,7 @@ impl Source for SharedSite {
         }
         let made = self.make_model(name)?.map(Bytes::from);
         if let Some(model) = &made {
-            *kept = Some((name.clone(), Arc::clone(model)));
+            *kept = Some((*name, Arc::clone(model)));
         }
         Ok(made)
     }

@@ -16,13 +16,12 @@ use alignment::{
 use daemon::write_durably;
 use frames::Map;
 use messages::{
-    Alignment, AlignmentEvidence, AlignmentVerdict, ArchiveBuffer, ArchiveError, ContentHash, NONE, PoseValidity,
-    ScheduleStateHead,
+    Alignment, AlignmentEvidence, AlignmentVerdict, ArchiveBuffer, ArchiveError, ContentHash, ContentId, NONE,
+    PoseValidity, ScheduleStateHead,
 };
 use occupancy::{MapFileContent, OccupancyMap, UndecidedCells};
 use serde::Deserialize;
 use serde_json::json;
-use sha2::{Digest, Sha256};
 use std::collections::BTreeSet;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
@@ -244,5 +243,5 @@ fn sha256(path: &Path) -> Result<String, Failure> {
     // A folder is identified by its manifest, which has the sums of all its files.
     let path = if path.is_dir() { path.join("manifest.json") } else { path.to_owned() };
     let bytes = read_document(&path).map_err(Failure::work)?;
-    Ok(export::hex(&Sha256::digest(bytes)))
+    Ok(ContentId::of(&bytes).to_string())
 }
