@@ -466,7 +466,9 @@ impl<'a> SectionList<'a> {
 
     pub(crate) fn length(&self) -> usize {
         let mut end = table_end(self.n);
-        self.layouts[..self.n].iter().for_each(|section| drop(place(section, &mut end)));
+        for section in &self.layouts[..self.n] {
+            place(section, &mut end);
+        }
         end
     }
 

@@ -140,6 +140,7 @@ macro_rules! section_view {
             }
 
             /// The sections, in the order in which they are written.
+            #[allow(clippy::vec_init_then_push, reason = "a group adds several, after some of the others")]
             pub(crate) fn sections() -> Vec<$crate::section::Section> {
                 let mut list = Vec::new();
                 $($crate::declaration::section!(list list, stringify!($name); $shape $args);)*
