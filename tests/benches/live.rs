@@ -8,7 +8,7 @@
 
 use bus::{Bus, Daemon, Domain, GridSlot, Keeper, Origin, Sample, Stamp, Subscriber, Topic, TopicName, Waiter, topics};
 use daemon::{Answer, Client, ScheduleRequest, SiteConfig, SiteProcess, StatusBoard};
-use messages::{ArchiveBuffer, Grids, InputHashes, ScheduleState, Site};
+use messages::{ArchiveBuffer, ContentHash, Grids, InputHashes, ScheduleState, Site};
 use serde::de::IgnoredAny;
 use std::collections::BTreeMap;
 use std::os::unix::fs::MetadataExt;
@@ -387,7 +387,7 @@ fn payloads() {
             }
         });
         latency_receiver.recv().unwrap();
-        let archive = messages::ScheduleStateBuilder::everything_built(1, 0, 0).finish();
+        let archive = messages::ScheduleStateBuilder::everything_built(ContentHash::from_bits(1), 0, 0).finish();
         let (mut latencies, mut loans) = (Vec::new(), Vec::new());
         for k in 0..300 {
             own_waiter.wait(Duration::ZERO).unwrap();

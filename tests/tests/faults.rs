@@ -29,7 +29,7 @@ struct Witness {
     set: ConsistentSet<RawSample>,
     last_epochs: BTreeMap<TopicName, u64>,
     sets_seen: usize,
-    last_index: u64,
+    last_index: messages::ContentHash,
 }
 
 impl Witness {
@@ -46,7 +46,15 @@ impl Witness {
         let names = [TopicName::ScheduleState, TopicName::Grids].into_iter().chain(slots);
         let subscribers = names.map(|topic| bus.raw_subscriber(topic).unwrap()).collect();
         let set = ConsistentSet::new(Stamp::now());
-        Self { bus, waiter, subscribers, set, last_epochs: BTreeMap::new(), sets_seen: 0, last_index: 0 }
+        Self {
+            bus,
+            waiter,
+            subscribers,
+            set,
+            last_epochs: BTreeMap::new(),
+            sets_seen: 0,
+            last_index: messages::ContentHash::NONE,
+        }
     }
 
     /// Takes what is there, and checks it: whole archives, epochs that do not fall, sets of one schedule state.

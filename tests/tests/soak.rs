@@ -40,7 +40,7 @@ struct Site {
     dates: Client<ScheduleRequest>,
     indices: Subscriber<topics::Grids>,
     /// Schedule state of the newest index.
-    newest: Option<u64>,
+    newest: Option<messages::ContentHash>,
 }
 
 impl Site {
@@ -70,7 +70,7 @@ impl Site {
     }
 
     /// The schedule state of the newest index.
-    fn newest_index(&mut self) -> Option<u64> {
+    fn newest_index(&mut self) -> Option<messages::ContentHash> {
         let index = self.indices.take().unwrap();
         self.newest = index.map(|index| index.header().inputs.schedule_state).or(self.newest);
         self.newest

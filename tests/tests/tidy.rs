@@ -71,7 +71,10 @@ const ALLOWED: [(&str, &[&str]); 34] = [
         "slam-align",
         &["alignment", "bus", "daemon", "deviations", "diagnostics", "frames", "messages", "occupancy", "site-view"],
     ),
-    ("site-simulator", &["bus", "daemon", "ifc-ingest", "rasterize", "schedule-eval", "slam-align", "waypoint-gen"]),
+    (
+        "site-simulator",
+        &["bus", "daemon", "ifc-ingest", "messages", "rasterize", "schedule-eval", "slam-align", "waypoint-gen"],
+    ),
     ("slam-simulator", &["frames", "grid", "occupancy"]),
     (
         "groundplan",

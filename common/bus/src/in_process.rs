@@ -21,13 +21,13 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 ///
 /// ```
 /// use bus::{Bus, Daemon, InProcessBus, Origin, topics};
-/// use messages::{InputHashes, ScheduleStateBuilder};
+/// use messages::{ContentHash, InputHashes, ScheduleStateBuilder};
 /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
 /// let site = InProcessBus::new();
 /// let producer = Bus::in_process(&site, Daemon::ScheduleEval);
 /// let schedule_states = producer.publisher(topics::ScheduleState, 4096)?;
 /// let origin = Origin { epoch: 1, frame_epoch: 0, inputs: InputHashes::default() };
-/// schedule_states.publish(&ScheduleStateBuilder::everything_built(7, 3, 1), origin)?;
+/// schedule_states.publish(&ScheduleStateBuilder::everything_built(ContentHash::from_bits(7), 3, 1), origin)?;
 ///
 /// let late = Bus::in_process(&site, Daemon::Rasterize).subscriber(topics::ScheduleState)?;
 /// let sample = late.take()?.expect("the last sample is there");
@@ -342,7 +342,7 @@ mod tests {
     use crate::error::ReceiveError;
     use crate::latched::{Origin, Publisher, Sent, Subscriber};
     use crate::topics::{Grids, ScheduleState};
-    use messages::{ArchiveWriter, InputHashes, ScheduleStateBuilder};
+    use messages::{ArchiveWriter, ContentHash, InputHashes, ScheduleStateBuilder};
 
     fn publisher(bus: &InProcessBus) -> Publisher<ScheduleState> {
         Bus::in_process(bus, Daemon::ScheduleEval).publisher(ScheduleState, 64).unwrap()
@@ -353,7 +353,7 @@ mod tests {
     }
 
     fn state(n_elements: usize) -> ScheduleStateBuilder {
-        ScheduleStateBuilder::everything_built(7, n_elements, 1)
+        ScheduleStateBuilder::everything_built(ContentHash::from_bits(7), n_elements, 1)
     }
 
     fn publish(publisher: &Publisher<ScheduleState>, epoch: u64) -> Result<Sent, PublishError> {

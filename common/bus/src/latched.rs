@@ -7,7 +7,7 @@ use crate::link::{LoanMemory, SampleMemory, TopicSource, TopicTarget};
 use crate::names::TopicName;
 use crate::stamp::Stamp;
 use crate::topics::Topic;
-use messages::{ArchiveError, ArchiveWriter, Checked, InputHashes, Payload, Preamble, SampleHeader};
+use messages::{ArchiveError, ArchiveWriter, Checked, ContentHash, InputHashes, Payload, Preamble, SampleHeader};
 use std::fmt;
 use std::marker::PhantomData;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
@@ -88,7 +88,7 @@ impl<T: Topic> Publisher<T> {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Sent {
     /// Hash of the archive's content.
-    pub content_hash: u64,
+    pub content_hash: ContentHash,
     /// Subscribers that it went to.
     pub n_subscribers: usize,
 }

@@ -17,7 +17,7 @@
 //!
 //! ```
 //! use bus::{Bus, Daemon, Domain, Keeper, Origin, topics};
-//! use messages::{InputHashes, ScheduleStateBuilder};
+//! use messages::{ContentHash, InputHashes, ScheduleStateBuilder};
 //! use std::time::Duration;
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! # let root = tempfile::Builder::new().prefix("bus").tempdir_in("/dev/shm")?;
@@ -27,7 +27,7 @@
 //!
 //! let (producer, mut waiter) = Bus::join(&domain, Daemon::ScheduleEval)?;
 //! let schedule_states = producer.publisher(topics::ScheduleState, 4096)?;
-//! schedule_states.publish(&ScheduleStateBuilder::everything_built(7, 3, 1), Origin { epoch: 1, frame_epoch: 0, inputs: InputHashes::default() })?;
+//! schedule_states.publish(&ScheduleStateBuilder::everything_built(ContentHash::from_bits(7), 3, 1), Origin { epoch: 1, frame_epoch: 0, inputs: InputHashes::default() })?;
 //!
 //! let (consumer, _waiter) = Bus::join(&domain, Daemon::Rasterize)?;
 //! let late = consumer.subscriber(topics::ScheduleState)?;

@@ -14,7 +14,7 @@
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! # let (bus, origin): (bus::Bus, bus::Origin) = todo!();
 //! // States are no mission plan.
-//! let states = messages::ScheduleStateBuilder::everything_built(7, 3, 1);
+//! let states = messages::ScheduleStateBuilder::everything_built(messages::ContentHash::from_bits(7), 3, 1);
 //! bus.publisher(bus::topics::MissionPlan, 4096)?.publish(&states, origin)?;
 //! # Ok(())
 //! # }

@@ -194,7 +194,7 @@ fn the_header_says_where_a_sample_comes_from(site: &Site) {
     let header = sample.header();
     assert_eq!(header.content_hash, ScheduleState::open(archive.bytes()).unwrap().content_hash());
     assert_eq!((header.payload_length, sample.bytes().len()), (archive.bytes().len() as u64, archive.bytes().len()));
-    assert_eq!((header.frame_epoch, header.inputs.site), (1, 5));
+    assert_eq!((header.frame_epoch, header.inputs.site.to_bits()), (1, 5));
     assert!(header.stamp_ns > 0);
 }
 

@@ -6,7 +6,7 @@ use crate::failure::Failure;
 use crate::request::Published;
 use crate::state::Epochs;
 use bus::{Bus, Origin, Publisher, Topic};
-use messages::{ArchiveBuffer, Checked, InputHashes};
+use messages::{ArchiveBuffer, Checked, ContentHash, InputHashes};
 use std::sync::Arc;
 use tracing::warn;
 
@@ -178,7 +178,7 @@ impl<T: Topic> LatchedOutput<T> {
 
     /// Hash and epoch of what came last.
     pub fn published(&self) -> Published {
-        Published { content_hash: self.last().map_or(0, Checked::content_hash), epoch: self.epoch() }
+        Published { content_hash: self.last().map_or(ContentHash::NONE, Checked::content_hash), epoch: self.epoch() }
     }
 }
 
@@ -235,7 +235,8 @@ mod tests {
         std::fs::remove_dir_all(&state).unwrap();
         let mut output = LatchedOutput::new(topics::ScheduleState);
         output.attach(&producer, &mut epochs).unwrap();
-        let archive = Checked::new(ScheduleStateBuilder::everything_built(7, 3, 1).finish()).unwrap();
+        let archive =
+            Checked::new(ScheduleStateBuilder::everything_built(ContentHash::from_bits(7), 3, 1).finish()).unwrap();
         let sample = NewSample { archive: Arc::new(archive), frame_epoch: 1, inputs: InputHashes::default() };
         assert!(output.publish(&mut epochs, sample).is_err());
         output.settle();

@@ -37,7 +37,7 @@ pub fn next_state(board: &StatusBoard) -> Option<NextState> {
 mod tests {
     use super::*;
     use crate::status_board::BoardEntry;
-    use messages::{GridsHead, RobotProfile, ScheduleStateBuilder};
+    use messages::{ContentHash, GridsHead, RobotProfile, ScheduleStateBuilder};
     use site_view::{MapState, MapsInUse, SILENT_AFTER};
 
     /// A board on which both daemons reported at a time, with facts of schedule-eval.
@@ -51,11 +51,20 @@ mod tests {
 
     fn fresh(joined: Stamp) -> Freshness {
         let mut freshness = Freshness::default();
-        let head = GridsHead { site_hash: 1, schedule_state_hash: 7, plan_time_s: 0, robot: RobotProfile::DEFAULT };
+        let head = GridsHead {
+            site_hash: ContentHash::from_bits(1),
+            schedule_state_hash: ContentHash::from_bits(7),
+            plan_time_s: 0,
+            robot: RobotProfile::DEFAULT,
+        };
         freshness.joined(joined);
-        freshness.on_schedule_state(joined, 7, &ScheduleStateBuilder::everything_built(1, 0, 0).head);
+        freshness.on_schedule_state(
+            joined,
+            ContentHash::from_bits(7),
+            &ScheduleStateBuilder::everything_built(ContentHash::from_bits(1), 0, 0).head,
+        );
         freshness.on_index(joined, &head, Vec::new());
-        freshness.on_maps(MapsInUse { epoch: 1, site_hash: 1, grids: Vec::new() });
+        freshness.on_maps(MapsInUse { epoch: 1, site_hash: ContentHash::from_bits(1), grids: Vec::new() });
         freshness
     }
 

@@ -1,6 +1,7 @@
 //! Requests to daemons as types: which daemon a request is for, and what it answers.
 
 use bus::Daemon;
+use messages::ContentHash;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::fmt::Debug;
@@ -42,7 +43,7 @@ pub fn parse_request<R: Request>(bytes: &[u8]) -> Result<R, RequestError> {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Published {
     /// Hash of its content.
-    pub content_hash: u64,
+    pub content_hash: ContentHash,
     /// Its epoch; 0 for none.
     pub epoch: u64,
 }

@@ -1,8 +1,8 @@
 //! Folders of an output folder, and the sums of the files in them.
 
 use crate::input::ExportFile;
-use crate::text::sha256_hex;
 use crate::transliteration;
+use messages::ContentId;
 use messages::{MapStoreyRecord, Site};
 use std::collections::BTreeMap;
 
@@ -12,7 +12,7 @@ pub fn sums(folder: &str, files: &[ExportFile]) -> BTreeMap<String, String> {
         "" => file.path.clone(),
         folder => format!("{folder}/{}", file.path),
     };
-    files.iter().map(|file| (path(file), sha256_hex(&file.bytes))).collect()
+    files.iter().map(|file| (path(file), ContentId::of(&file.bytes).to_string())).collect()
 }
 
 /// Folder of a map storey inside the output folder, e.g. `storeys/00-ground-floor`.

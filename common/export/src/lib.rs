@@ -118,7 +118,7 @@ pub use scan_summary::ScanSummary;
 pub use schedule_report::{ScheduleFindings, ScheduleReport};
 pub use semantic::Semantic;
 pub use site_frame::{SiteFrameError, SiteFrameFile};
-pub use text::{hex, rounded, text_or_null};
+pub use text::{rounded, text_or_null};
 pub use waypoints::{Waypoints, nav2_poses, space_name};
 
 use geographic::Geographic;

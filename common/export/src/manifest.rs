@@ -4,9 +4,9 @@ use crate::assumed_rooms::assumed_rooms;
 use crate::folders::storey_folder;
 use crate::input::{ExportFile, ExportInput, ProbabilityInput};
 use crate::site_frame::{MapFromWorld, SiteFrameFile};
-use crate::text::{hex, text_or_null};
+use crate::text::text_or_null;
 use frames::metres;
-use messages::{DoorCapability, FloorKind, RobotProfile, ScheduleState, Site};
+use messages::{ContentId, DoorCapability, FloorKind, RobotProfile, ScheduleState, Site};
 use schemars::JsonSchema;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -294,7 +294,7 @@ impl Source {
         let text = |t| site.text(t).to_owned();
         let source = |s: &messages::SourceRecord| Self {
             file: text(s.file),
-            sha256: hex(&s.sha256),
+            sha256: ContentId::from_sha256(s.sha256).to_string(),
             schema: text_or_null(site.text(s.schema)),
         };
         site.sources.iter().map(source).collect()
@@ -306,7 +306,7 @@ impl ScheduleSource {
         let text = |t| site.schedule.text(t);
         let source = |s: &messages::ScheduleSourceRecord| Self {
             file: text(s.file).to_owned(),
-            sha256: hex(&s.sha256),
+            sha256: ContentId::from_sha256(s.sha256).to_string(),
             written_by: text_or_null(text(s.written_by)),
         };
         site.schedule.sources.iter().map(source).collect()

@@ -2,18 +2,7 @@
 
 use quick_xml::Writer;
 use quick_xml::events::BytesText;
-use sha2::{Digest, Sha256};
 use std::borrow::Cow;
-
-/// Hexadecimal sha256.
-pub(crate) fn sha256_hex(bytes: &[u8]) -> String {
-    hex(&Sha256::digest(bytes))
-}
-
-/// Hexadecimal digits of bytes.
-pub fn hex(bytes: &[u8]) -> String {
-    bytes.iter().map(|b| format!("{b:02x}")).collect()
-}
 
 /// A text for JSON; `None`, which is written as null, if it is empty.
 pub fn text_or_null(text: &str) -> Option<String> {

@@ -64,7 +64,7 @@ fn storey(name: &str) -> Storey {
     let head = DeviationsHead {
         site_hash: hash,
         plan_time_s: 1_710_000_000,
-        slam_map_hash: 5,
+        slam_map_hash: ContentHash::from_bits(5),
         lidar_z_m: 3.3,
         cell_tenths: 1_000,
         width: 40,
@@ -116,7 +116,7 @@ fn seen(head: DeviationsHead) -> ArchiveBuffer {
         space: NONE,
         ..Zeroable::zeroed()
     }];
-    d.seen = [SlamCell::Unknown, SlamCell::Free, SlamCell::Occupied].repeat(400);
+    d.seen = [SlamCell::Unknown, SlamCell::Free, SlamCell::Occupied].map(Tag::from).repeat(400);
     d.finish()
 }
 

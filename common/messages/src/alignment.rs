@@ -1,45 +1,34 @@
 //! The `alignment` archive: pose of the SLAM map in the model's map, covariance and verdict.
 
 use crate::alignment_records::*;
-use crate::archive::{Archive, ArchiveBuffer, ArchiveError, ArchiveKind, SectionList, Text};
-use crate::archive_writer::ArchiveWriter;
-use crate::local_poses::{LocalPoseRecord, LocalPoses, LocalPosesHead, OutlineRingRecord};
-use crate::payload;
+use crate::archive::{ArchiveError, Text};
+use crate::declaration::declare_archive;
+use crate::local_poses::{LocalPoses, LocalPosesParts};
 use crate::tag::check_tags;
-use crate::text_pool::TextPool;
 
-pub(crate) mod section {
-    pub(crate) const HEAD: u32 = 1;
-    pub(crate) const STRINGS: u32 = 2;
-    pub(crate) const CANDIDATES: u32 = 3;
-    pub(crate) const DECIDING_PLACES: u32 = 4;
-    pub(crate) const PLACED: u32 = 5;
-    pub(crate) const POSE_PAIRS: u32 = 6;
-    pub(crate) const HINTS: u32 = 7;
-    pub(crate) const LOCAL_POSES_HEAD: u32 = 8;
-    pub(crate) const LOCAL_POSES: u32 = 9;
-    pub(crate) const BLOCKS: u32 = 10;
-    pub(crate) const OUTLINE_RINGS: u32 = 11;
-    pub(crate) const OUTLINE_CORNERS: u32 = 12;
-}
-
-/// An alignment, read in place.
-#[derive(Debug, Clone, Copy)]
-pub struct Alignment<'a> {
-    archive: Archive<'a>,
-    strings: &'a str,
-    /// Head of the alignment.
-    pub head: &'a AlignmentHead,
-    /// Poses that fit the newest map, best first.
-    pub candidates: &'a [PoseRecord],
-    /// Places to drive to that decide between candidates that fit alike, the best first.
-    pub deciding_places: &'a [DecidingPlaceRecord],
-    placed: &'a [PlacedRecord],
-    pose_pairs: &'a [PosePairRecord],
-    /// What each place hint excluded.
-    pub hints: &'a [HintRecord],
-    /// The pose from place to place; `None` without a current pose of the newest map.
-    pub local_poses: Option<LocalPoses<'a>>,
+declare_archive! {
+    /// An alignment, read in place.
+    view Alignment;
+    /// An `alignment` archive to be; the texts of its head are those of its pool.
+    owned AlignmentBuilder;
+    sections {
+        /// Head of the alignment.
+        pub head: one(1, AlignmentHead),
+        /// Poses that fit the newest map, best first.
+        pub candidates: at_most(3, PoseRecord, Alignment::MAX_CANDIDATES),
+        /// Places to drive to that decide between candidates that fit alike, the best first.
+        pub deciding_places: at_most(4, DecidingPlaceRecord, Alignment::MAX_DECIDING_PLACES),
+        /// Where they lie by each candidate.
+        placed: at_most(5, PlacedRecord, Alignment::MAX_DECIDING_PLACES * Alignment::MAX_CANDIDATES),
+        /// Pairs of candidates: those that are told apart at deciding places, then those that nothing tells apart.
+        pose_pairs: at_most(6, PosePairRecord, Alignment::MAX_POSE_PAIRS),
+        /// What each place hint excluded.
+        pub hints: at_most(7, HintRecord, Alignment::MAX_HINTS),
+        /// All texts.
+        texts: texts(2),
+        /// The pose from place to place; `None` without a current pose of the newest map.
+        pub local_poses: optional_group(8, LocalPoses, LocalPosesParts),
+    }
 }
 
 impl<'a> Alignment<'a> {
@@ -49,40 +38,29 @@ impl<'a> Alignment<'a> {
     pub const MAX_DECIDING_PLACES: usize = 16;
     /// Place hints.
     pub const MAX_HINTS: usize = 64;
+    /// Pairs of candidates.
+    const MAX_POSE_PAIRS: usize = (Self::MAX_DECIDING_PLACES + 1) * Self::MAX_CANDIDATES * Self::MAX_CANDIDATES;
 
-    /// Validates and views an archive.
-    ///
-    /// # Errors
-    /// Bytes that are no whole alignment, or numbers that are none.
-    pub fn open(bytes: &'a [u8]) -> Result<Self, ArchiveError> {
-        let alignment = Self::of(Archive::open(bytes, ArchiveKind::Alignment)?)?;
-        let head = alignment.head;
+    fn check(&self) -> Result<(), ArchiveError> {
+        let head = self.head;
         check_tags([head.verdict], "verdict")?;
         check_tags([head.state], "state of a pose")?;
         check_tags([head.validity], "validity of a pose")?;
         let numbers = [head.wrong_probability, head.scale, head.scale_deviation];
-        let whole = [head.reason, head.decision, head.change].iter().all(|text| text.of(alignment.strings).is_some())
+        let whole = [head.reason, head.decision, head.change].into_iter().all(|text| self.texts.has(text))
             && head.is_waiting <= 1
-            && alignment.candidates.len() <= Self::MAX_CANDIDATES
             && numbers.iter().all(|n| n.is_finite())
-            && [&head.pose, &head.waiting].into_iter().chain(alignment.candidates).all(PoseRecord::is_finite);
-        if !whole {
-            return Err(ArchiveError::Index { what: "a pose" });
-        }
-        if !alignment.local_poses.is_none_or(|local| local.is_whole()) {
-            return Err(ArchiveError::Index { what: "a local pose" });
-        }
-        if alignment.is_decision_whole() {
-            Ok(alignment)
-        } else {
-            Err(ArchiveError::Index { what: "a deciding place" })
-        }
+            && [&head.pose, &head.waiting].into_iter().chain(self.candidates).all(PoseRecord::is_finite);
+        let check = |ok: bool, what| if ok { Ok(()) } else { Err(ArchiveError::Index { what }) };
+        check(whole, "a pose")?;
+        check(self.local_poses.is_none_or(|local| local.is_whole()), "a local pose")?;
+        check(self.is_decision_whole(), "a deciding place")
     }
 
     /// True if all that is said beside poses lies within its limits and sections.
     fn is_decision_whole(&self) -> bool {
         let n_candidates = self.candidates.len();
-        let is_text = |text: Text| text.of(self.strings).is_some();
+        let is_text = |text: Text| self.texts.has(text);
         let is_placed = |p: &PlacedRecord| {
             p.in_map_m.iter().all(|n| n.is_finite())
                 && [p.room_global_id, p.room_name, p.room_long_name].into_iter().all(is_text)
@@ -94,45 +72,11 @@ impl<'a> Alignment<'a> {
                 && part(self.pose_pairs, place.first_pair, place.n_pairs).is_some()
         };
         let is_pair = |pair: &PosePairRecord| pair.candidates.iter().all(|k| (*k as usize) < n_candidates);
-        self.deciding_places.len() <= Self::MAX_DECIDING_PLACES
-            && self.hints.len() <= Self::MAX_HINTS
-            && self.placed.len() <= Self::MAX_DECIDING_PLACES * Self::MAX_CANDIDATES
-            && self.pose_pairs.len() <= (Self::MAX_DECIDING_PLACES + 1) * Self::MAX_CANDIDATES * Self::MAX_CANDIDATES
-            && self.head.first_undecided as usize <= self.pose_pairs.len()
+        self.head.first_undecided as usize <= self.pose_pairs.len()
             && self.deciding_places.iter().all(is_place)
             && self.placed.iter().all(is_placed)
             && self.pose_pairs.iter().all(is_pair)
             && self.hints.iter().all(|hint| is_text(hint.label))
-    }
-
-    /// The sections of an archive, without validation of their records.
-    pub(crate) fn of(archive: Archive<'a>) -> Result<Self, ArchiveError> {
-        let heads: &[LocalPosesHead] = archive.optional_section(section::LOCAL_POSES_HEAD)?;
-        let local_poses = heads.first().map(|head| -> Result<LocalPoses<'a>, ArchiveError> {
-            Ok(LocalPoses {
-                head,
-                parts: archive.section(section::LOCAL_POSES)?,
-                blocks: archive.section(section::BLOCKS)?,
-                rings: archive.section(section::OUTLINE_RINGS)?,
-                corners: archive.section(section::OUTLINE_CORNERS)?,
-            })
-        });
-        Ok(Self {
-            archive,
-            strings: archive.strings(section::STRINGS)?,
-            head: archive.record(section::HEAD)?,
-            candidates: archive.section(section::CANDIDATES)?,
-            deciding_places: archive.section(section::DECIDING_PLACES)?,
-            placed: archive.section(section::PLACED)?,
-            pose_pairs: archive.section(section::POSE_PAIRS)?,
-            hints: archive.section(section::HINTS)?,
-            local_poses: local_poses.transpose()?,
-        })
-    }
-
-    /// Hash of the content.
-    pub fn content_hash(&self) -> u64 {
-        self.archive.content_hash()
     }
 
     /// What the current pose is worth for the newest map.
@@ -213,7 +157,7 @@ impl<'a> Alignment<'a> {
 
     /// A text of the archive.
     pub fn text(&self, text: Text) -> &'a str {
-        text.of(self.strings).expect(CHECKED)
+        self.texts.get(text)
     }
 }
 
@@ -223,99 +167,28 @@ fn part<T>(all: &[T], first: u32, n: u32) -> Option<&[T]> {
     all.get(first as usize..)?.get(..n as usize)
 }
 
-/// An `alignment` archive to be.
-#[derive(Debug)]
-pub struct AlignmentBuilder<'a> {
-    /// Head of the alignment; its texts are those of the pool.
-    pub head: AlignmentHead,
-    /// Poses that fit, best first; those beyond [`Alignment::MAX_CANDIDATES`] are left out.
-    pub candidates: &'a [PoseRecord],
-    /// Places to drive to that decide between candidates.
-    pub deciding_places: Vec<DecidingPlaceRecord>,
-    /// Where they lie by each candidate.
-    pub placed: Vec<PlacedRecord>,
-    /// Pairs of candidates: those that are told apart at deciding places, then those that nothing tells apart.
-    pub pose_pairs: Vec<PosePairRecord>,
-    /// What place hints excluded.
-    pub hints: Vec<HintRecord>,
-    /// The pose from place to place, if there is a current one of the newest map.
-    pub local_poses: Option<LocalPosesParts>,
-    /// All texts.
-    pub texts: TextPool,
-}
-
-/// The pose of a SLAM map from place to place, to be written.
-#[derive(Debug, Clone)]
-pub struct LocalPosesParts {
-    /// Of the map as a whole.
-    pub head: LocalPosesHead,
-    /// One for each part.
-    pub parts: Vec<LocalPoseRecord>,
-    /// The part of each block, row-major; [`crate::NONE`] without floor.
-    pub blocks: Vec<u32>,
-    /// Loops of the outline of the part for which the pose holds.
-    pub rings: Vec<OutlineRingRecord>,
-    /// Their corners.
-    pub corners: Vec<[f64; 2]>,
-}
-
-impl<'a> AlignmentBuilder<'a> {
-    /// Poses alone.
-    pub fn new(head: AlignmentHead, reason: &str, candidates: &'a [PoseRecord]) -> Self {
-        let mut texts = TextPool::default();
-        let head = AlignmentHead { reason: texts.add(reason), ..head };
-        let (deciding_places, placed, pose_pairs, hints) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-        Self { head, candidates, deciding_places, placed, pose_pairs, hints, local_poses: None, texts }
-    }
-
-    /// Writes the archive into the heap.
-    pub fn finish(&self) -> ArchiveBuffer {
-        self.to_buffer()
-    }
-
-    fn sections(&self) -> SectionList<'_> {
-        let mut list = SectionList::default();
-        list.add(section::HEAD, std::slice::from_ref(&self.head));
-        list.add(section::CANDIDATES, &self.candidates[..self.candidates.len().min(Alignment::MAX_CANDIDATES)]);
-        list.add(section::DECIDING_PLACES, &self.deciding_places);
-        list.add(section::PLACED, &self.placed);
-        list.add(section::POSE_PAIRS, &self.pose_pairs);
-        list.add(section::HINTS, &self.hints);
-        list.add(section::STRINGS, self.texts.bytes());
-        if let Some(LocalPosesParts { head, parts, blocks, rings, corners }) = &self.local_poses {
-            list.add(section::LOCAL_POSES_HEAD, std::slice::from_ref(head));
-            list.add(section::LOCAL_POSES, parts);
-            list.add(section::BLOCKS, blocks);
-            list.add(section::OUTLINE_RINGS, rings);
-            list.add(section::OUTLINE_CORNERS, corners);
-        }
-        list
-    }
-}
-
-impl ArchiveWriter for AlignmentBuilder<'_> {
-    type Payload = payload::Alignment;
-
-    fn length(&self) -> usize {
-        self.sections().length()
-    }
-
-    fn write(&self, out: &mut [u8]) -> u64 {
-        self.sections().write(out, ArchiveKind::Alignment)
+impl AlignmentBuilder {
+    /// Poses alone; candidates, best first, beyond [`Alignment::MAX_CANDIDATES`] are left out.
+    pub fn new(head: AlignmentHead, reason: &str, mut candidates: Vec<PoseRecord>) -> Self {
+        candidates.truncate(Alignment::MAX_CANDIDATES);
+        let mut builder = Self { candidates, ..Self::default() };
+        builder.head = AlignmentHead { reason: builder.texts.add(reason), ..head };
+        builder
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::content_hash::ContentHash;
     use crate::tag::Tag;
     use bytemuck::Zeroable;
 
     fn head() -> AlignmentHead {
         AlignmentHead {
-            site_hash: 1,
-            slam_map_hash: 2,
-            searched_map_hash: 1,
+            site_hash: ContentHash::from_bits(1),
+            slam_map_hash: ContentHash::from_bits(2),
+            searched_map_hash: ContentHash::from_bits(1),
             plan_time_s: 3,
             pose: PoseRecord { map_from_slam: [1.0, 2.0, 0.5], ..PoseRecord::NONE },
             waiting: PoseRecord::NONE,
@@ -336,7 +209,7 @@ mod tests {
 
     #[test]
     fn poses_and_reasons_come_back() {
-        let buffer = AlignmentBuilder::new(head(), "two fit", &[PoseRecord::NONE; 2]).finish();
+        let buffer = AlignmentBuilder::new(head(), "two fit", vec![PoseRecord::NONE; 2]).finish();
         let view = Alignment::open(buffer.bytes()).unwrap();
         assert_eq!(
             (view.verdict(), view.state(), view.reason()),
@@ -356,14 +229,14 @@ mod tests {
             AlignmentHead { validity: Tag::numbered(5), ..head() },
             AlignmentHead { pose: PoseRecord { about_m: [f64::INFINITY; 2], ..PoseRecord::NONE }, ..head() },
         ] {
-            let buffer = AlignmentBuilder::new(wrong, "", &[]).finish();
+            let buffer = AlignmentBuilder::new(wrong, "", vec![]).finish();
             assert!(Alignment::open(buffer.bytes()).is_err());
         }
     }
 
     /// Two candidates, and a place in a room by each of them that tells them apart.
-    fn undecided() -> AlignmentBuilder<'static> {
-        let mut builder = AlignmentBuilder::new(head(), "two fit", &[PoseRecord::NONE; 2]);
+    fn undecided() -> AlignmentBuilder {
+        let mut builder = AlignmentBuilder::new(head(), "two fit", vec![PoseRecord::NONE; 2]);
         builder.head.decision = builder.texts.add("drive through U.04");
         let [global_id, name] = ["0123456789012345678901", "U.04"].map(|text| builder.texts.add(text));
         let room =
@@ -391,7 +264,7 @@ mod tests {
             view.hints.iter().map(|hint| (view.text(hint.label), hint.n_excluded)).next(),
             Some(("start room U.04", 3))
         );
-        let refused = |change: fn(&mut AlignmentBuilder<'_>)| {
+        let refused = |change: fn(&mut AlignmentBuilder)| {
             let mut builder = undecided();
             change(&mut builder);
             Alignment::open(builder.finish().bytes()).is_err()

@@ -1,29 +1,23 @@
 //! The `alignment-evidence` archive: what looks at a growing SLAM map have said about its poses. It is on no topic; who aligns the
 //! next map of the same robot hands it on.
 
-use crate::archive::{Archive, ArchiveBuffer, ArchiveError, ArchiveKind, NONE, SectionList};
-use crate::archive_writer::ArchiveWriter;
-use crate::payload;
+use crate::archive::{ArchiveError, NONE};
+use crate::content_hash::ContentHash;
+use crate::declaration::declare_archive;
 use crate::slam_map::SlamMapHead;
 use bytemuck::{Pod, Zeroable};
 use frames::{Map, Rigid2, Slam};
-
-mod section {
-    pub(super) const HEAD: u32 = 1;
-    pub(super) const POSES: u32 = 2;
-    pub(super) const KNOWN: u32 = 3;
-}
 
 /// Head of the evidence: one record.
 #[derive(Debug, Clone, Copy, PartialEq, Zeroable, Pod)]
 #[repr(C)]
 pub struct AlignmentEvidenceHead {
     /// What the model's maps were: evidence of others says nothing. Content hash of the site, or what identifies map files.
-    pub references_hash: u64,
+    pub references_hash: ContentHash,
     /// Content hash of the SLAM map of the last look that counted.
-    pub slam_map_hash: u64,
+    pub slam_map_hash: ContentHash,
     /// Content hash of the evidence before that look; 0 before the first.
-    pub before_hash: u64,
+    pub before_hash: ContentHash,
     /// Lower left corner of the cells in the frame of the SLAM map: x, y in metres, yaw in radians. Its rows and columns are
     /// those of the first map.
     pub origin: [f64; 3],
@@ -68,16 +62,19 @@ impl PoseHistoryRecord {
     }
 }
 
-/// Evidence over looks, read in place.
-#[derive(Debug, Clone, Copy)]
-pub struct AlignmentEvidence<'a> {
-    archive: Archive<'a>,
-    /// Head of the evidence.
-    pub head: &'a AlignmentEvidenceHead,
-    /// Poses that fit the map of the last look that counted, best first.
-    pub poses: &'a [PoseHistoryRecord],
-    /// A bit for each cell, row-major from the lower left, the lowest bit of a byte first: 1 if any look has known the cell.
-    known: &'a [u8],
+declare_archive! {
+    /// Evidence over looks, read in place.
+    view AlignmentEvidence;
+    /// An `alignment-evidence` archive to be.
+    owned AlignmentEvidenceBuilder;
+    sections {
+        /// Head of the evidence.
+        pub head: one(1, AlignmentEvidenceHead),
+        /// Poses that fit the map of the last look that counted, best first.
+        pub poses: at_most(2, PoseHistoryRecord, AlignmentEvidence::MAX_POSES),
+        /// A bit for each cell, row-major from the lower left, the lowest bit of a byte first: 1 if any look has known the cell.
+        known: many(3, u8),
+    }
 }
 
 impl<'a> AlignmentEvidence<'a> {
@@ -86,13 +83,8 @@ impl<'a> AlignmentEvidence<'a> {
     /// Side of a cell.
     pub const CELL_M: f64 = 0.05;
 
-    /// Validates and views an archive.
-    ///
-    /// # Errors
-    /// Bytes that are no whole evidence, or numbers that are none.
-    pub fn open(bytes: &'a [u8]) -> Result<Self, ArchiveError> {
-        let evidence = Self::of(Archive::open(bytes, ArchiveKind::AlignmentEvidence)?)?;
-        let Self { head, poses, known, .. } = evidence;
+    fn check(&self) -> Result<(), ArchiveError> {
+        let Self { head, poses, known, .. } = *self;
         let n_cells = u64::from(head.width) * u64::from(head.height);
         let is_place = |c: &f64| c.abs() < SlamMapHead::MAX_COORDINATE_M;
         let is_pose = |pose: &PoseHistoryRecord| {
@@ -104,25 +96,9 @@ impl<'a> AlignmentEvidence<'a> {
         let whole = n_cells <= SlamMapHead::MAX_CELLS
             && known.len() as u64 == n_cells.div_ceil(8)
             && head.origin.iter().all(is_place)
-            && poses.len() <= Self::MAX_POSES
             && (head.accepted == NONE || (head.accepted as usize) < poses.len())
             && poses.iter().all(is_pose);
-        if whole { Ok(evidence) } else { Err(ArchiveError::Index { what: "evidence for a pose" }) }
-    }
-
-    /// The sections of an archive, without validation of their records.
-    pub(crate) fn of(archive: Archive<'a>) -> Result<Self, ArchiveError> {
-        Ok(Self {
-            archive,
-            head: archive.record(section::HEAD)?,
-            poses: archive.section(section::POSES)?,
-            known: archive.section(section::KNOWN)?,
-        })
-    }
-
-    /// Hash of the content.
-    pub fn content_hash(&self) -> u64 {
-        self.archive.content_hash()
+        if whole { Ok(()) } else { Err(ArchiveError::Index { what: "evidence for a pose" }) }
     }
 
     /// True if any look has known a cell, by its number in row-major order.
@@ -136,20 +112,10 @@ impl<'a> AlignmentEvidence<'a> {
     }
 }
 
-/// An `alignment-evidence` archive to be.
-#[derive(Debug)]
-pub struct AlignmentEvidenceBuilder {
-    /// Head of the evidence.
-    pub head: AlignmentEvidenceHead,
-    /// Poses, best first.
-    pub poses: Vec<PoseHistoryRecord>,
-    /// A bit for each cell.
-    known: Vec<u8>,
-}
-
 impl AlignmentEvidenceBuilder {
-    /// Nothing known yet.
-    pub fn new(head: AlignmentEvidenceHead, poses: Vec<PoseHistoryRecord>) -> Self {
+    /// Nothing known yet. Poses, best first, beyond [`AlignmentEvidence::MAX_POSES`] are left out.
+    pub fn new(head: AlignmentEvidenceHead, mut poses: Vec<PoseHistoryRecord>) -> Self {
+        poses.truncate(AlignmentEvidence::MAX_POSES);
         let n_cells = head.width as usize * head.height as usize;
         Self { head, poses, known: vec![0; n_cells.div_ceil(8)] }
     }
@@ -160,31 +126,6 @@ impl AlignmentEvidenceBuilder {
     /// No such cell.
     pub fn mark_known(&mut self, index: usize) {
         self.known[index / 8] |= 1 << (index % 8);
-    }
-
-    /// Writes the archive into the heap.
-    pub fn finish(&self) -> ArchiveBuffer {
-        self.to_buffer()
-    }
-
-    fn sections(&self) -> SectionList<'_> {
-        let mut list = SectionList::default();
-        list.add(section::HEAD, std::slice::from_ref(&self.head));
-        list.add(section::POSES, &self.poses[..self.poses.len().min(AlignmentEvidence::MAX_POSES)]);
-        list.add(section::KNOWN, &self.known);
-        list
-    }
-}
-
-impl ArchiveWriter for AlignmentEvidenceBuilder {
-    type Payload = payload::AlignmentEvidence;
-
-    fn length(&self) -> usize {
-        self.sections().length()
-    }
-
-    fn write(&self, out: &mut [u8]) -> u64 {
-        self.sections().write(out, ArchiveKind::AlignmentEvidence)
     }
 }
 

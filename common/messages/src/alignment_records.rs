@@ -1,6 +1,7 @@
 //! Records of an alignment: poses with their evidence, places that decide between them, what hints excluded.
 
 use crate::archive::{NONE, Text};
+use crate::content_hash::ContentHash;
 use crate::tag::Tag;
 use bytemuck::{CheckedBitPattern, NoUninit, Pod, Zeroable};
 use frames::{Map, PoseCovariance, Rigid2, Slam};
@@ -176,12 +177,12 @@ impl PoseRecord {
 #[repr(C)]
 pub struct AlignmentHead {
     /// Content hash of the site; 0 for maps without one.
-    pub site_hash: u64,
+    pub site_hash: ContentHash,
     /// Content hash of the newest SLAM map, for which the pose is valid or not.
-    pub slam_map_hash: u64,
+    pub slam_map_hash: ContentHash,
     /// Content hash of the SLAM map that verdict, reason and candidates are of; another one than the newest while that waits
     /// for its search, 0 if none was searched.
-    pub searched_map_hash: u64,
+    pub searched_map_hash: ContentHash,
     /// The plan time of the reference, or [`crate::ScheduleStateHead::NO_TIME`].
     pub plan_time_s: i64,
     /// The current pose; zeros unless [`AlignmentHead::state`] says that there is one.

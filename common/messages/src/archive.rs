@@ -1,5 +1,7 @@
 //! Archive container: preamble, section table, string section.
 
+use crate::archive_kind::ArchiveKind;
+use crate::content_hash::ContentHash;
 use crate::robot::RobotLimitError;
 use bytemuck::{AnyBitPattern, NoUninit, Pod, Zeroable};
 use std::ops::Range;
@@ -25,32 +27,6 @@ const MAX_SECTIONS: usize = 64;
 #[repr(C, align(64))]
 pub struct Block(pub(crate) [u8; 64]);
 
-/// What an archive holds.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[repr(u32)]
-pub enum ArchiveKind {
-    /// Geometry and schedule of a site.
-    Site = 1,
-    /// States of elements and spaces at a plan time.
-    ScheduleState = 2,
-    /// Layers of one map storey.
-    Grid = 3,
-    /// Index of a set of grids.
-    Grids = 4,
-    /// Waypoints.
-    MissionPlan = 5,
-    /// A map that a robot made.
-    SlamMap = 6,
-    /// Pose of a robot's SLAM map in the model's map.
-    Alignment = 7,
-    /// Deviations between model and SLAM map, per element.
-    Deviations = 8,
-    /// What looks at a growing SLAM map have said about its poses.
-    AlignmentEvidence = 9,
-    /// Tasks of schedule files, linked to a site.
-    Tasks = 10,
-}
-
 /// The first 64 bytes of an archive.
 #[derive(Debug, Clone, Copy, Zeroable, Pod)]
 #[repr(C)]
@@ -66,7 +42,7 @@ pub struct Preamble {
     /// Length of the archive in bytes, preamble included.
     pub length: u64,
     /// xxh3 of everything behind the preamble; of a grid, xxh3 of the xxh3 of each [`HASHED_BLOCK`] of it.
-    pub content_hash: u64,
+    pub content_hash: ContentHash,
     /// Zero.
     pub reserved: [u64; 4],
 }
@@ -140,14 +116,6 @@ pub struct Text {
     pub length: u32,
 }
 
-impl Text {
-    /// Its characters, if they lie in the string section.
-    pub(crate) fn of(self, strings: &str) -> Option<&str> {
-        let start = self.offset as usize;
-        strings.get(start..start.saturating_add(self.length as usize))
-    }
-}
-
 /// A list of texts: entries `first..first + count` of the archive's section of listed texts.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Zeroable, Pod)]
 #[repr(C)]
@@ -156,13 +124,6 @@ pub struct TextList {
     pub first: u32,
     /// Number of entries.
     pub count: u32,
-}
-
-impl TextList {
-    /// Its texts, if they lie in the section.
-    pub(crate) fn of(self, listed: &[Text]) -> Option<&[Text]> {
-        listed.get(self.first as usize..)?.get(..self.count as usize)
-    }
 }
 
 /// Why bytes are not the archive that a reader wants.
@@ -204,6 +165,14 @@ pub enum ArchiveError {
     Section {
         /// The section.
         id: u32,
+    },
+    /// A section has more records than it may have.
+    #[error("section {id} of the archive has more than {max} records")]
+    Limit {
+        /// The section.
+        id: u32,
+        /// As many as it may have.
+        max: usize,
     },
     /// A record points outside its section.
     #[error("{what} of the archive points outside its section")]
@@ -311,7 +280,7 @@ impl<'a> Archive<'a> {
     }
 
     /// Hash of the content, as in the preamble.
-    pub fn content_hash(&self) -> u64 {
+    pub fn content_hash(&self) -> ContentHash {
         content_hash_of(self.bytes)
     }
 
@@ -340,7 +309,25 @@ impl<'a> Archive<'a> {
     /// # Errors
     /// Records of another size or alignment.
     pub fn optional_section<T: AnyBitPattern + NoUninit>(&self, id: u32) -> Result<&'a [T], ArchiveError> {
-        if self.sections.iter().any(|s| s.id == id) { self.section(id) } else { Ok(&[]) }
+        if self.has(id) { self.section(id) } else { Ok(&[]) }
+    }
+
+    /// The records of a section that has no more than `max`.
+    ///
+    /// # Errors
+    /// No such section, records of another size, or more of them.
+    pub fn section_of_at_most<T: AnyBitPattern + NoUninit>(
+        &self,
+        id: u32,
+        max: usize,
+    ) -> Result<&'a [T], ArchiveError> {
+        let records = self.section(id)?;
+        if records.len() <= max { Ok(records) } else { Err(ArchiveError::Limit { id, max }) }
+    }
+
+    /// True if there is such a section.
+    pub fn has(&self, id: u32) -> bool {
+        self.sections.iter().any(|s| s.id == id)
     }
 
     /// The only record of a section.
@@ -364,7 +351,7 @@ impl<'a> Archive<'a> {
 }
 
 /// The content hash in the preamble of an archive.
-pub(crate) fn content_hash_of(archive: &[u8]) -> u64 {
+pub(crate) fn content_hash_of(archive: &[u8]) -> ContentHash {
     bytemuck::from_bytes::<Preamble>(&archive[..64]).content_hash
 }
 
@@ -376,23 +363,10 @@ pub(crate) struct SectionLayout {
     pub(crate) count: usize,
 }
 
-impl SectionLayout {
-    pub(crate) fn of<T>(id: u32, records: &[T]) -> Self {
-        Self { id, record_len: size_of::<T>(), count: records.len() }
-    }
-}
-
-/// Byte ranges of these sections, and the archive's length. Allocates nothing.
+/// Byte ranges of these sections, and the archive's length.
 pub(crate) fn layout<const N: usize>(sections: &[SectionLayout; N]) -> ([Range<usize>; N], usize) {
     let mut end = table_end(N);
     let ranges = std::array::from_fn(|k| place(&sections[k], &mut end));
-    (ranges, end)
-}
-
-/// As [`layout`], of any number of sections.
-fn layout_of(sections: &[SectionLayout]) -> (Vec<Range<usize>>, usize) {
-    let mut end = table_end(sections.len());
-    let ranges = sections.iter().map(|section| place(section, &mut end)).collect();
     (ranges, end)
 }
 
@@ -407,58 +381,49 @@ fn place(section: &SectionLayout, end: &mut usize) -> Range<usize> {
     start..*end
 }
 
-/// Length in bytes of an archive of sections with these (record length, count).
-pub fn sections_len(sections: &[(usize, usize)]) -> usize {
-    let layouts: Vec<_> =
-        sections.iter().map(|&(record_len, count)| SectionLayout { id: 0, record_len, count }).collect();
-    layout_of(&layouts).1
-}
-
 /// Writes the section table and zeroes the gaps before sections; `out` has the length that [`layout`] gave.
-pub(crate) fn write_table(out: &mut [u8], sections: &[SectionLayout], ranges: &[Range<usize>]) {
-    let mut end = 64;
-    for (layout, range) in sections.iter().zip(ranges) {
+pub(crate) fn write_table(out: &mut [u8], sections: &[SectionLayout]) {
+    let mut end = table_end(sections.len());
+    for (k, layout) in sections.iter().enumerate() {
+        let end_before = end;
+        let range = place(layout, &mut end);
+        out[end_before..range.start].fill(0);
         let entry = SectionEntry {
             id: layout.id,
             record_len: layout.record_len as u32,
             offset: range.start as u64,
             count: layout.count as u64,
         };
-        out[end..end + size_of::<SectionEntry>()].copy_from_slice(bytemuck::bytes_of(&entry));
-        end += size_of::<SectionEntry>();
-    }
-    for range in ranges {
-        out[end..range.start].fill(0);
-        end = range.end;
+        out[table_end(k)..table_end(k + 1)].copy_from_slice(bytemuck::bytes_of(&entry));
     }
 }
 
 /// Grids are hashed in blocks of so many bytes, so that what changes little is hashed little.
 pub const HASHED_BLOCK: usize = 1 << 15;
 
-fn content_hash(kind: ArchiveKind, content: &[u8]) -> u64 {
+fn content_hash(kind: ArchiveKind, content: &[u8]) -> ContentHash {
     match kind {
         ArchiveKind::Grid => hash_of_blocks(content.chunks(HASHED_BLOCK).map(xxh3_64)),
-        _ => xxh3_64(content),
+        _ => ContentHash::of(content),
     }
 }
 
 /// The content hash of an archive that is hashed in blocks.
-pub(crate) fn hash_of_blocks(hashes: impl Iterator<Item = u64>) -> u64 {
+pub(crate) fn hash_of_blocks(hashes: impl Iterator<Item = u64>) -> ContentHash {
     let mut all = Xxh3Default::new();
     hashes.for_each(|hash| all.update(&hash.to_le_bytes()));
-    all.digest()
+    ContentHash::from_bits(all.digest())
 }
 
 /// Hashes the content and writes the preamble: the last step. Returns the hash.
-pub(crate) fn seal(out: &mut [u8], kind: ArchiveKind, n_sections: usize) -> u64 {
+pub(crate) fn seal(out: &mut [u8], kind: ArchiveKind, n_sections: usize) -> ContentHash {
     let content_hash = content_hash(kind, &out[64..]);
     write_preamble(out, kind, n_sections, content_hash);
     content_hash
 }
 
 /// Writes the preamble of content with this hash.
-pub(crate) fn write_preamble(out: &mut [u8], kind: ArchiveKind, n_sections: usize, content_hash: u64) {
+pub(crate) fn write_preamble(out: &mut [u8], kind: ArchiveKind, n_sections: usize, content_hash: ContentHash) {
     let preamble = Preamble {
         magic: MAGIC,
         layout_version: LAYOUT_VERSION,
@@ -471,32 +436,52 @@ pub(crate) fn write_preamble(out: &mut [u8], kind: ArchiveKind, n_sections: usiz
     out[..64].copy_from_slice(bytemuck::bytes_of(&preamble));
 }
 
-/// Sections of an archive that is written in one go from records at hand.
-#[derive(Default)]
+/// Sections of an archive that is written in one go from records at hand. Allocates nothing.
 pub(crate) struct SectionList<'a> {
-    layouts: Vec<SectionLayout>,
-    contents: Vec<&'a [u8]>,
+    layouts: [SectionLayout; MAX_SECTIONS],
+    contents: [&'a [u8]; MAX_SECTIONS],
+    n: usize,
+}
+
+impl Default for SectionList<'_> {
+    fn default() -> Self {
+        let nothing = SectionLayout { id: 0, record_len: 0, count: 0 };
+        Self { layouts: [nothing; MAX_SECTIONS], contents: [&[]; MAX_SECTIONS], n: 0 }
+    }
 }
 
 impl<'a> SectionList<'a> {
     pub(crate) fn add<T: NoUninit>(&mut self, id: u32, records: &'a [T]) {
-        self.layouts.push(SectionLayout::of(id, records));
-        self.contents.push(bytemuck::cast_slice(records));
+        self.layouts[self.n] = SectionLayout { id, record_len: size_of::<T>(), count: records.len() };
+        self.contents[self.n] = bytemuck::cast_slice(records);
+        self.n += 1;
+    }
+
+    /// As [`Self::add`], unless there are no records.
+    pub(crate) fn add_if_any<T: NoUninit>(&mut self, id: u32, records: &'a [T]) {
+        if !records.is_empty() {
+            self.add(id, records);
+        }
     }
 
     pub(crate) fn length(&self) -> usize {
-        layout_of(&self.layouts).1
+        let mut end = table_end(self.n);
+        for section in &self.layouts[..self.n] {
+            place(section, &mut end);
+        }
+        end
     }
 
     /// Writes the archive into memory of exactly [`Self::length`] bytes; its content hash.
-    pub(crate) fn write(&self, out: &mut [u8], kind: ArchiveKind) -> u64 {
-        let (ranges, length) = layout_of(&self.layouts);
-        assert_eq!(out.len(), length, "the memory has the archive's length");
-        write_table(out, &self.layouts, &ranges);
-        for (range, content) in ranges.into_iter().zip(&self.contents) {
-            out[range].copy_from_slice(content);
+    pub(crate) fn write(&self, out: &mut [u8], kind: ArchiveKind) -> ContentHash {
+        assert_eq!(out.len(), self.length(), "the memory has the archive's length");
+        let layouts = &self.layouts[..self.n];
+        write_table(out, layouts);
+        let mut end = table_end(self.n);
+        for (section, content) in layouts.iter().zip(self.contents) {
+            out[place(section, &mut end)].copy_from_slice(content);
         }
-        seal(out, kind, self.layouts.len())
+        seal(out, kind, self.n)
     }
 }
 

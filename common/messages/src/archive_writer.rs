@@ -1,6 +1,7 @@
 //! Writers of archives, each with its kind as a type.
 
 use crate::archive::ArchiveBuffer;
+use crate::content_hash::ContentHash;
 use crate::payload::Payload;
 
 /// A writer of an archive into given memory: in the heap, or in shared memory.
@@ -15,7 +16,7 @@ pub trait ArchiveWriter {
     ///
     /// # Panics
     /// If the memory has another length.
-    fn write(&self, out: &mut [u8]) -> u64;
+    fn write(&self, out: &mut [u8]) -> ContentHash;
 
     /// Writes the archive into the heap.
     fn to_buffer(&self) -> ArchiveBuffer {

@@ -1,28 +1,10 @@
 //! Archives that were validated once, each with its kind as a type.
 
-use crate::archive::{Archive, ArchiveBuffer, ArchiveError, ArchiveKind};
-use crate::payload::{self, Payload};
-use crate::{Alignment, AlignmentEvidence, Deviations, Grid, Grids, MissionPlan, ScheduleState, Site, SlamMap, Tasks};
+use crate::archive::{ArchiveBuffer, ArchiveError};
+use crate::content_hash::ContentHash;
+use crate::payload::Payload;
 use std::fmt;
 use std::marker::PhantomData;
-
-macro_rules! payloads {
-    ($($name:ident)*) => {$(
-        impl Payload for payload::$name {
-            const KIND: ArchiveKind = ArchiveKind::$name;
-            type View<'a> = $name<'a>;
-
-            fn open(bytes: &[u8]) -> Result<$name<'_>, ArchiveError> {
-                $name::open(bytes)
-            }
-
-            fn view(bytes: &[u8]) -> Result<$name<'_>, ArchiveError> {
-                $name::of(Archive::open_unhashed(bytes, ArchiveKind::$name)?)
-            }
-        }
-    )*};
-}
-payloads!(Site ScheduleState Grid Grids MissionPlan SlamMap Alignment Deviations AlignmentEvidence Tasks);
 
 /// An archive that was validated once, with the memory that it lies in: viewed as often as needed, never hashed again.
 ///
@@ -56,7 +38,7 @@ impl<P: Payload, B: AsRef<[u8]>> Checked<P, B> {
     }
 
     /// Hash of the content.
-    pub fn content_hash(&self) -> u64 {
+    pub fn content_hash(&self) -> ContentHash {
         crate::archive::content_hash_of(self.bytes.as_ref())
     }
 
@@ -81,11 +63,11 @@ impl<P: Payload, B> fmt::Debug for Checked<P, B> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{ArchiveWriter, ScheduleStateBuilder};
+    use crate::{ArchiveWriter, ScheduleState, ScheduleStateBuilder, payload};
 
     #[test]
     fn a_checked_archive_is_viewed_again_without_its_hash() {
-        let builder = ScheduleStateBuilder::everything_built(7, 2, 1);
+        let builder = ScheduleStateBuilder::everything_built(ContentHash::from_bits(7), 2, 1);
         let checked = Checked::<payload::ScheduleState>::new(builder.to_buffer()).unwrap();
         let whole = ScheduleState::open(checked.bytes().bytes()).unwrap();
         assert_eq!((checked.view().n_elements(), checked.content_hash()), (2, whole.content_hash()));
@@ -101,7 +83,7 @@ mod tests {
 
     #[test]
     fn a_writer_writes_every_byte_and_returns_the_hash() {
-        let builder = ScheduleStateBuilder::everything_built(7, 2, 1);
+        let builder = ScheduleStateBuilder::everything_built(ContentHash::from_bits(7), 2, 1);
         let mut memory = ArchiveBuffer::zeroed(builder.length());
         memory.bytes_mut().fill(0xAA);
         let hash = builder.write(memory.bytes_mut());

@@ -36,7 +36,7 @@ impl<'a> Site<'a> {
     /// Tasks of another site.
     pub fn with_tasks(&self, tasks: &Tasks<'a>) -> Result<Self, OtherSite> {
         tasks.check_site(self)?;
-        Ok(self.with_schedule(tasks.schedule))
+        Ok(self.with_schedule(tasks.schedule()))
     }
 }
 
@@ -136,18 +136,18 @@ impl Deviations<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{ScheduleStateBuilder, SiteBuilder};
+    use crate::{ContentHash, ScheduleStateBuilder, SiteBuilder};
 
     #[test]
     fn a_schedule_state_of_another_site_is_refused_with_a_reason() {
         let site = SiteBuilder::default().finish();
         let site = Site::open(site.bytes()).unwrap();
-        let check = |hash: u64, n_elements: usize| {
+        let check = |hash: ContentHash, n_elements: usize| {
             let schedule_state = ScheduleStateBuilder::everything_built(hash, n_elements, 0).finish();
             ScheduleState::open(schedule_state.bytes()).unwrap().check_site(&site).map_err(|e| e.to_string())
         };
         assert_eq!(check(site.content_hash(), 0), Ok(()));
-        assert_eq!(check(site.content_hash() + 1, 0), Err("the schedule state is of another site".to_owned()));
+        assert_eq!(check(ContentHash::from_bits(1), 0), Err("the schedule state is of another site".to_owned()));
         assert_eq!(check(site.content_hash(), 1), Err("the schedule state is of another site".to_owned()));
     }
 }

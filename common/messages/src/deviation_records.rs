@@ -1,5 +1,6 @@
 //! Records of the `deviations` archive.
 
+use crate::content_hash::ContentHash;
 use crate::schedule_state::ElementState;
 use crate::tag::Tag;
 use bytemuck::{CheckedBitPattern, NoUninit, Pod, Zeroable};
@@ -10,11 +11,11 @@ use grid::GridSpec;
 #[repr(C)]
 pub struct DeviationsHead {
     /// Content hash of the site.
-    pub site_hash: u64,
+    pub site_hash: ContentHash,
     /// Content hash of the schedule state.
-    pub schedule_state_hash: u64,
+    pub schedule_state_hash: ContentHash,
     /// Hash of the SLAM map.
-    pub slam_map_hash: u64,
+    pub slam_map_hash: ContentHash,
     /// Plan time as in [`crate::ScheduleStateHead`].
     pub plan_time_s: i64,
     /// `map_from_slam`: x, y, yaw.

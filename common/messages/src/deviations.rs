@@ -1,80 +1,45 @@
 //! The `deviations` archive: observations of a storey's elements, obstacles, map residuals.
 
-use crate::archive::{Archive, ArchiveBuffer, ArchiveError, ArchiveKind, SectionList};
-use crate::archive_writer::ArchiveWriter;
+use crate::archive::ArchiveError;
+use crate::declaration::declare_archive;
 use crate::deviation_records::*;
-use crate::payload;
 use crate::site::MAX_COORDINATE_TENTHS;
 use crate::site_records::RingRecord;
 use crate::tag::{Tag, check_tags};
 use grid::MAX_CELLS;
 
-mod section {
-    pub(super) const HEAD: u32 = 1;
-    pub(super) const ELEMENTS: u32 = 2;
-    pub(super) const OBSTACLES: u32 = 3;
-    pub(super) const RINGS: u32 = 4;
-    pub(super) const POINTS: u32 = 5;
-    pub(super) const RESIDUALS: u32 = 6;
-    pub(super) const SEEN: u32 = 7;
-    pub(super) const ABSENT_PARTS: u32 = 8;
-}
-
-/// Deviations between a site at a plan time and a SLAM map, read in place.
-#[derive(Debug, Clone, Copy)]
-pub struct Deviations<'a> {
-    archive: Archive<'a>,
-    /// What was compared, and how.
-    pub head: &'a DeviationsHead,
-    /// One record per element of the storey, in the order of the site.
-    pub elements: &'a [ElementDeviationRecord],
-    /// Stretches of elements that are not there, in the order of the elements.
-    pub absent_parts: &'a [AbsentPartRecord],
-    /// What stands there and is not in the model, from large to small.
-    pub obstacles: &'a [ObstacleRecord],
-    /// Rings of the obstacles' polygons.
-    pub rings: &'a [RingRecord],
-    /// Points of the rings in `map`, tenths of a millimetre.
-    pub points: &'a [[i32; 2]],
-    /// How the SLAM map is bent, by place.
-    pub residuals: &'a [ResidualRecord],
-    /// The SLAM map in the axes of `map`: row-major from the lower left; [`DeviationsHead::spec`] says where.
-    pub seen: &'a [Tag<SlamCell>],
+declare_archive! {
+    /// Deviations between a site at a plan time and a SLAM map, read in place.
+    view Deviations;
+    /// Records of a `deviations` archive to be.
+    owned DeviationsBuilder;
+    sections {
+        /// What was compared, and how.
+        pub head: one(1, DeviationsHead),
+        /// One record per element of the storey, in the order of the site.
+        pub elements: many(2, ElementDeviationRecord),
+        /// What stands there and is not in the model, from large to small.
+        pub obstacles: many(3, ObstacleRecord),
+        /// Rings of the obstacles' polygons.
+        pub rings: many(4, RingRecord),
+        /// Points of the rings in `map`, tenths of a millimetre.
+        pub points: many(5, [i32; 2]),
+        /// How the SLAM map is bent, by place.
+        pub residuals: many(6, ResidualRecord),
+        /// The SLAM map in the axes of `map`: row-major from the lower left; [`DeviationsHead::spec`] says where.
+        pub seen: many(7, Tag<SlamCell>),
+        /// Stretches of elements that are not there, in the order of the elements.
+        pub absent_parts: many(8, AbsentPartRecord),
+    }
 }
 
 impl<'a> Deviations<'a> {
-    /// Validates and views an archive.
-    ///
-    /// # Errors
-    /// Bytes that are no whole deviations archive, or records that point outside.
-    pub fn open(bytes: &'a [u8]) -> Result<Self, ArchiveError> {
-        let deviations = Self::of(Archive::open(bytes, ArchiveKind::Deviations)?)?;
-        deviations.check_tags()?;
-        deviations.check_head()?;
-        deviations.check_elements()?;
-        deviations.check_absent_parts()?;
-        deviations.check_obstacles()?;
-        Ok(deviations)
-    }
-
-    /// The sections of an archive, without validation of their records.
-    pub(crate) fn of(archive: Archive<'a>) -> Result<Self, ArchiveError> {
-        Ok(Self {
-            archive,
-            head: archive.record(section::HEAD)?,
-            elements: archive.section(section::ELEMENTS)?,
-            absent_parts: archive.section(section::ABSENT_PARTS)?,
-            obstacles: archive.section(section::OBSTACLES)?,
-            rings: archive.section(section::RINGS)?,
-            points: archive.section(section::POINTS)?,
-            residuals: archive.section(section::RESIDUALS)?,
-            seen: archive.section(section::SEEN)?,
-        })
-    }
-
-    /// Hash of the content.
-    pub fn content_hash(&self) -> u64 {
-        self.archive.content_hash()
+    fn check(&self) -> Result<(), ArchiveError> {
+        self.check_tags()?;
+        self.check_head()?;
+        self.check_elements()?;
+        self.check_absent_parts()?;
+        self.check_obstacles()
     }
 
     /// The rings of an obstacle's polygon.
@@ -164,64 +129,11 @@ fn is_metres(number: f64) -> bool {
     number.abs() <= f64::from(MAX_COORDINATE_TENTHS)
 }
 
-/// Records of a `deviations` archive to be.
-#[derive(Debug)]
-#[expect(missing_docs, reason = "the fields are those of `Deviations`")]
-pub struct DeviationsBuilder {
-    pub head: DeviationsHead,
-    pub elements: Vec<ElementDeviationRecord>,
-    pub absent_parts: Vec<AbsentPartRecord>,
-    pub obstacles: Vec<ObstacleRecord>,
-    pub rings: Vec<RingRecord>,
-    pub points: Vec<[i32; 2]>,
-    pub residuals: Vec<ResidualRecord>,
-    pub seen: Vec<SlamCell>,
-}
-
 impl DeviationsBuilder {
     /// Nothing but a head, and nothing seen.
     pub fn new(head: DeviationsHead) -> Self {
         let n_cells = head.width as usize * head.height as usize;
-        Self {
-            head,
-            elements: Vec::new(),
-            absent_parts: Vec::new(),
-            obstacles: Vec::new(),
-            rings: Vec::new(),
-            points: Vec::new(),
-            residuals: Vec::new(),
-            seen: vec![SlamCell::Unknown; n_cells],
-        }
-    }
-
-    /// Writes the archive into the heap.
-    pub fn finish(&self) -> ArchiveBuffer {
-        self.to_buffer()
-    }
-
-    fn sections(&self) -> SectionList<'_> {
-        let mut list = SectionList::default();
-        list.add(section::HEAD, std::slice::from_ref(&self.head));
-        list.add(section::ELEMENTS, &self.elements);
-        list.add(section::OBSTACLES, &self.obstacles);
-        list.add(section::RINGS, &self.rings);
-        list.add(section::POINTS, &self.points);
-        list.add(section::RESIDUALS, &self.residuals);
-        list.add(section::SEEN, &self.seen);
-        list.add(section::ABSENT_PARTS, &self.absent_parts);
-        list
-    }
-}
-
-impl ArchiveWriter for DeviationsBuilder {
-    type Payload = payload::Deviations;
-
-    fn length(&self) -> usize {
-        self.sections().length()
-    }
-
-    fn write(&self, out: &mut [u8]) -> u64 {
-        self.sections().write(out, ArchiveKind::Deviations)
+        Self { head, seen: vec![SlamCell::Unknown.into(); n_cells], ..Self::default() }
     }
 }
 
@@ -234,7 +146,7 @@ mod tests {
     fn one_obstacle() -> DeviationsBuilder {
         let mut builder =
             DeviationsBuilder::new(DeviationsHead { cell_tenths: 500, width: 2, height: 1, ..Zeroable::zeroed() });
-        builder.seen = vec![SlamCell::Free, SlamCell::Occupied];
+        builder.seen = vec![SlamCell::Free.into(), SlamCell::Occupied.into()];
         builder.points = vec![[0, 0], [500, 0], [0, 500]];
         builder.rings = vec![RingRecord { first_point: 0, n_points: 3 }];
         builder.obstacles = vec![ObstacleRecord { area_m2: 0.1, n_rings: 1, space: NONE, ..Zeroable::zeroed() }];
@@ -256,7 +168,7 @@ mod tests {
             change(&mut builder);
             Deviations::open(builder.finish().bytes()).is_err()
         };
-        assert!(refused(|b| b.seen.push(SlamCell::Free)));
+        assert!(refused(|b| b.seen.push(SlamCell::Free.into())));
         assert!(refused(|b| b.head.cell_tenths = 0));
         assert!(refused(|b| b.head.lidar_z_m = f64::NAN));
         assert!(refused(|b| b.obstacles[0].first_ring = 1));

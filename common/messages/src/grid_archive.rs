@@ -1,25 +1,15 @@
 //! The `grid` archive: layers of one map storey, written in place.
 
-use crate::archive::{
-    Archive, ArchiveError, ArchiveKind, HASHED_BLOCK, SectionLayout, hash_of_blocks, layout, seal, write_preamble,
-    write_table,
-};
+use crate::archive::{ArchiveError, HASHED_BLOCK, hash_of_blocks, layout, seal, write_preamble, write_table};
+use crate::archive_kind::ArchiveKind;
+use crate::content_hash::ContentHash;
+use crate::declaration::declare_archive;
 use crate::site_records::FloorKind;
 use crate::tag::{Tag, check_tags};
 use bytemuck::{Pod, Zeroable};
 use grid::{CellRect, Class, GridSpec};
 use std::ops::Range;
 use xxhash_rust::xxh3::xxh3_64;
-
-pub(crate) mod section {
-    pub(crate) const HEAD: u32 = 1;
-    pub(crate) const CLASS: u32 = 2;
-    pub(crate) const PLANNING: u32 = 3;
-    pub(crate) const LOCALIZATION: u32 = 4;
-    pub(crate) const KEEPOUT: u32 = 5;
-    pub(crate) const FLOOR: u32 = 6;
-    pub(crate) const SPACE: u32 = 7;
-}
 
 /// Specification and slab of the grid: one record.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Zeroable, Pod)]
@@ -75,62 +65,37 @@ pub const FLOOR_BUILT: u8 = 1;
 /// Value of the layer `floor` where it is assumed.
 pub const FLOOR_ASSUMED: u8 = 2;
 
-/// Layers of one map storey, read in place; row-major from the lower left.
-#[derive(Debug, Clone, Copy)]
-pub struct Grid<'a> {
-    archive: Archive<'a>,
-    /// Specification and slab of the grid.
-    pub head: &'a GridHead,
-    /// `grid::Class` as a number.
-    pub class: &'a [u8],
-    /// 0 free, 100 occupied, -1 unknown.
-    pub planning: &'a [i8],
-    /// 0 free, 100 occupied, -1 unknown.
-    pub localization: &'a [i8],
-    /// 100 must not enter, -1 elsewhere; never 0, which Nav2's filter would write over unknown cells.
-    pub keepout: &'a [i8],
-    /// 0 none, [`FLOOR_BUILT`] or [`FLOOR_ASSUMED`].
-    pub floor: &'a [u8],
-    /// Index of the space plus 1; 0 for none.
-    pub space: &'a [u16],
+declare_archive! {
+    /// Layers of one map storey, read in place; row-major from the lower left.
+    view Grid;
+    /// Layers to be written.
+    layers GridLayers;
+    sections {
+        /// Specification and slab of the grid.
+        pub head: one(1, GridHead),
+        /// `grid::Class` as a number.
+        pub class: many(2, u8),
+        /// 0 free, 100 occupied, -1 unknown.
+        pub planning: many(3, i8),
+        /// 0 free, 100 occupied, -1 unknown.
+        pub localization: many(4, i8),
+        /// 100 must not enter, -1 elsewhere; never 0, which Nav2's filter would write over unknown cells.
+        pub keepout: many(5, i8),
+        /// 0 none, [`FLOOR_BUILT`] or [`FLOOR_ASSUMED`].
+        pub floor: many(6, u8),
+        /// Index of the space plus 1; 0 for none.
+        pub space: many(7, u16),
+    }
 }
 
-impl<'a> Grid<'a> {
-    /// Validates and views an archive.
-    ///
-    /// # Errors
-    /// Bytes that are no whole grid archive, or layers of another size than the spec, or classes that do not exist.
-    pub fn open(bytes: &'a [u8]) -> Result<Self, ArchiveError> {
-        let grid = Self::of(Archive::open(bytes, ArchiveKind::Grid)?)?;
-        let n = u64::from(grid.head.width) * u64::from(grid.head.height);
-        let lengths = [
-            grid.class.len(),
-            grid.planning.len(),
-            grid.localization.len(),
-            grid.keepout.len(),
-            grid.floor.len(),
-            grid.space.len(),
-        ];
-        if lengths.iter().any(|&l| l as u64 != n) || grid.head.cell_tenths <= 0 {
+impl Grid<'_> {
+    fn check(&self) -> Result<(), ArchiveError> {
+        let n = u64::from(self.head.width) * u64::from(self.head.height);
+        if self.layer_lengths().iter().any(|&l| l as u64 != n) || self.head.cell_tenths <= 0 {
             return Err(ArchiveError::Index { what: "a layer" });
         }
-        check_tags([grid.head.floor], "kind of floor")?;
-        check_tags(bytemuck::cast_slice::<u8, Tag<Class>>(grid.class).iter().copied(), "class")?;
-        Ok(grid)
-    }
-
-    /// The sections of an archive, without validation of their records.
-    pub(crate) fn of(archive: Archive<'a>) -> Result<Self, ArchiveError> {
-        Ok(Self {
-            archive,
-            head: archive.record(section::HEAD)?,
-            class: archive.section(section::CLASS)?,
-            planning: archive.section(section::PLANNING)?,
-            localization: archive.section(section::LOCALIZATION)?,
-            keepout: archive.section(section::KEEPOUT)?,
-            floor: archive.section(section::FLOOR)?,
-            space: archive.section(section::SPACE)?,
-        })
+        check_tags([self.head.floor], "kind of floor")?;
+        check_tags(bytemuck::cast_slice::<u8, Tag<Class>>(self.class).iter().copied(), "class")
     }
 
     /// Where the grid lies.
@@ -147,23 +112,6 @@ impl<'a> Grid<'a> {
     pub fn is_keepout(&self, cell: usize) -> bool {
         self.keepout[cell] > 0
     }
-
-    /// Hash of the content.
-    pub fn content_hash(&self) -> u64 {
-        self.archive.content_hash()
-    }
-}
-
-/// Layers to be written; see [`Grid`].
-#[derive(Debug)]
-#[expect(missing_docs, reason = "the fields are those of `Grid`")]
-pub struct GridLayers<'a> {
-    pub class: &'a mut [u8],
-    pub planning: &'a mut [i8],
-    pub localization: &'a mut [i8],
-    pub keepout: &'a mut [i8],
-    pub floor: &'a mut [u8],
-    pub space: &'a mut [u16],
 }
 
 /// Writes a grid in the memory where it will be read.
@@ -176,7 +124,7 @@ pub struct GridWriter<'a> {
 impl<'a> GridWriter<'a> {
     /// Bytes that a grid of this many cells needs.
     pub fn len_of(n_cells: usize) -> usize {
-        layout(&layouts(n_cells)).1
+        layout(&GridLayers::layouts(n_cells)).1
     }
 
     /// Begins a grid in memory of exactly [`Self::len_of`] bytes at a multiple of 64. Its layers hold zeros.
@@ -184,10 +132,10 @@ impl<'a> GridWriter<'a> {
     /// # Panics
     /// If the memory has another length than the grid needs.
     pub fn new(out: &'a mut [u8], head: &GridHead) -> Self {
-        let layouts = layouts(head.spec().n_cells());
+        let layouts = GridLayers::layouts(head.spec().n_cells());
         let (ranges, length) = layout(&layouts);
         assert_eq!(out.len(), length, "the memory has the grid's length");
-        write_table(out, &layouts, &ranges);
+        write_table(out, &layouts);
         out[ranges[0].clone()].copy_from_slice(bytemuck::bytes_of(head));
         ranges[1..].iter().for_each(|layer| out[layer.clone()].fill(0));
         Self { out, ranges }
@@ -198,39 +146,23 @@ impl<'a> GridWriter<'a> {
     /// # Panics
     /// If the memory has another length than the grid needs.
     pub fn resume(out: &'a mut [u8], n_cells: usize) -> Self {
-        let (ranges, length) = layout(&layouts(n_cells));
+        let (ranges, length) = layout(&GridLayers::layouts(n_cells));
         assert_eq!(out.len(), length, "the memory has the grid's length");
         Self { out, ranges }
     }
 
     /// The layers, as they were written so far.
     pub fn layers(&mut self) -> GridLayers<'_> {
-        let mut rest = &mut *self.out;
-        let mut at = 0;
-        let mut layer = |k: usize| {
-            let range = &self.ranges[k];
-            let (_, tail) = std::mem::take(&mut rest).split_at_mut(range.start - at);
-            let (layer, tail) = tail.split_at_mut(range.len());
-            (rest, at) = (tail, range.end);
-            layer
-        };
-        GridLayers {
-            class: layer(1),
-            planning: bytemuck::cast_slice_mut(layer(2)),
-            localization: bytemuck::cast_slice_mut(layer(3)),
-            keepout: bytemuck::cast_slice_mut(layer(4)),
-            floor: layer(5),
-            space: bytemuck::cast_slice_mut(layer(6)),
-        }
+        GridLayers::of(self.out, &self.ranges)
     }
 
     /// Makes it an archive; returns its content hash.
-    pub fn seal(self) -> u64 {
+    pub fn seal(self) -> ContentHash {
         seal(self.out, ArchiveKind::Grid, N_SECTIONS)
     }
 
     /// The same, after nothing but cells in these rectangles changed since the hashes were made; all are made if there are none.
-    pub fn seal_changed(self, hashes: &mut BlockHashes, changed: &[CellRect]) -> u64 {
+    pub fn seal_changed(self, hashes: &mut BlockHashes, changed: &[CellRect]) -> ContentHash {
         let content = &self.out[64..];
         let BlockHashes { hashes, is_changed } = hashes;
         is_changed.clear();
@@ -258,7 +190,7 @@ pub struct BlockHashes {
 
 /// The head of a grid: it is the first section, however many cells follow.
 fn head_of(grid: &[u8]) -> &GridHead {
-    bytemuck::from_bytes(&grid[layout(&layouts(0)).0[0].clone()])
+    bytemuck::from_bytes(&grid[layout(&GridLayers::layouts(0)).0[0].clone()])
 }
 
 /// Where the cells of a rectangle lie in a grid, in all layers. They are not empty.
@@ -284,7 +216,7 @@ pub fn copy_changed<'a>(grid: &[u8], copy: &mut [u8], changed: impl Iterator<Ite
     assert_eq!(grid.len(), copy.len(), "both are versions of one grid");
     copy[..64].fill(0);
     let spec = head_of(grid).spec();
-    let (sections, _) = layout(&layouts(spec.n_cells()));
+    let (sections, _) = layout(&GridLayers::layouts(spec.n_cells()));
     let before_layers = 64..sections[1].start;
     copy[before_layers.clone()].copy_from_slice(&grid[before_layers]);
     for bytes in changed.flat_map(|rect| cell_bytes(spec, &sections, rect)) {
@@ -293,21 +225,7 @@ pub fn copy_changed<'a>(grid: &[u8], copy: &mut [u8], changed: impl Iterator<Ite
     copy[..64].copy_from_slice(&grid[..64]);
 }
 
-/// Head and layers.
-const N_SECTIONS: usize = 7;
-
-fn layouts(n_cells: usize) -> [SectionLayout; N_SECTIONS] {
-    let layout = |id, record_len, count| SectionLayout { id, record_len, count };
-    [
-        layout(section::HEAD, size_of::<GridHead>(), 1),
-        layout(section::CLASS, 1, n_cells),
-        layout(section::PLANNING, 1, n_cells),
-        layout(section::LOCALIZATION, 1, n_cells),
-        layout(section::KEEPOUT, 1, n_cells),
-        layout(section::FLOOR, 1, n_cells),
-        layout(section::SPACE, 2, n_cells),
-    ]
-}
+const N_SECTIONS: usize = GridLayers::N_SECTIONS;
 
 #[cfg(test)]
 mod tests {

@@ -1,30 +1,21 @@
 //! The `grids` archive: index of a set of grids that belong together.
 
-use crate::archive::{Archive, ArchiveBuffer, ArchiveError, ArchiveKind, SectionLayout, layout, seal, write_table};
-use crate::archive_writer::ArchiveWriter;
-use crate::payload;
+use crate::archive::ArchiveError;
+use crate::content_hash::ContentHash;
+use crate::declaration::declare_archive;
 use crate::robot::RobotProfile;
 use crate::site_records::BoxRecord;
 use crate::tag::{Tag, check_tags};
 use bytemuck::{CheckedBitPattern, NoUninit, Pod, Zeroable};
-
-pub(crate) mod section {
-    pub(crate) const HEAD: u32 = 1;
-    pub(crate) const SLOTS: u32 = 2;
-    pub(crate) const ROBOT_NAME: u32 = 3;
-    pub(crate) const DOORS: u32 = 4;
-    pub(crate) const REGIONS: u32 = 5;
-    pub(crate) const ROBOT_FOOTPRINT: u32 = 6;
-}
 
 /// Inputs of the set: one record.
 #[derive(Debug, Clone, Copy, PartialEq, Zeroable, Pod)]
 #[repr(C)]
 pub struct GridsHead {
     /// Content hash of the site.
-    pub site_hash: u64,
+    pub site_hash: ContentHash,
     /// Content hash of the schedule state.
-    pub schedule_state_hash: u64,
+    pub schedule_state_hash: ContentHash,
     /// Plan time as in [`crate::ScheduleStateHead`].
     pub plan_time_s: i64,
     /// Robot that the maps are for.
@@ -41,7 +32,7 @@ pub struct GridSlotRecord {
     /// Side of a cell in tenths of a millimetre.
     pub cell_tenths: i32,
     /// Content hash of the grid.
-    pub content_hash: u64,
+    pub content_hash: ContentHash,
 }
 const _: () = assert!(size_of::<GridSlotRecord>() == 16);
 
@@ -175,121 +166,40 @@ pub struct RegionRecord {
 }
 const _: () = assert!(size_of::<RegionRecord>() == 40);
 
-/// Index of a set of grids, read in place.
-#[derive(Debug, Clone, Copy)]
-pub struct Grids<'a> {
-    archive: Archive<'a>,
-    /// Inputs of the set.
-    pub head: &'a GridsHead,
-    /// One record per grid.
-    pub slots: &'a [GridSlotRecord],
-    /// Name of the robot profile.
-    pub robot_name: &'a str,
-    /// Outline of the robot in its frame, in metres; may be empty.
-    pub robot_footprint_m: &'a [[f64; 2]],
-    /// Doors of the mapped storeys.
-    pub doors: &'a [DoorPassageRecord],
-    /// Regions at other levels.
-    pub regions: &'a [RegionRecord],
+declare_archive! {
+    /// Index of a set of grids, read in place.
+    view Grids;
+    /// Records of a `grids` archive to be.
+    #[derive(Clone, Copy)]
+    borrowed GridsBuilder;
+    sections {
+        /// Inputs of the set.
+        pub head: one(1, GridsHead),
+        /// One record per grid.
+        pub slots: many(2, GridSlotRecord),
+        /// Name of the robot profile.
+        pub robot_name: utf8(3),
+        /// Doors of the mapped storeys.
+        pub doors: many(4, DoorPassageRecord),
+        /// Regions at other levels.
+        pub regions: many(5, RegionRecord),
+        /// Outline of the robot in its frame, in metres; may be empty.
+        pub robot_footprint_m: many(6, [f64; 2]),
+    }
 }
 
-impl<'a> Grids<'a> {
-    /// Validates and views an archive.
-    ///
-    /// # Errors
-    /// Bytes that are no whole grids archive, a robot with numbers that no robot has, or a door with an unknown passage.
-    pub fn open(bytes: &'a [u8]) -> Result<Self, ArchiveError> {
-        let grids = Self::of(Archive::open(bytes, ArchiveKind::Grids)?)?;
-        grids.head.robot.check().map_err(ArchiveError::Robot)?;
-        let is_corner = |corner: &[f64; 2]| corner.iter().all(|c| c.abs() <= grids.head.robot.radius_m);
-        if !grids.robot_footprint_m.iter().all(is_corner) {
+impl Grids<'_> {
+    fn check(&self) -> Result<(), ArchiveError> {
+        self.head.robot.check().map_err(ArchiveError::Robot)?;
+        let is_corner = |corner: &[f64; 2]| corner.iter().all(|c| c.abs() <= self.head.robot.radius_m);
+        if !self.robot_footprint_m.iter().all(is_corner) {
             return Err(ArchiveError::Index { what: "a corner of the robot" });
         }
-        check_tags(grids.doors.iter().map(|d| d.passage), "passage of a door")?;
-        if grids.doors.iter().any(|d| d.reasons & !DoorPassage::REASON_BITS != 0) {
+        check_tags(self.doors.iter().map(|d| d.passage), "passage of a door")?;
+        if self.doors.iter().any(|d| d.reasons & !DoorPassage::REASON_BITS != 0) {
             return Err(ArchiveError::Unknown { what: "reason for a closed door" });
         }
-        Ok(grids)
-    }
-
-    /// The sections of an archive, without validation of their records.
-    pub(crate) fn of(archive: Archive<'a>) -> Result<Self, ArchiveError> {
-        Ok(Self {
-            archive,
-            head: archive.record(section::HEAD)?,
-            slots: archive.section(section::SLOTS)?,
-            robot_name: archive.strings(section::ROBOT_NAME)?,
-            robot_footprint_m: archive.section(section::ROBOT_FOOTPRINT)?,
-            doors: archive.section(section::DOORS)?,
-            regions: archive.section(section::REGIONS)?,
-        })
-    }
-
-    /// Hash of the content.
-    pub fn content_hash(&self) -> u64 {
-        self.archive.content_hash()
-    }
-}
-
-/// Records of a `grids` archive to be.
-#[derive(Debug, Clone, Copy)]
-pub struct GridsBuilder<'a> {
-    /// Inputs of the set.
-    pub head: GridsHead,
-    /// One record per grid.
-    pub slots: &'a [GridSlotRecord],
-    /// Name of the robot profile.
-    pub robot_name: &'a str,
-    /// Outline of the robot in its frame, in metres; may be empty.
-    pub robot_footprint_m: &'a [[f64; 2]],
-    /// Doors of the mapped storeys.
-    pub doors: &'a [DoorPassageRecord],
-    /// Regions at other levels.
-    pub regions: &'a [RegionRecord],
-}
-
-impl GridsBuilder<'_> {
-    /// Writes the archive into the heap.
-    pub fn finish(&self) -> ArchiveBuffer {
-        self.to_buffer()
-    }
-
-    fn layouts(&self) -> [SectionLayout; 6] {
-        [
-            SectionLayout::of(section::HEAD, std::slice::from_ref(&self.head)),
-            SectionLayout::of(section::SLOTS, self.slots),
-            SectionLayout::of(section::ROBOT_NAME, self.robot_name.as_bytes()),
-            SectionLayout::of(section::DOORS, self.doors),
-            SectionLayout::of(section::REGIONS, self.regions),
-            SectionLayout::of(section::ROBOT_FOOTPRINT, self.robot_footprint_m),
-        ]
-    }
-}
-
-impl ArchiveWriter for GridsBuilder<'_> {
-    type Payload = payload::Grids;
-
-    fn length(&self) -> usize {
-        layout(&self.layouts()).1
-    }
-
-    fn write(&self, out: &mut [u8]) -> u64 {
-        let layouts = self.layouts();
-        let (ranges, length) = layout(&layouts);
-        assert_eq!(out.len(), length, "the memory has the archive's length");
-        write_table(out, &layouts, &ranges);
-        let contents = [
-            bytemuck::bytes_of(&self.head),
-            bytemuck::cast_slice(self.slots),
-            self.robot_name.as_bytes(),
-            bytemuck::cast_slice(self.doors),
-            bytemuck::cast_slice(self.regions),
-            bytemuck::cast_slice(self.robot_footprint_m),
-        ];
-        for (range, content) in ranges.iter().zip(contents) {
-            out[range.clone()].copy_from_slice(content);
-        }
-        seal(out, ArchiveKind::Grids, layouts.len())
+        Ok(())
     }
 }
 
@@ -299,8 +209,13 @@ mod tests {
 
     #[test]
     fn the_index_names_its_grids_and_its_robot() {
-        let head = GridsHead { site_hash: 1, schedule_state_hash: 2, plan_time_s: 3, robot: RobotProfile::DEFAULT };
-        let slot = GridSlotRecord { map_storey: 0, cell_tenths: 500, content_hash: 9 };
+        let head = GridsHead {
+            site_hash: ContentHash::from_bits(1),
+            schedule_state_hash: ContentHash::from_bits(2),
+            plan_time_s: 3,
+            robot: RobotProfile::DEFAULT,
+        };
+        let slot = GridSlotRecord { map_storey: 0, cell_tenths: 500, content_hash: ContentHash::from_bits(9) };
         let buffer = GridsBuilder {
             head,
             slots: &[slot],
@@ -317,7 +232,12 @@ mod tests {
     #[test]
     fn an_index_of_a_robot_that_cannot_be_is_refused() {
         let refused = |robot: RobotProfile| {
-            let head = GridsHead { site_hash: 1, schedule_state_hash: 2, plan_time_s: 3, robot };
+            let head = GridsHead {
+                site_hash: ContentHash::from_bits(1),
+                schedule_state_hash: ContentHash::from_bits(2),
+                plan_time_s: 3,
+                robot,
+            };
             let buffer =
                 GridsBuilder { head, slots: &[], robot_name: "r", robot_footprint_m: &[], doors: &[], regions: &[] }
                     .finish();

@@ -2,7 +2,8 @@
 //!
 //! An archive is flat, relocatable and 64-byte aligned: a 64-byte [`Preamble`], a table of sections, then the sections,
 //! each a plain array of one record type that begins at a multiple of 64. Offsets count from the archive's start, so the
-//! same bytes live in heap, cache file and shared memory. Little-endian. A stage is a function from views to a writer:
+//! same bytes live in heap, cache file and shared memory. Little-endian. The sections of each kind are declared once
+//! (`src/declaration.rs`). A stage is a function from views to a writer:
 //!
 //! | archive | view | writer | producer |
 //! |---|---|---|---|
@@ -12,7 +13,7 @@
 //! | `grid` | [`Grid`] | [`GridWriter`] | rasterize |
 //! | `grids` | [`Grids`] | [`GridsBuilder`] | rasterize |
 //! | `mission-plan` | [`MissionPlan`] | [`MissionPlanBuilder`] | waypoint-gen |
-//! | `slam-map` | [`SlamMap`] | [`SlamMap::write`] | the robot |
+//! | `slam-map` | [`SlamMap`] | [`SlamMapBuilder`] | the robot |
 //! | `alignment` | [`Alignment`] | [`AlignmentBuilder`] | slam-align |
 //! | `deviations` | [`Deviations`] | [`DeviationsBuilder`] | slam-align |
 //! | none | [`AlignmentEvidence`] | [`AlignmentEvidenceBuilder`] | slam-align, `groundplan align` |
@@ -36,6 +37,7 @@
 //!
 //! # Where
 //!
+//! - archives: sections of each kind: `src/declaration.rs`; all kinds: `src/archive_kind.rs`
 //! - door: the leaves that move beside a fixed one: `src/moving_leaves.rs`
 //! - grids: held packed, unpacked for a view: `src/packed_grid.rs`, `src/map_grids.rs`, `services/groundplan/src/maps.rs`
 //! - python: layouts of archives: `src/python_layouts.rs`
@@ -44,9 +46,13 @@ mod alignment;
 mod alignment_evidence;
 mod alignment_records;
 mod archive;
+mod archive_kind;
 mod archive_writer;
 mod checked;
 mod consistency;
+mod content_hash;
+mod content_id;
+mod declaration;
 mod deviation_records;
 mod deviations;
 mod diagnostic_record;
@@ -67,6 +73,7 @@ mod schedule_date_view;
 mod schedule_dates;
 mod schedule_records;
 mod schedule_state;
+mod section;
 mod site;
 mod site_builder;
 mod site_comparison;
@@ -80,25 +87,27 @@ mod tag;
 mod tasks;
 mod text_pool;
 mod work_schedule;
-mod work_schedule_records;
 
-pub use alignment::{Alignment, AlignmentBuilder, LocalPosesParts};
+pub use alignment::{Alignment, AlignmentBuilder};
 pub use alignment_evidence::{AlignmentEvidence, AlignmentEvidenceBuilder, AlignmentEvidenceHead, PoseHistoryRecord};
 pub use alignment_records::*;
 pub use archive::{
-    Archive, ArchiveBuffer, ArchiveError, ArchiveKind, Block, HASHED_BLOCK, LAYOUT_VERSION, NONE, Preamble, Text,
-    TextList, sections_len, upgrade_site,
+    Archive, ArchiveBuffer, ArchiveError, Block, HASHED_BLOCK, LAYOUT_VERSION, NONE, Preamble, Text, TextList,
+    upgrade_site,
 };
+pub use archive_kind::ArchiveKind;
 pub use archive_writer::ArchiveWriter;
 pub use checked::Checked;
 pub use consistency::OtherSite;
+pub use content_hash::ContentHash;
+pub use content_id::{ContentId, NoContentId, ShortContentId};
 pub use deviation_records::*;
 pub use deviations::{Deviations, DeviationsBuilder};
 pub use diagnostic_record::DiagnosticRecord;
 pub use diagnostics::{Diagnostic, DiagnosticCode, Named, Report, Severity};
 pub use grid_archive::{BlockHashes, FLOOR_ASSUMED, FLOOR_BUILT, Grid, GridHead, GridLayers, GridWriter, copy_changed};
 pub use grids::{DoorPassage, DoorPassageRecord, GridSlotRecord, Grids, GridsBuilder, GridsHead, RegionRecord};
-pub use local_poses::{LocalPoseRecord, LocalPoses, LocalPosesHead, OutlineRingRecord, flat, part_at};
+pub use local_poses::{LocalPoseRecord, LocalPoses, LocalPosesHead, LocalPosesParts, OutlineRingRecord, flat, part_at};
 pub use map_grids::{ChosenGrids, MapGrids};
 pub use mission_plan::{MissionPlan, MissionPlanBuilder};
 pub use mission_plan_records::*;
@@ -115,16 +124,15 @@ pub use schedule_state::{
     DateSource, ElementScheduleRecord, ElementState, ScheduleState, ScheduleStateBuilder, ScheduleStateHead,
     SpaceState, SpaceStateRecord, plan_time,
 };
-pub use site::Site;
-pub use site_builder::SiteBuilder;
+pub use section::{Section, SectionCount};
+pub use site::{Site, SiteBuilder};
 pub use site_comparison::{Difference, SiteComparison, StoreyDifference, StoreyPresence, is_same_building};
 pub use site_outline::{ElementOutline, GeoreferenceOutline, MapStoreyOutline, SiteOutline, StoreyOutline};
 pub use site_records::*;
 pub use slam_frame::SlamFrame;
-pub use slam_map::{SlamMap, SlamMapHead};
+pub use slam_map::{SlamMap, SlamMapBuilder, SlamMapHead};
 pub use status::{Activity, StatusRecord};
 pub use tag::{Enumeration, Tag, TagOf};
 pub use tasks::{Tasks, TasksBuilder, TasksHead};
 pub use text_pool::TextPool;
-pub use work_schedule::WorkSchedule;
-pub use work_schedule_records::WorkScheduleRecords;
+pub use work_schedule::{WorkSchedule, WorkScheduleRecords};

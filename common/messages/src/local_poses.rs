@@ -2,6 +2,7 @@
 
 use crate::alignment_records::PoseRecord;
 use crate::archive::NONE;
+use crate::declaration::declare_sections;
 use bytemuck::{Pod, Zeroable};
 use frames::{PoseCovariance, Rigid2, Slam};
 
@@ -99,18 +100,24 @@ pub struct OutlineRingRecord {
 
 const _: () = assert!(size_of::<OutlineRingRecord>() == 16);
 
-/// The pose of a SLAM map from place to place, read in place.
-#[derive(Debug, Clone, Copy)]
-pub struct LocalPoses<'a> {
-    /// Of the map as a whole.
-    pub head: &'a LocalPosesHead,
-    /// One for each part.
-    pub parts: &'a [LocalPoseRecord],
-    /// The part of each block, row-major from the lower left corner; [`NONE`] without floor.
-    pub(crate) blocks: &'a [u32],
-    pub(crate) rings: &'a [OutlineRingRecord],
-    /// Corners of all loops in the SLAM map, in metres.
-    pub(crate) corners: &'a [[f64; 2]],
+declare_sections! {
+    /// The pose of a SLAM map from place to place, read in place.
+    view LocalPoses;
+    /// The pose of a SLAM map from place to place, to be written.
+    #[derive(Clone)]
+    owned LocalPosesParts;
+    sections {
+        /// Of the map as a whole.
+        pub head: one(8, LocalPosesHead),
+        /// One for each part.
+        pub parts: many(9, LocalPoseRecord),
+        /// The part of each block, row-major from the lower left corner; [`NONE`] without floor.
+        pub(crate) blocks: many(10, u32),
+        /// Loops of the outline of the part for which the pose holds.
+        rings: many(11, OutlineRingRecord),
+        /// Corners of all loops in the SLAM map, in metres.
+        corners: many(12, [f64; 2]),
+    }
 }
 
 impl<'a> LocalPoses<'a> {

@@ -1,5 +1,6 @@
 //! Grids of all map storeys, each viewed while it is worked on: they need not be dense in memory all at once.
 
+use crate::content_hash::ContentHash;
 use crate::grid_archive::{Grid, GridHead};
 use crate::packed_grid::HeldGrid;
 
@@ -12,7 +13,7 @@ pub trait MapGrids: Sync {
     fn head(&self, at: usize) -> &GridHead;
 
     /// Hash of the content of a grid.
-    fn content_hash(&self, at: usize) -> u64;
+    fn content_hash(&self, at: usize) -> ContentHash;
 
     /// Calls `work` once with the view of a grid, which may be unpacked for that.
     fn view(&self, at: usize, work: &mut dyn FnMut(&Grid<'_>));
@@ -61,7 +62,7 @@ impl MapGrids for ChosenGrids<'_> {
         self.all.head(self.chosen[at])
     }
 
-    fn content_hash(&self, at: usize) -> u64 {
+    fn content_hash(&self, at: usize) -> ContentHash {
         self.all.content_hash(self.chosen[at])
     }
 
@@ -79,7 +80,7 @@ impl MapGrids for &[Grid<'_>] {
         self[at].head
     }
 
-    fn content_hash(&self, at: usize) -> u64 {
+    fn content_hash(&self, at: usize) -> ContentHash {
         self[at].content_hash()
     }
 
@@ -97,7 +98,7 @@ impl MapGrids for Vec<Grid<'_>> {
         self[at].head
     }
 
-    fn content_hash(&self, at: usize) -> u64 {
+    fn content_hash(&self, at: usize) -> ContentHash {
         self[at].content_hash()
     }
 
@@ -115,7 +116,7 @@ impl MapGrids for Vec<&HeldGrid> {
         self[at].head()
     }
 
-    fn content_hash(&self, at: usize) -> u64 {
+    fn content_hash(&self, at: usize) -> ContentHash {
         self[at].content_hash()
     }
 

@@ -1,6 +1,7 @@
 //! Records of the `mission-plan` archive.
 
 use crate::archive::{NONE, Text};
+use crate::content_hash::ContentHash;
 use crate::tag::Tag;
 use bytemuck::{CheckedBitPattern, NoUninit, Pod, Zeroable};
 
@@ -45,9 +46,9 @@ impl ScanSensor {
 #[repr(C)]
 pub struct MissionPlanHead {
     /// Content hash of the site.
-    pub site_hash: u64,
+    pub site_hash: ContentHash,
     /// Content hash of the schedule state.
-    pub schedule_state_hash: u64,
+    pub schedule_state_hash: ContentHash,
     /// Plan time as in [`crate::ScheduleStateHead`].
     pub plan_time_s: i64,
     /// The sensor of scans.

@@ -1,15 +1,16 @@
 //! Grids in the heap, as they are or packed: the outside of a site and the inside of rooms are the same word over many cells.
 
-use crate::archive::{Archive, ArchiveBuffer, ArchiveError, ArchiveKind, Block};
+use crate::archive::{ArchiveBuffer, ArchiveError, Block};
 use crate::checked::Checked;
+use crate::content_hash::ContentHash;
 use crate::grid_archive::{Grid, GridHead};
-use crate::payload;
+use crate::payload::{self, Payload};
 
 /// The grid of a map storey in the heap.
 #[derive(Debug)]
 pub struct HeldGrid {
     head: GridHead,
-    content_hash: u64,
+    content_hash: ContentHash,
     archive: HeldArchive,
 }
 
@@ -46,7 +47,7 @@ impl HeldGrid {
     }
 
     /// Hash of the content.
-    pub fn content_hash(&self) -> u64 {
+    pub fn content_hash(&self) -> ContentHash {
         self.content_hash
     }
 
@@ -56,7 +57,7 @@ impl HeldGrid {
             HeldArchive::Open(checked) => work(&checked.view()),
             HeldArchive::Packed(packed) => {
                 let archive = packed.unpacked();
-                let grid = Archive::open_unhashed(archive.bytes(), ArchiveKind::Grid).and_then(Grid::of);
+                let grid = payload::Grid::view(archive.bytes());
                 work(&grid.expect("the archive was validated before it was packed"));
             }
         }

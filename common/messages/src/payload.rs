@@ -1,6 +1,8 @@
 //! The kinds of archives as types: the payload of a topic, the result of a writer.
 
-use crate::archive::{ArchiveError, ArchiveKind};
+use crate::archive::ArchiveError;
+use crate::archive_kind::{ArchiveKind, every_kind};
+use crate::section::Section;
 
 /// A kind of archive.
 pub trait Payload: 'static {
@@ -21,35 +23,33 @@ pub trait Payload: 'static {
     /// # Errors
     /// Bytes that are no archive of this kind.
     fn view(bytes: &[u8]) -> Result<Self::View<'_>, ArchiveError>;
+
+    /// Its sections, in the order in which they are written.
+    fn sections() -> Vec<Section>;
 }
 
-/// `site`: geometry, spaces, doors, schedule.
-#[derive(Debug)]
-pub enum Site {}
-/// `schedule-state`: states of elements and spaces at a plan time.
-#[derive(Debug)]
-pub enum ScheduleState {}
-/// `grid`: layers of one map storey.
-#[derive(Debug)]
-pub enum Grid {}
-/// `grids`: the index of a set of grids.
-#[derive(Debug)]
-pub enum Grids {}
-/// `mission-plan`: waypoints, tour, route graph.
-#[derive(Debug)]
-pub enum MissionPlan {}
-/// `slam-map`: a robot's occupancy map.
-#[derive(Debug)]
-pub enum SlamMap {}
-/// `alignment`: the pose of a robot's map.
-#[derive(Debug)]
-pub enum Alignment {}
-/// `deviations`: deviations between model and SLAM map.
-#[derive(Debug)]
-pub enum Deviations {}
-/// `tasks`: tasks of schedule files, linked to a site.
-#[derive(Debug)]
-pub enum Tasks {}
-/// `alignment-evidence`: what looks at a growing SLAM map have said.
-#[derive(Debug)]
-pub enum AlignmentEvidence {}
+macro_rules! payloads {
+    ($($(#[$doc:meta])* $kind:ident = $number:literal $name:literal,)*) => {
+        $($(#[$doc])* #[derive(Debug)] pub enum $kind {})*
+
+        impl ArchiveKind {
+            /// Validates an archive of this kind.
+            ///
+            /// # Errors
+            /// Bytes that are no whole archive of this kind.
+            pub fn check(self, bytes: &[u8]) -> Result<(), ArchiveError> {
+                match self {
+                    $(Self::$kind => $kind::open(bytes).map(drop),)*
+                }
+            }
+
+            /// Its sections, in the order in which they are written.
+            pub fn sections(self) -> Vec<Section> {
+                match self {
+                    $(Self::$kind => $kind::sections(),)*
+                }
+            }
+        }
+    };
+}
+every_kind!(payloads);

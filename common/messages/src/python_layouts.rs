@@ -1,12 +1,13 @@
 //! The layouts that the Python package reads, as a Python module: `common/python/src/groundplan/_layouts.py`.
 
-use crate::archive::{self, ArchiveKind, LAYOUT_VERSION, Preamble, SectionEntry};
-use crate::tag::TagOf;
+use crate::archive::{self, LAYOUT_VERSION, Preamble, SectionEntry};
 use crate::{
-    AlignmentHead, DecidingPlaceRecord, GridHead, GridSlotRecord, GridsHead, HintRecord, InputHashes, PlacedRecord,
-    PoseEvidence, PosePairRecord, PoseRecord, RobotProfile, SampleHeader, ScheduleStateHead, Text, alignment,
-    grid_archive, grids, sample_header, schedule_state,
+    AlignmentHead, ArchiveKind, ContentHash, DecidingPlaceRecord, ElementState, GridHead, GridSlotRecord, GridsHead,
+    HintRecord, InputHashes, PlacedRecord, PoseEvidence, PosePairRecord, PoseRecord, RobotProfile, SampleHeader,
+    ScheduleStateHead, Section, SlamCell, Tag, TagOf, Text, sample_header,
 };
+use std::any::type_name;
+use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::Path;
 
@@ -25,6 +26,12 @@ macro_rules! numbers {
     };
 }
 numbers!(u8 => "u1", i8 => "i1", u16 => "<u2", u32 => "<u4", i32 => "<i4", u64 => "<u8", i64 => "<i8", f64 => "<f8");
+
+impl NumpyType for ContentHash {
+    fn numpy() -> String {
+        u64::numpy()
+    }
+}
 
 impl<B: NumpyType, M> NumpyType for TagOf<B, M> {
     fn numpy() -> String {
@@ -70,14 +77,51 @@ macro_rules! nested_records {
     };
 }
 nested_records!(
-    InputHashes => "INPUT_HASHES", RobotProfile => "ROBOT_PROFILE", Text => "TEXT", PoseEvidence => "POSE_EVIDENCE",
-    PoseRecord => "POSE"
+    InputHashes => "INPUT_HASHES", GridHead => "GRID_HEAD", RobotProfile => "ROBOT_PROFILE", GridsHead => "GRIDS_HEAD",
+    GridSlotRecord => "GRID_SLOT", ScheduleStateHead => "SCHEDULE_STATE_HEAD", Text => "TEXT",
+    PoseEvidence => "POSE_EVIDENCE", PoseRecord => "POSE", AlignmentHead => "ALIGNMENT_HEAD",
+    DecidingPlaceRecord => "DECIDING_PLACE", PlacedRecord => "PLACED", PosePairRecord => "POSE_PAIR",
+    HintRecord => "HINT"
 );
 
-/// Sections by name: number, and type of a record.
-fn sections(entries: &[(&str, u32, &str)]) -> String {
-    let lines = entries.iter().map(|(name, id, numpy)| format!("\n    \"{name}\": ({id}, {numpy}),"));
-    format!("{{{}\n}}", lines.collect::<String>())
+/// Records of sections whose fields Python knows: numbers, and what is written out below.
+macro_rules! known_records {
+    ($($record:ty),* $(,)?) => {
+        BTreeMap::from([$((type_name::<$record>(), <$record as NumpyType>::numpy())),*])
+    };
+}
+
+/// Sections of a kind whose records Python knows, by name: number, and type of a record.
+fn sections(kind: ArchiveKind) -> String {
+    let known = known_records!(
+        u8,
+        i8,
+        u16,
+        u32,
+        [u32; 2],
+        [u32; 3],
+        [i32; 2],
+        [i32; 3],
+        [f64; 2],
+        [f64; 3],
+        Tag<ElementState>,
+        Tag<SlamCell>,
+        GridHead,
+        GridsHead,
+        GridSlotRecord,
+        ScheduleStateHead,
+        Text,
+        PoseRecord,
+        AlignmentHead,
+        DecidingPlaceRecord,
+        PlacedRecord,
+        PosePairRecord,
+        HintRecord,
+    );
+    let line = |section: Section| {
+        known.get(section.record).map(|numpy| format!("\n    \"{}\": ({}, {numpy}),", section.name, section.id))
+    };
+    format!("{{{}\n}}", kind.sections().into_iter().filter_map(line).collect::<String>())
 }
 
 fn module() -> String {
@@ -91,19 +135,8 @@ fn module() -> String {
     constant("ARCHIVE_MAGIC", "int", archive::MAGIC.to_string());
     constant("SAMPLE_MAGIC", "int", sample_header::MAGIC.to_string());
     constant("NO_TIME", "int", ScheduleStateHead::NO_TIME.to_string());
-    let kinds = [
-        ("site", ArchiveKind::Site),
-        ("schedule-state", ArchiveKind::ScheduleState),
-        ("grid", ArchiveKind::Grid),
-        ("grids", ArchiveKind::Grids),
-        ("mission-plan", ArchiveKind::MissionPlan),
-        ("slam-map", ArchiveKind::SlamMap),
-        ("alignment", ArchiveKind::Alignment),
-        ("deviations", ArchiveKind::Deviations),
-        ("alignment-evidence", ArchiveKind::AlignmentEvidence),
-        ("tasks", ArchiveKind::Tasks),
-    ];
-    let kinds = kinds.map(|(name, kind)| format!("\n    \"{name}\": {},", kind as u32));
+    let kind = |kind: &ArchiveKind| format!("\n    \"{}\": {},", kind.name(), *kind as u32);
+    let kinds: Vec<String> = ArchiveKind::ALL.iter().map(kind).collect();
     constant("KINDS", "dict[str, int]", format!("{{{}\n}}", kinds.concat()));
 
     let fields = "list[tuple[str, Any]]";
@@ -145,41 +178,10 @@ fn module() -> String {
     constant("POSE_PAIR", fields, record!(PosePairRecord: candidates));
     constant("HINT", fields, record!(HintRecord: label, n_excluded, reserved));
 
-    let of = "dict[str, tuple[int, Any]]";
-    let (u8s, i8s) = ("\"u1\"", "\"i1\"");
-    let layers = {
-        use grid_archive::section::*;
-        sections(&[
-            ("head", HEAD, "GRID_HEAD"),
-            ("class", CLASS, u8s),
-            ("planning", PLANNING, i8s),
-            ("localization", LOCALIZATION, i8s),
-            ("keepout", KEEPOUT, i8s),
-            ("floor", FLOOR, u8s),
-            ("space", SPACE, "\"<u2\""),
-        ])
-    };
-    constant("GRID_SECTIONS", of, layers);
-    let index = {
-        use grids::section::*;
-        sections(&[("head", HEAD, "GRIDS_HEAD"), ("slots", SLOTS, "GRID_SLOT"), ("robot_name", ROBOT_NAME, u8s)])
-    };
-    constant("GRIDS_SECTIONS", of, index);
-    let state = sections(&[("head", schedule_state::section::HEAD, "SCHEDULE_STATE_HEAD")]);
-    constant("SCHEDULE_STATE_SECTIONS", of, state);
-    let sections_of_alignment = {
-        use alignment::section::*;
-        sections(&[
-            ("head", HEAD, "ALIGNMENT_HEAD"),
-            ("candidates", CANDIDATES, "POSE"),
-            ("deciding_places", DECIDING_PLACES, "DECIDING_PLACE"),
-            ("placed", PLACED, "PLACED"),
-            ("pose_pairs", POSE_PAIRS, "POSE_PAIR"),
-            ("hints", HINTS, "HINT"),
-            ("strings", STRINGS, u8s),
-        ])
-    };
-    constant("ALIGNMENT_SECTIONS", of, sections_of_alignment);
+    for &kind in ArchiveKind::ALL {
+        let name = format!("{}_SECTIONS", kind.name().to_uppercase().replace('-', "_"));
+        constant(&name, "dict[str, tuple[int, Any]]", sections(kind));
+    }
     text + "\n"
 }
 

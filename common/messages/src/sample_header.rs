@@ -1,27 +1,29 @@
 //! User header of a sample: epoch, stamp, hashes of content and inputs.
 
-use crate::archive::{ArchiveKind, LAYOUT_VERSION};
+use crate::archive::LAYOUT_VERSION;
+use crate::archive_kind::ArchiveKind;
+use crate::content_hash::ContentHash;
 use bytemuck::{Pod, Zeroable};
 
 /// First bytes of every header.
 pub(crate) const MAGIC: u32 = u32::from_le_bytes(*b"GPSH");
 
-/// Content hashes of the inputs of a sample; 0 for those that it does not depend on.
+/// Content hashes of the inputs of a sample; none for those that it does not depend on.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Zeroable, Pod)]
 #[repr(C)]
 pub struct InputHashes {
     /// The site.
-    pub site: u64,
+    pub site: ContentHash,
     /// The schedule state.
-    pub schedule_state: u64,
+    pub schedule_state: ContentHash,
     /// The index of the grids.
-    pub grids: u64,
+    pub grids: ContentHash,
     /// The robot profile.
-    pub robot: u64,
+    pub robot: ContentHash,
     /// The robot's own map.
-    pub slam_map: u64,
-    /// Only that part of the inputs which can change the content; 0 if the producer does not compute it.
-    pub own: u64,
+    pub slam_map: ContentHash,
+    /// Only that part of the inputs which can change the content; none if the producer does not compute it.
+    pub own: ContentHash,
 }
 
 /// Header of a sample.
@@ -43,7 +45,7 @@ pub struct SampleHeader {
     /// Length of the archive in bytes.
     pub payload_length: u64,
     /// Hash of the archive's content, as in its preamble.
-    pub content_hash: u64,
+    pub content_hash: ContentHash,
     /// Counts the changes of the site's map frame.
     pub frame_epoch: u64,
     /// What it was made from.

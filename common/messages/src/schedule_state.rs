@@ -1,33 +1,21 @@
 //! The `schedule-state` archive: states of elements and spaces at a plan time.
 
-use crate::archive::{Archive, ArchiveBuffer, ArchiveError, ArchiveKind, NONE, SectionList, Text, TextList};
-use crate::archive_writer::ArchiveWriter;
+use crate::archive::{ArchiveError, NONE, Text, TextList};
+use crate::content_hash::ContentHash;
+use crate::declaration::declare_archive;
 use crate::diagnostic_record::{DiagnosticRecord, check_diagnostics};
-use crate::payload;
 use crate::tag::{Tag, check_tags};
-use crate::text_pool::TextPool;
 use bytemuck::{CheckedBitPattern, NoUninit, Pod, Zeroable};
 use frames::PlanTime;
-
-pub(crate) mod section {
-    pub(crate) const HEAD: u32 = 1;
-    pub(crate) const STRINGS: u32 = 2;
-    pub(crate) const PLANNED: u32 = 3;
-    pub(crate) const EFFECTIVE: u32 = 4;
-    pub(crate) const SPACES: u32 = 5;
-    pub(crate) const SCHEDULE: u32 = 6;
-    pub(crate) const DIAGNOSTICS: u32 = 7;
-    pub(crate) const LISTED_TEXTS: u32 = 8;
-}
 
 /// Head of the schedule state: one record. Times are seconds of the civil calendar since 1970-01-01T00:00.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Zeroable, Pod)]
 #[repr(C)]
 pub struct ScheduleStateHead {
     /// Content hash of the site it belongs to.
-    pub site_hash: u64,
+    pub site_hash: ContentHash,
     /// Content hash of the tasks of schedule files that it follows; 0 if it follows the schedule of the models.
-    pub tasks_hash: u64,
+    pub tasks_hash: ContentHash,
     /// The plan time; [`ScheduleStateHead::NO_TIME`] if everything is built regardless of dates.
     pub plan_time_s: i64,
     /// End of the period that the states are the union of, exclusive; [`ScheduleStateHead::NO_TIME`] for an instant.
@@ -58,11 +46,11 @@ impl ScheduleStateHead {
     }
 
     /// The head of a schedule state in which everything is built.
-    fn of_everything(site_hash: u64) -> Self {
+    fn of_everything(site_hash: ContentHash) -> Self {
         let none = Self::NO_TIME;
         Self {
             site_hash,
-            tasks_hash: 0,
+            tasks_hash: ContentHash::NONE,
             plan_time_s: none,
             plan_until_s: none,
             valid_from_s: none,
@@ -235,70 +223,49 @@ impl DateSource {
     }
 }
 
-/// States at a plan time, read in place.
-#[derive(Debug, Clone, Copy)]
-pub struct ScheduleState<'a> {
-    archive: Archive<'a>,
-    strings: &'a str,
-    listed_texts: &'a [Text],
-    /// Head of the schedule state.
-    pub head: &'a ScheduleStateHead,
-    planned: &'a [Tag<ElementState>],
-    effective: &'a [Tag<ElementState>],
-    /// One record per space of the site.
-    pub spaces: &'a [SpaceStateRecord],
-    /// One record per element of the site; empty without a schedule.
-    pub schedule: &'a [ElementScheduleRecord],
-    /// Diagnostics of the schedule; entities are those of the site.
-    pub diagnostics: &'a [DiagnosticRecord],
+declare_archive! {
+    /// States at a plan time, read in place.
+    view ScheduleState;
+    /// Records of a `schedule-state` archive to be.
+    owned ScheduleStateBuilder;
+    sections {
+        /// Head of the schedule state.
+        pub head: one(1, ScheduleStateHead),
+        /// Planned state of each element of the site.
+        planned: many(3, Tag<ElementState>),
+        /// Effective state of each element of the site.
+        effective: many(4, Tag<ElementState>),
+        /// One record per space of the site.
+        pub spaces: many(5, SpaceStateRecord),
+        /// One record per element of the site; empty without a schedule.
+        pub schedule: many(6, ElementScheduleRecord),
+        /// Diagnostics of the schedule; entities are those of the site.
+        pub diagnostics: many(7, DiagnosticRecord),
+        /// All texts.
+        texts: texts(2, listed 8),
+    }
 }
 
 impl<'a> ScheduleState<'a> {
-    /// Validates and views an archive.
-    ///
-    /// # Errors
-    /// Bytes that are no whole schedule state archive, or states that do not exist.
-    pub fn open(bytes: &'a [u8]) -> Result<Self, ArchiveError> {
-        let schedule_state = Self::of(Archive::open(bytes, ArchiveKind::ScheduleState)?)?;
-        check_tags(schedule_state.planned.iter().chain(schedule_state.effective).copied(), "state of an element")?;
-        check_tags(schedule_state.spaces.iter().map(|s| s.state), "state of a space")?;
-        check_tags(schedule_state.schedule.iter().map(|s| s.source), "source of dates")?;
-        check_diagnostics(schedule_state.diagnostics)?;
-        let diagnostics = schedule_state.diagnostics.iter().flat_map(DiagnosticRecord::texts);
-        let texts = schedule_state.listed_texts.iter().copied().chain(diagnostics);
+    fn check(&self) -> Result<(), ArchiveError> {
+        check_tags(self.planned.iter().chain(self.effective).copied(), "state of an element")?;
+        check_tags(self.spaces.iter().map(|s| s.state), "state of a space")?;
+        check_tags(self.schedule.iter().map(|s| s.source), "source of dates")?;
+        check_diagnostics(self.diagnostics)?;
+        let diagnostics = self.diagnostics.iter().flat_map(DiagnosticRecord::texts);
+        let mut texts = self.texts.listed().iter().copied().chain(diagnostics);
         // Spaces that share their reasons would be walked again and again.
-        let n_reasons: u64 = schedule_state.spaces.iter().map(|s| u64::from(s.reasons.count)).sum();
-        let n_elements = schedule_state.planned.len();
-        let fits = n_elements == schedule_state.effective.len()
-            && (schedule_state.schedule.is_empty() || schedule_state.schedule.len() == n_elements);
-        let whole = |text: Text| text.of(schedule_state.strings).is_some();
-        let listed = schedule_state.spaces.iter().all(|s| s.reasons.of(schedule_state.listed_texts).is_some())
-            && n_reasons <= schedule_state.listed_texts.len() as u64;
-        if fits && listed && texts.into_iter().all(whole) {
-            Ok(schedule_state)
+        let n_reasons: u64 = self.spaces.iter().map(|s| u64::from(s.reasons.count)).sum();
+        let n_elements = self.planned.len();
+        let fits =
+            n_elements == self.effective.len() && (self.schedule.is_empty() || self.schedule.len() == n_elements);
+        let listed =
+            self.spaces.iter().all(|s| self.texts.has_list(s.reasons)) && n_reasons <= self.texts.listed().len() as u64;
+        if fits && listed && texts.all(|text| self.texts.has(text)) {
+            Ok(())
         } else {
             Err(ArchiveError::Index { what: "a state" })
         }
-    }
-
-    /// The sections of an archive, without validation of their records.
-    pub(crate) fn of(archive: Archive<'a>) -> Result<Self, ArchiveError> {
-        Ok(Self {
-            archive,
-            strings: archive.strings(section::STRINGS)?,
-            listed_texts: archive.section(section::LISTED_TEXTS)?,
-            head: archive.record(section::HEAD)?,
-            planned: archive.section(section::PLANNED)?,
-            effective: archive.section(section::EFFECTIVE)?,
-            spaces: archive.section(section::SPACES)?,
-            schedule: archive.section(section::SCHEDULE)?,
-            diagnostics: archive.section(section::DIAGNOSTICS)?,
-        })
-    }
-
-    /// Hash of the content.
-    pub fn content_hash(&self) -> u64 {
-        self.archive.content_hash()
     }
 
     /// The same schedule state as if nothing had been reported or observed: the effective states are the planned ones.
@@ -338,40 +305,18 @@ impl<'a> ScheduleState<'a> {
 
     /// The text of a diagnostic.
     pub fn text(&self, text: Text) -> &'a str {
-        text.of(self.strings).expect("texts were checked when the archive was opened")
+        self.texts.get(text)
     }
 
     /// Why a space is blocked; empty if it is open.
     pub fn why(&self, space: usize) -> impl Iterator<Item = &'a str> + use<'a> {
-        let schedule_state = *self;
-        let reasons = self.spaces[space].reasons;
-        let texts = reasons.of(self.listed_texts).expect("lists were checked when the archive was opened");
-        texts.iter().map(move |&text| schedule_state.text(text))
+        self.texts.list(self.spaces[space].reasons)
     }
-}
-
-/// Records of a `schedule-state` archive to be.
-#[derive(Debug)]
-pub struct ScheduleStateBuilder {
-    /// Texts.
-    pub texts: TextPool,
-    /// Head of the schedule state.
-    pub head: ScheduleStateHead,
-    /// Planned state of each element.
-    pub planned: Vec<ElementState>,
-    /// Effective state of each element.
-    pub effective: Vec<ElementState>,
-    /// State of each space.
-    pub spaces: Vec<SpaceStateRecord>,
-    /// When each element is built; may be empty.
-    pub schedule: Vec<ElementScheduleRecord>,
-    /// Diagnostics of the schedule.
-    pub diagnostics: Vec<DiagnosticRecord>,
 }
 
 impl ScheduleStateBuilder {
     /// The schedule state in which every element is built and every space is open.
-    pub fn everything_built(site_hash: u64, n_elements: usize, n_spaces: usize) -> Self {
+    pub fn everything_built(site_hash: ContentHash, n_elements: usize, n_spaces: usize) -> Self {
         let open = SpaceStateRecord {
             state: SpaceState::Open.into(),
             reserved: 0,
@@ -379,20 +324,18 @@ impl ScheduleStateBuilder {
             closes_at_s: ScheduleStateHead::NO_TIME,
         };
         Self {
-            texts: TextPool::default(),
             head: ScheduleStateHead::of_everything(site_hash),
-            planned: vec![ElementState::Built; n_elements],
-            effective: vec![ElementState::Built; n_elements],
+            planned: vec![ElementState::Built.into(); n_elements],
+            effective: vec![ElementState::Built.into(); n_elements],
             spaces: vec![open; n_spaces],
-            schedule: Vec::new(),
-            diagnostics: Vec::new(),
+            ..Self::default()
         }
     }
 
     /// Sets the planned and the effective state of an element.
     pub fn set_element(&mut self, element: usize, planned: ElementState, effective: ElementState) {
-        self.planned[element] = planned;
-        self.effective[element] = effective;
+        self.planned[element] = planned.into();
+        self.effective[element] = effective.into();
     }
 
     /// Blocks a space for these reasons.
@@ -400,36 +343,6 @@ impl ScheduleStateBuilder {
         let reasons = self.texts.add_list(why.iter().copied());
         let closes_at_s = ScheduleStateHead::NO_TIME;
         self.spaces[space] = SpaceStateRecord { state: SpaceState::Blocked.into(), reserved: 0, reasons, closes_at_s };
-    }
-
-    /// Writes the archive into the heap.
-    pub fn finish(&self) -> ArchiveBuffer {
-        self.to_buffer()
-    }
-
-    fn sections(&self) -> SectionList<'_> {
-        let mut list = SectionList::default();
-        list.add(section::HEAD, std::slice::from_ref(&self.head));
-        list.add(section::PLANNED, &self.planned);
-        list.add(section::EFFECTIVE, &self.effective);
-        list.add(section::SPACES, &self.spaces);
-        list.add(section::SCHEDULE, &self.schedule);
-        list.add(section::DIAGNOSTICS, &self.diagnostics);
-        list.add(section::LISTED_TEXTS, self.texts.listed());
-        list.add(section::STRINGS, self.texts.bytes());
-        list
-    }
-}
-
-impl ArchiveWriter for ScheduleStateBuilder {
-    type Payload = payload::ScheduleState;
-
-    fn length(&self) -> usize {
-        self.sections().length()
-    }
-
-    fn write(&self, out: &mut [u8]) -> u64 {
-        self.sections().write(out, ArchiveKind::ScheduleState)
     }
 }
 
@@ -439,7 +352,7 @@ mod tests {
 
     #[test]
     fn states_and_reasons_come_back() {
-        let mut builder = ScheduleStateBuilder::everything_built(7, 2, 2);
+        let mut builder = ScheduleStateBuilder::everything_built(ContentHash::from_bits(7), 2, 2);
         builder.set_element(1, ElementState::Built, ElementState::InProgress);
         builder.block_space(0, &["task:abc", "private"]);
         let buffer = builder.finish();

@@ -1,112 +1,80 @@
-//! The view of the `site` archive.
+//! The `site` archive: its sections, its view.
 
-use crate::archive::{Archive, ArchiveError, ArchiveKind, Text};
+use crate::archive::{ArchiveError, Text};
+use crate::declaration::declare_archive;
 use crate::diagnostic_record::{DiagnosticRecord, check_diagnostics};
 use crate::robot::DoorCapability;
 use crate::site_records::*;
 use crate::spans::{fits, optional, span};
 use crate::tag::check_tags;
-use crate::work_schedule::{LinkTargets, WorkSchedule};
+use crate::work_schedule::{LinkTargets, WorkSchedule, WorkScheduleRecords};
 use frames::{EarthFromWorld, Map, UprightRigid3, World};
 use geometry::{MeshView, MultiPolygon, OrientedBox, Polygon, ring_area_doubled};
 
-/// Geometry and facts of a site, read in place.
-///
-/// All indices inside were checked when it was opened, so slicing by them does not panic.
-#[derive(Debug, Clone, Copy)]
-pub struct Site<'a> {
-    archive: Archive<'a>,
-    strings: &'a str,
-    listed_texts: &'a [Text],
-    /// Data of the whole site.
-    pub head: &'a SiteHead,
-    /// Files.
-    pub sources: &'a [SourceRecord],
-    /// IfcBuildingStorey, in file order.
-    pub storeys: &'a [StoreyRecord],
-    /// Storeys that have a map, from low to high.
-    pub map_storeys: &'a [MapStoreyRecord],
-    /// Elements, in file order.
-    pub elements: &'a [ElementRecord],
-    /// Mesh parts of elements and spaces.
-    pub parts: &'a [PartRecord],
-    /// Vertices in `map`, tenths of a millimetre.
-    pub vertices: &'a [[i32; 3]],
-    /// Triangles.
-    pub triangles: &'a [[u32; 3]],
-    /// Spaces, in file order.
-    pub spaces: &'a [SpaceRecord],
-    /// Rings of the spaces' floor polygons.
-    pub rings: &'a [RingRecord],
-    /// Points of the rings in `map`, tenths of a millimetre.
-    pub points: &'a [[i32; 2]],
-    /// Openings.
-    pub openings: &'a [OpeningRecord],
-    /// Doors.
-    pub doors: &'a [DoorRecord],
-    /// Panels of doors.
-    pub panels: &'a [DoorPanelRecord],
-    /// Stairs and flights.
-    pub stairs: &'a [StairRecord],
-    /// Which elements bound which spaces by IfcRelSpaceBoundary, sorted.
-    pub boundaries: &'a [BoundaryRecord],
-    /// Which elements touch which spaces by geometry, sorted: for spaces without boundaries.
-    pub contacts: &'a [BoundaryRecord],
-    /// Properties of elements and spaces.
-    pub attributes: &'a [AttributeRecord],
-    /// Names of materials.
-    pub materials: &'a [Text],
-    /// Diagnostics.
-    pub diagnostics: &'a [DiagnosticRecord],
-    /// The tasks: those of the models, unless others stand in for them.
-    pub schedule: WorkSchedule<'a>,
+declare_archive! {
+    /// Geometry and facts of a site, read in place.
+    ///
+    /// All indices inside were checked when it was opened, so slicing by them does not panic.
+    view Site;
+    /// Records of a `site` archive to be.
+    owned SiteBuilder;
+    sections {
+        /// Data of the whole site.
+        pub head: one(1, SiteHead),
+        /// Files.
+        pub sources: many(3, SourceRecord),
+        /// IfcBuildingStorey, in file order.
+        pub storeys: many(4, StoreyRecord),
+        /// Storeys that have a map, from low to high.
+        pub map_storeys: many(5, MapStoreyRecord),
+        /// Elements, in file order.
+        pub elements: many(6, ElementRecord),
+        /// Mesh parts of elements and spaces.
+        pub parts: many(7, PartRecord),
+        /// Vertices in `map`, tenths of a millimetre.
+        pub vertices: many(8, [i32; 3]),
+        /// Triangles.
+        pub triangles: many(9, [u32; 3]),
+        /// Spaces, in file order.
+        pub spaces: many(10, SpaceRecord),
+        /// Rings of the spaces' floor polygons.
+        pub rings: many(11, RingRecord),
+        /// Points of the rings in `map`, tenths of a millimetre.
+        pub points: many(12, [i32; 2]),
+        /// Openings.
+        pub openings: many(13, OpeningRecord),
+        /// Doors.
+        pub doors: many(14, DoorRecord),
+        /// Panels of doors.
+        pub panels: many(21, DoorPanelRecord),
+        /// Stairs and flights.
+        pub stairs: many(15, StairRecord),
+        /// Which elements bound which spaces by IfcRelSpaceBoundary, sorted.
+        pub boundaries: many(16, BoundaryRecord),
+        /// Properties of elements and spaces.
+        pub attributes: many(17, AttributeRecord),
+        /// Names of materials.
+        pub materials: many(18, Text),
+        /// Diagnostics.
+        pub diagnostics: many(19, DiagnosticRecord),
+        /// Which elements touch which spaces by geometry, sorted: for spaces without boundaries.
+        pub contacts: many(20, BoundaryRecord),
+        /// The tasks: those of the models, unless others stand in for them.
+        pub schedule: group(WorkSchedule, WorkScheduleRecords),
+        /// All texts.
+        texts: texts(2, listed 22),
+    }
 }
 
 impl<'a> Site<'a> {
-    /// Validates and views an archive.
-    ///
-    /// # Errors
-    /// Bytes that are no whole site archive, or records that point outside their sections.
-    pub fn open(bytes: &'a [u8]) -> Result<Self, ArchiveError> {
-        let site = Self::of(Archive::open(bytes, ArchiveKind::Site)?)?;
-        site.check_tags()?;
-        site.check_spans()?;
-        site.check_meshes()?;
-        site.check_numbers()?;
-        site.check_indices()?;
-        site.schedule.check(site.link_targets())?;
-        site.check_texts()?;
-        Ok(site)
-    }
-
-    /// The sections of an archive, without validation of their records.
-    pub(crate) fn of(archive: Archive<'a>) -> Result<Self, ArchiveError> {
-        Ok(Self {
-            archive,
-            strings: archive.strings(section::STRINGS)?,
-            listed_texts: archive.section(section::LISTED_TEXTS)?,
-            head: archive.record(section::HEAD)?,
-            sources: archive.section(section::SOURCES)?,
-            storeys: archive.section(section::STOREYS)?,
-            map_storeys: archive.section(section::MAP_STOREYS)?,
-            elements: archive.section(section::ELEMENTS)?,
-            parts: archive.section(section::PARTS)?,
-            vertices: archive.section(section::VERTICES)?,
-            triangles: archive.section(section::TRIANGLES)?,
-            spaces: archive.section(section::SPACES)?,
-            rings: archive.section(section::RINGS)?,
-            points: archive.section(section::POINTS)?,
-            openings: archive.section(section::OPENINGS)?,
-            doors: archive.section(section::DOORS)?,
-            panels: archive.section(section::PANELS)?,
-            stairs: archive.section(section::STAIRS)?,
-            boundaries: archive.section(section::BOUNDARIES)?,
-            attributes: archive.section(section::ATTRIBUTES)?,
-            materials: archive.section(section::MATERIALS)?,
-            diagnostics: archive.section(section::DIAGNOSTICS)?,
-            contacts: archive.section(section::CONTACTS)?,
-            schedule: WorkSchedule::of(archive)?,
-        })
+    fn check(&self) -> Result<(), ArchiveError> {
+        self.check_tags()?;
+        self.check_spans()?;
+        self.check_meshes()?;
+        self.check_numbers()?;
+        self.check_indices()?;
+        self.schedule.check(self.link_targets())?;
+        self.check_texts()
     }
 
     /// The same site with another work schedule, whose links have their targets here.
@@ -116,7 +84,7 @@ impl<'a> Site<'a> {
 
     /// True if there is a work schedule, or anything else that has dates.
     pub fn has_schedule(&self) -> bool {
-        self.head.has_schedule == 1 || self.schedule.tasks_hash != 0
+        self.head.has_schedule == 1 || !self.schedule.tasks_hash.is_none()
     }
 
     /// Base name of the file with this number, as diagnostics of the schedule have it: files of the models, then schedule files.
@@ -128,21 +96,14 @@ impl<'a> Site<'a> {
         }
     }
 
-    /// Hash of the content.
-    pub fn content_hash(&self) -> u64 {
-        self.archive.content_hash()
-    }
-
     /// The text.
     pub fn text(&self, text: Text) -> &'a str {
-        text.of(self.strings).expect("texts were checked when the archive was opened")
+        self.texts.get(text)
     }
 
     /// The entity of an element and its supertypes.
     pub fn supertypes(&self, element: &ElementRecord) -> impl Iterator<Item = &'a str> + Clone + use<'a> {
-        let site = *self;
-        let texts = element.supertypes.of(self.listed_texts).expect("lists were checked when the archive was opened");
-        texts.iter().map(move |&text| site.text(text))
+        self.texts.list(element.supertypes)
     }
 
     /// True if an element is of this entity, or of a subtype of it.
@@ -303,7 +264,7 @@ impl<'a> Site<'a> {
                 fits(e.first_part, e.n_parts, self.parts.len())
                     && fits(e.first_attribute, e.n_attributes, self.attributes.len())
                     && fits(e.first_material, e.n_materials, self.materials.len())
-                    && e.supertypes.of(self.listed_texts).is_some()
+                    && self.texts.has_list(e.supertypes)
                     && e.supertypes.count <= ElementRecord::MAX_SUPERTYPES
                     && optional(e.whole, elements)
                     && optional(e.storey, self.storeys.len())
@@ -364,12 +325,12 @@ impl<'a> Site<'a> {
         let others =
             self.sources.iter().flat_map(|s| [s.file, s.schema]).chain([self.head.earth_crs, self.head.earth_unit]);
         let others = others
-            .chain(self.listed_texts.iter().copied())
+            .chain(self.texts.listed().iter().copied())
             .chain(self.doors.iter().map(|d| d.operation))
             .chain(self.panels.iter().flat_map(|p| [p.operation, p.position]))
             .chain(self.openings.iter().map(|o| o.global_id));
         let mut all = storeys.chain(map_storeys).chain(elements).chain(spaces).chain(attributes).chain(diagnostics);
-        let whole = |text: Text| text.of(self.strings).is_some();
+        let whole = |text: Text| self.texts.has(text);
         if all.all(whole) && others.chain(self.materials.iter().copied()).all(whole) {
             Ok(())
         } else {

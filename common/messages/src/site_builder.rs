@@ -1,41 +1,7 @@
-//! The writer of the `site` archive.
+//! Meshes of a `site` archive to be.
 
-use crate::archive::{ArchiveBuffer, ArchiveKind, SectionList, Text};
-use crate::archive_writer::ArchiveWriter;
-use crate::diagnostic_record::DiagnosticRecord;
-use crate::payload;
-use crate::site_records::*;
-use crate::text_pool::TextPool;
-use crate::work_schedule_records::WorkScheduleRecords;
+use crate::site::SiteBuilder;
 use geometry::MeshView;
-
-/// Records of a `site` archive to be; sections as in [`crate::Site`].
-#[derive(Debug, Default)]
-#[expect(missing_docs, reason = "the fields are those of `Site`")]
-pub struct SiteBuilder {
-    pub texts: TextPool,
-    pub head: SiteHead,
-    pub sources: Vec<SourceRecord>,
-    pub storeys: Vec<StoreyRecord>,
-    pub map_storeys: Vec<MapStoreyRecord>,
-    pub elements: Vec<ElementRecord>,
-    pub parts: Vec<PartRecord>,
-    pub vertices: Vec<[i32; 3]>,
-    pub triangles: Vec<[u32; 3]>,
-    pub spaces: Vec<SpaceRecord>,
-    pub rings: Vec<RingRecord>,
-    pub points: Vec<[i32; 2]>,
-    pub openings: Vec<OpeningRecord>,
-    pub doors: Vec<DoorRecord>,
-    pub panels: Vec<DoorPanelRecord>,
-    pub stairs: Vec<StairRecord>,
-    pub boundaries: Vec<BoundaryRecord>,
-    pub attributes: Vec<AttributeRecord>,
-    pub materials: Vec<Text>,
-    pub diagnostics: Vec<DiagnosticRecord>,
-    pub contacts: Vec<BoundaryRecord>,
-    pub schedule: WorkScheduleRecords,
-}
 
 impl SiteBuilder {
     /// The meshes of parts that were added.
@@ -46,58 +12,14 @@ impl SiteBuilder {
             closed: part.closed == 1,
         })
     }
-
-    /// Writes the archive into the heap.
-    pub fn finish(&self) -> ArchiveBuffer {
-        self.to_buffer()
-    }
-
-    fn sections(&self) -> SectionList<'_> {
-        let mut list = SectionList::default();
-        list.add(section::HEAD, std::slice::from_ref(&self.head));
-        list.add(section::SOURCES, &self.sources);
-        list.add(section::STOREYS, &self.storeys);
-        list.add(section::MAP_STOREYS, &self.map_storeys);
-        list.add(section::ELEMENTS, &self.elements);
-        list.add(section::PARTS, &self.parts);
-        list.add(section::VERTICES, &self.vertices);
-        list.add(section::TRIANGLES, &self.triangles);
-        list.add(section::SPACES, &self.spaces);
-        list.add(section::RINGS, &self.rings);
-        list.add(section::POINTS, &self.points);
-        list.add(section::OPENINGS, &self.openings);
-        list.add(section::DOORS, &self.doors);
-        list.add(section::PANELS, &self.panels);
-        list.add(section::STAIRS, &self.stairs);
-        list.add(section::BOUNDARIES, &self.boundaries);
-        list.add(section::ATTRIBUTES, &self.attributes);
-        list.add(section::MATERIALS, &self.materials);
-        list.add(section::DIAGNOSTICS, &self.diagnostics);
-        list.add(section::CONTACTS, &self.contacts);
-        self.schedule.add_to(&mut list);
-        list.add(section::LISTED_TEXTS, self.texts.listed());
-        list.add(section::STRINGS, self.texts.bytes());
-        list
-    }
-}
-
-impl ArchiveWriter for SiteBuilder {
-    type Payload = payload::Site;
-
-    fn length(&self) -> usize {
-        self.sections().length()
-    }
-
-    fn write(&self, out: &mut [u8]) -> u64 {
-        self.sections().write(out, ArchiveKind::Site)
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::schedule_records::*;
-    use crate::{ArchiveError, NONE, Site};
+    use crate::site_records::*;
+    use crate::{ArchiveError, NONE, Site, Text};
     use bytemuck::Zeroable;
 
     fn element(builder: &mut SiteBuilder) -> ElementRecord {

@@ -5,50 +5,6 @@ use crate::{Text, TextList};
 use bytemuck::{CheckedBitPattern, NoUninit, Pod, Zeroable};
 use grid::Class;
 
-/// Section ids of the `site` archive; 32 and above are the schedule's.
-pub(crate) mod section {
-    pub(crate) const HEAD: u32 = 1;
-    pub(crate) const STRINGS: u32 = 2;
-    pub(crate) const SOURCES: u32 = 3;
-    pub(crate) const STOREYS: u32 = 4;
-    pub(crate) const MAP_STOREYS: u32 = 5;
-    pub(crate) const ELEMENTS: u32 = 6;
-    pub(crate) const PARTS: u32 = 7;
-    pub(crate) const VERTICES: u32 = 8;
-    pub(crate) const TRIANGLES: u32 = 9;
-    pub(crate) const SPACES: u32 = 10;
-    pub(crate) const RINGS: u32 = 11;
-    pub(crate) const POINTS: u32 = 12;
-    pub(crate) const OPENINGS: u32 = 13;
-    pub(crate) const DOORS: u32 = 14;
-    pub(crate) const STAIRS: u32 = 15;
-    pub(crate) const BOUNDARIES: u32 = 16;
-    pub(crate) const ATTRIBUTES: u32 = 17;
-    pub(crate) const MATERIALS: u32 = 18;
-    pub(crate) const DIAGNOSTICS: u32 = 19;
-    pub(crate) const CONTACTS: u32 = 20;
-    pub(crate) const PANELS: u32 = 21;
-    pub(crate) const LISTED_TEXTS: u32 = 22;
-    pub(crate) const WORK_CONTROLS: u32 = 32;
-    pub(crate) const CALENDARS: u32 = 33;
-    pub(crate) const WORK_TIMES: u32 = 34;
-    pub(crate) const PERIODS: u32 = 35;
-    pub(crate) const TASKS: u32 = 36;
-    pub(crate) const SEQUENCES: u32 = 37;
-    pub(crate) const TASK_LINKS: u32 = 38;
-    /// Only in archives that have any.
-    pub(crate) const TASK_UNCERTAINTIES: u32 = 39;
-    /// Only in archives of schedule files.
-    pub(crate) const LINK_RULES: u32 = 40;
-    pub(crate) const SCHEDULE_SOURCES: u32 = 41;
-    /// Only in archives that have any.
-    pub(crate) const TASK_CONSTRAINTS: u32 = 42;
-    /// Only in archives of schedule files that have any.
-    pub(crate) const SCHEDULE_DATES: u32 = 43;
-    pub(crate) const TASK_DURATIONS: u32 = 44;
-    pub(crate) const TASK_ASSIGNMENTS: u32 = 45;
-}
-
 /// Data of the whole site: one record.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Zeroable, Pod)]
 #[repr(C)]

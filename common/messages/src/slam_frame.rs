@@ -129,9 +129,10 @@ impl LocalPoseRecord {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::alignment::{AlignmentBuilder, LocalPosesParts};
+    use crate::alignment::AlignmentBuilder;
     use crate::alignment_records::{AlignmentHead, AlignmentVerdict, PoseState};
     use crate::archive::{ArchiveBuffer, NONE};
+    use crate::local_poses::LocalPosesParts;
     use bytemuck::Zeroable;
 
     /// A part of 3 m whose place is known to a deviation, and lies that far beside where the pose of the whole map puts it.
@@ -160,7 +161,7 @@ mod tests {
         let blocks = vec![0, NONE, 2];
         let local_poses =
             LocalPosesParts { head: local_head, parts: parts.to_vec(), blocks, rings: vec![], corners: vec![] };
-        let mut builder = AlignmentBuilder::new(head, "", &[]);
+        let mut builder = AlignmentBuilder::new(head, "", Vec::new());
         builder.local_poses = Some(local_poses);
         builder.finish()
     }

@@ -1,12 +1,8 @@
 //! The `slam-map` archive: an occupancy grid in the robot's SLAM frame.
 
-use crate::archive::{Archive, ArchiveBuffer, ArchiveError, ArchiveKind, SectionList};
+use crate::archive::{ArchiveBuffer, ArchiveError};
+use crate::declaration::declare_archive;
 use bytemuck::{Pod, Zeroable};
-
-mod section {
-    pub(super) const HEAD: u32 = 1;
-    pub(super) const OCCUPANCY: u32 = 2;
-}
 
 /// Where the map lies in the robot's frame: one record, the fields of `nav_msgs/MapMetaData`.
 #[derive(Debug, Clone, Copy, PartialEq, Zeroable, Pod)]
@@ -40,50 +36,29 @@ impl SlamMapHead {
     }
 }
 
-/// A robot's map, read in place.
-#[derive(Debug, Clone, Copy)]
-pub struct SlamMap<'a> {
-    archive: Archive<'a>,
-    /// Where it lies.
-    pub head: &'a SlamMapHead,
-    /// Row-major from the lower left: -1 unknown, 0 free to 100 occupied, as in `nav_msgs/OccupancyGrid`.
-    pub occupancy: &'a [i8],
+declare_archive! {
+    /// A robot's map, read in place.
+    view SlamMap;
+    /// A `slam-map` archive to be.
+    borrowed SlamMapBuilder;
+    sections {
+        /// Where it lies.
+        pub head: one(1, SlamMapHead),
+        /// Row-major from the lower left: -1 unknown, 0 free to 100 occupied, as in `nav_msgs/OccupancyGrid`.
+        pub occupancy: many(2, i8),
+    }
 }
 
-impl<'a> SlamMap<'a> {
-    /// Validates and views an archive.
-    ///
-    /// # Errors
-    /// Bytes that are no whole archive of a robot's map, a size that is not that of the cells, or a place that is none.
-    pub fn open(bytes: &'a [u8]) -> Result<Self, ArchiveError> {
-        let map = Self::of(Archive::open(bytes, ArchiveKind::SlamMap)?)?;
-        let n_cells = u64::from(map.head.width) * u64::from(map.head.height);
-        if map.head.is_usable() && n_cells == map.occupancy.len() as u64 {
-            Ok(map)
-        } else {
-            Err(ArchiveError::Index { what: "the SLAM map" })
-        }
-    }
-
-    /// The sections of an archive, without validation of their records.
-    pub(crate) fn of(archive: Archive<'a>) -> Result<Self, ArchiveError> {
-        let (head, occupancy) = (archive.record(section::HEAD)?, archive.section(section::OCCUPANCY)?);
-        Ok(Self { archive, head, occupancy })
-    }
-
-    /// Hash of the content.
-    pub fn content_hash(&self) -> u64 {
-        self.archive.content_hash()
+impl SlamMap<'_> {
+    fn check(&self) -> Result<(), ArchiveError> {
+        let n_cells = u64::from(self.head.width) * u64::from(self.head.height);
+        let is_whole = self.head.is_usable() && n_cells == self.occupancy.len() as u64;
+        if is_whole { Ok(()) } else { Err(ArchiveError::Index { what: "the SLAM map" }) }
     }
 
     /// Writes an archive into the heap.
     pub fn write(head: &SlamMapHead, occupancy: &[i8]) -> ArchiveBuffer {
-        let mut list = SectionList::default();
-        list.add(section::HEAD, std::slice::from_ref(head));
-        list.add(section::OCCUPANCY, occupancy);
-        let mut buffer = ArchiveBuffer::zeroed(list.length());
-        list.write(buffer.bytes_mut(), ArchiveKind::SlamMap);
-        buffer
+        SlamMapBuilder { head: *head, occupancy }.finish()
     }
 }
 

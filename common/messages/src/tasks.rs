@@ -1,14 +1,11 @@
 //! The `tasks` archive: the work schedule of schedule files, linked to the elements and spaces of a site.
 
-use crate::archive::{Archive, ArchiveBuffer, ArchiveError, ArchiveKind, SectionList};
-use crate::archive_writer::ArchiveWriter;
+use crate::archive::ArchiveError;
+use crate::content_hash::ContentHash;
+use crate::declaration::declare_archive;
 use crate::diagnostic_record::DiagnosticRecord;
-use crate::payload;
 use crate::schedule_records::{ScheduleSourceRecord, ScheduleText};
-use crate::site_records::section;
-use crate::text_pool::TextPool;
-use crate::work_schedule::{LinkTargets, WorkSchedule};
-use crate::work_schedule_records::WorkScheduleRecords;
+use crate::work_schedule::{LinkTargets, WorkSchedule, WorkScheduleRecords};
 use bytemuck::{Pod, Zeroable};
 
 /// Head of the archive: one record.
@@ -16,7 +13,7 @@ use bytemuck::{Pod, Zeroable};
 #[repr(C)]
 pub struct TasksHead {
     /// Content hash of the site whose elements and spaces the tasks work on.
-    pub site_hash: u64,
+    pub site_hash: ContentHash,
     /// Number of its elements.
     pub n_elements: u32,
     /// Number of its spaces.
@@ -28,54 +25,43 @@ pub struct TasksHead {
 }
 const _: () = assert!(size_of::<TasksHead>() == 24);
 
-/// The tasks of schedule files, read in place; [`crate::Site::with_tasks`] puts them in the place of those of the models.
-///
-/// All indices inside were checked when it was opened, so slicing by them does not panic.
-#[derive(Debug, Clone, Copy)]
-pub struct Tasks<'a> {
-    archive: Archive<'a>,
-    /// The site, and the numbers of what tasks may work on.
-    pub head: &'a TasksHead,
-    /// The work schedule.
-    pub schedule: WorkSchedule<'a>,
+declare_archive! {
+    /// The tasks of schedule files, read in place; [`crate::Site::with_tasks`] puts them in the place of those of the models.
+    ///
+    /// All indices inside were checked when it was opened, so slicing by them does not panic.
+    view Tasks;
+    /// Records of a `tasks` archive to be.
+    owned TasksBuilder;
+    sections {
+        /// The site, and the numbers of what tasks may work on.
+        pub head: one(1, TasksHead),
+        /// Schedule files.
+        sources: many(41, ScheduleSourceRecord),
+        /// The work schedule.
+        schedule: group(WorkSchedule, WorkScheduleRecords),
+        /// The rule that made each link.
+        link_rules: many(40, ScheduleText),
+        /// What is wrong with the files and links.
+        diagnostics: many(19, DiagnosticRecord),
+        /// All texts.
+        texts: texts(2),
+    }
 }
 
 impl<'a> Tasks<'a> {
-    /// Validates and views an archive.
-    ///
-    /// # Errors
-    /// Bytes that are no whole tasks archive, or records that point outside their sections.
-    pub fn open(bytes: &'a [u8]) -> Result<Self, ArchiveError> {
-        let tasks = Self::of(Archive::open(bytes, ArchiveKind::Tasks)?)?;
-        let TasksHead { n_elements, n_spaces, n_storeys, .. } = *tasks.head;
+    /// The work schedule.
+    pub fn schedule(&self) -> WorkSchedule<'a> {
+        let Self { sources, schedule, link_rules, diagnostics, texts, .. } = *self;
+        WorkSchedule { texts, tasks_hash: self.content_hash(), sources, link_rules, diagnostics, ..schedule }
+    }
+
+    fn check(&self) -> Result<(), ArchiveError> {
+        let TasksHead { n_elements, n_spaces, n_storeys, .. } = *self.head;
         let [elements, spaces, storeys] = [n_elements, n_spaces, n_storeys].map(|n| n as usize);
-        tasks.schedule.check(LinkTargets { elements, spaces, storeys })?;
-        let has_rules = tasks.schedule.link_rules.len() == tasks.schedule.task_links.len();
-        if has_rules { Ok(tasks) } else { Err(ArchiveError::Index { what: "a link of the tasks" }) }
+        self.schedule().check(LinkTargets { elements, spaces, storeys })?;
+        let has_rules = self.link_rules.len() == self.schedule.task_links.len();
+        if has_rules { Ok(()) } else { Err(ArchiveError::Index { what: "a link of the tasks" }) }
     }
-
-    /// The sections of an archive, without validation of their records.
-    pub(crate) fn of(archive: Archive<'a>) -> Result<Self, ArchiveError> {
-        Ok(Self { archive, head: archive.record(section::HEAD)?, schedule: WorkSchedule::of_files(archive)? })
-    }
-
-    /// Hash of the content.
-    pub fn content_hash(&self) -> u64 {
-        self.archive.content_hash()
-    }
-}
-
-/// Records of a `tasks` archive to be.
-#[derive(Debug, Default)]
-#[expect(missing_docs, reason = "the fields are those of `Tasks` and `WorkSchedule`")]
-pub struct TasksBuilder {
-    pub texts: TextPool,
-    pub head: TasksHead,
-    pub sources: Vec<ScheduleSourceRecord>,
-    pub schedule: WorkScheduleRecords,
-    /// The rule that made each link.
-    pub link_rules: Vec<ScheduleText>,
-    pub diagnostics: Vec<DiagnosticRecord>,
 }
 
 impl TasksHead {
@@ -94,35 +80,5 @@ impl TasksHead {
 impl Default for TasksHead {
     fn default() -> Self {
         Self::zeroed()
-    }
-}
-
-impl TasksBuilder {
-    /// Writes the archive into the heap.
-    pub fn finish(&self) -> ArchiveBuffer {
-        self.to_buffer()
-    }
-
-    fn sections(&self) -> SectionList<'_> {
-        let mut list = SectionList::default();
-        list.add(section::HEAD, std::slice::from_ref(&self.head));
-        list.add(section::SCHEDULE_SOURCES, &self.sources);
-        self.schedule.add_to(&mut list);
-        list.add(section::LINK_RULES, &self.link_rules);
-        list.add(section::DIAGNOSTICS, &self.diagnostics);
-        list.add(section::STRINGS, self.texts.bytes());
-        list
-    }
-}
-
-impl ArchiveWriter for TasksBuilder {
-    type Payload = payload::Tasks;
-
-    fn length(&self) -> usize {
-        self.sections().length()
-    }
-
-    fn write(&self, out: &mut [u8]) -> u64 {
-        self.sections().write(out, ArchiveKind::Tasks)
     }
 }

@@ -1,51 +1,59 @@
-//! The view of a work schedule: tasks, calendars, dependencies, and what tasks work on.
+//! A work schedule in an archive: tasks, calendars, dependencies, and what tasks work on.
 
-use crate::archive::{Archive, ArchiveError, NONE};
+use crate::archive::{ArchiveError, NONE};
+use crate::content_hash::ContentHash;
+use crate::declaration::declare_sections;
 use crate::diagnostic_record::{DiagnosticRecord, check_diagnostics};
 use crate::schedule_dates::{ScheduleDateRecord, ScheduleLength, TaskDurationRecord};
 use crate::schedule_records::*;
-use crate::site_records::section;
 use crate::spans::{fits, optional};
 use crate::tag::check_tags;
+use crate::text_pool::Texts;
 
-/// A work schedule, read in place: of the models in a `site` archive, or of schedule files in a `tasks` archive.
-///
-/// All indices inside were checked when its archive was opened, so slicing by them does not panic.
-#[derive(Debug, Clone, Copy)]
-pub struct WorkSchedule<'a> {
-    strings: &'a str,
-    /// Hash of the `tasks` archive that it is from; 0 for the schedule of the models.
-    pub tasks_hash: u64,
-    /// Schedule files that it is from; empty for the schedule of the models, whose files are those of the site.
-    pub sources: &'a [ScheduleSourceRecord],
-    /// The rule that made each link; empty for the schedule of the models, which have the links themselves.
-    pub link_rules: &'a [ScheduleText],
-    /// What is wrong with schedule files and links; empty for the schedule of the models. Files are those of `sources`.
-    pub diagnostics: &'a [DiagnosticRecord],
-    /// Work plans and schedules.
-    pub work_controls: &'a [WorkControlRecord],
-    /// Calendars.
-    pub calendars: &'a [CalendarRecord],
-    /// Times of calendars.
-    pub work_times: &'a [WorkTimeRecord],
-    /// Periods of work times: `[from, to)` in seconds of the day; an end that is not after its start lies on the next day.
-    pub periods_s: &'a [[u32; 2]],
-    /// Tasks.
-    pub tasks: &'a [TaskRecord],
-    /// Dependencies between tasks.
-    pub sequences: &'a [SequenceRecord],
-    /// What tasks work on.
-    pub task_links: &'a [TaskLinkRecord],
-    /// Three-point durations of tasks, ascending by task; of most schedules none.
-    pub uncertainties: &'a [TaskUncertaintyRecord],
-    /// Dates that bind tasks, in the order of the tasks; of most schedules none.
-    pub constraints: &'a [TaskConstraintRecord],
-    /// Dates of planners' files by kind and owner; [`Self::date`] finds them. Of the schedule of the models none.
-    pub dates: &'a [ScheduleDateRecord],
-    /// Planned lengths of tasks of planners' files, ascending by task; [`Self::duration`] finds them.
-    pub durations: &'a [TaskDurationRecord],
-    /// Work of resources by their calendars, ascending by task and calendar; of most tasks none.
-    pub assignments: &'a [TaskAssignmentRecord],
+declare_sections! {
+    /// A work schedule, read in place: of the models in a `site` archive, or of schedule files in a `tasks` archive.
+    ///
+    /// All indices inside were checked when its archive was opened, so slicing by them does not panic.
+    view WorkSchedule |archive| {
+        pub(crate) texts: Texts<'a> = Texts::of(archive, 2)?,
+        /// Hash of the `tasks` archive that it is from; 0 for the schedule of the models.
+        pub tasks_hash: ContentHash = ContentHash::NONE,
+        /// Schedule files that it is from; empty for the schedule of the models, whose files are those of the site.
+        pub sources: &'a [ScheduleSourceRecord] = &[],
+        /// The rule that made each link; empty for the schedule of the models, which have the links themselves.
+        pub link_rules: &'a [ScheduleText] = &[],
+        /// What is wrong with schedule files and links; empty for the schedule of the models. Files are those of `sources`.
+        pub diagnostics: &'a [DiagnosticRecord] = &[],
+    };
+    /// Records of a work schedule to be. Their texts are in the pool of their archive.
+    owned WorkScheduleRecords;
+    // Of those that most schedules have none of, an archive has no section without records: there are archives from before each.
+    sections {
+        /// Work plans and schedules.
+        pub work_controls: many(32, WorkControlRecord),
+        /// Calendars.
+        pub calendars: many(33, CalendarRecord),
+        /// Times of calendars.
+        pub work_times: many(34, WorkTimeRecord),
+        /// Periods of work times: `[from, to)` in seconds of the day; an end that is not after its start lies on the next day.
+        pub periods_s: many(35, [u32; 2]),
+        /// Tasks.
+        pub tasks: many(36, TaskRecord),
+        /// Dependencies between tasks.
+        pub sequences: many(37, SequenceRecord),
+        /// What tasks work on.
+        pub task_links: many(38, TaskLinkRecord),
+        /// Three-point durations of tasks, ascending by task; of most schedules none.
+        pub uncertainties: if_any(39, TaskUncertaintyRecord),
+        /// Dates that bind tasks, in the order of the tasks; of most schedules none.
+        pub constraints: if_any(42, TaskConstraintRecord),
+        /// Dates of planners' files by kind and owner; [`WorkSchedule::date`] finds them. Of the schedule of the models none.
+        pub dates: if_any(43, ScheduleDateRecord),
+        /// Planned lengths of tasks of planners' files, ascending by task; [`WorkSchedule::duration`] finds them.
+        pub durations: if_any(44, TaskDurationRecord),
+        /// Work of resources by their calendars, ascending by task and calendar; of most tasks none.
+        pub assignments: if_any(45, TaskAssignmentRecord),
+    }
 }
 
 /// Numbers of what tasks may work on.
@@ -57,43 +65,9 @@ pub(crate) struct LinkTargets {
 }
 
 impl<'a> WorkSchedule<'a> {
-    /// The sections of an archive, without validation of their records.
-    pub(crate) fn of(archive: Archive<'a>) -> Result<Self, ArchiveError> {
-        Ok(Self {
-            strings: archive.strings(section::STRINGS)?,
-            tasks_hash: 0,
-            sources: &[],
-            link_rules: &[],
-            diagnostics: &[],
-            work_controls: archive.section(section::WORK_CONTROLS)?,
-            calendars: archive.section(section::CALENDARS)?,
-            work_times: archive.section(section::WORK_TIMES)?,
-            periods_s: archive.section(section::PERIODS)?,
-            tasks: archive.section(section::TASKS)?,
-            sequences: archive.section(section::SEQUENCES)?,
-            task_links: archive.section(section::TASK_LINKS)?,
-            uncertainties: archive.optional_section(section::TASK_UNCERTAINTIES)?,
-            constraints: archive.optional_section(section::TASK_CONSTRAINTS)?,
-            dates: archive.optional_section(section::SCHEDULE_DATES)?,
-            durations: archive.optional_section(section::TASK_DURATIONS)?,
-            assignments: archive.optional_section(section::TASK_ASSIGNMENTS)?,
-        })
-    }
-
-    /// As [`Self::of`], of an archive of schedule files.
-    pub(crate) fn of_files(archive: Archive<'a>) -> Result<Self, ArchiveError> {
-        Ok(Self {
-            tasks_hash: archive.content_hash(),
-            sources: archive.section(section::SCHEDULE_SOURCES)?,
-            link_rules: archive.section(section::LINK_RULES)?,
-            diagnostics: archive.section(section::DIAGNOSTICS)?,
-            ..Self::of(archive)?
-        })
-    }
-
     /// The text.
     pub fn text(&self, text: ScheduleText) -> &'a str {
-        text.0.of(self.strings).expect("texts were checked when the archive was opened")
+        self.texts.get(text.0)
     }
 
     /// The lag of a sequence; `None` if it has none, or a ratio.
@@ -174,11 +148,7 @@ impl<'a> WorkSchedule<'a> {
         let diagnostics = self.diagnostics.iter().flat_map(DiagnosticRecord::texts).map(ScheduleText);
         let links = sources.chain(self.link_rules.iter().copied()).chain(diagnostics);
         let mut all = controls.chain(calendars).chain(sequences).chain(tasks).chain(links);
-        if all.all(|text| text.0.of(self.strings).is_some()) {
-            Ok(())
-        } else {
-            Err(ArchiveError::Index { what: "a text" })
-        }
+        if all.all(|text| self.texts.has(text.0)) { Ok(()) } else { Err(ArchiveError::Index { what: "a text" }) }
     }
 }
 

@@ -4,18 +4,21 @@ mod support;
 
 use bytemuck::Zeroable;
 use messages::{
-    Alignment, ArchiveBuffer, ArchiveError, CivilDate, Deviations, FloorKind, Grid, Grids, MapStoreyRecord,
-    MissionPlan, NONE, PartRecord, ScheduleDate, ScheduleDateKind, ScheduleDateRecord, ScheduleState, Site,
-    SiteBuilder, TaskConstraintKind, TaskConstraintRecord, TaskRecord, TaskUncertaintyRecord,
+    Alignment, ArchiveBuffer, ArchiveError, ArchiveKind, CivilDate, Deviations, FloorKind, Grid, Grids,
+    MapStoreyRecord, MissionPlan, NONE, PartRecord, ScheduleDate, ScheduleDateKind, ScheduleDateRecord, ScheduleState,
+    Section, SectionCount, Site, SiteBuilder, TaskConstraintKind, TaskConstraintRecord, TaskRecord,
+    TaskUncertaintyRecord,
 };
 use proptest::prelude::*;
-use support::{alignment, deviations, every_archive, grid, grids, mission_plan, reseal, schedule_state, site, walk};
+use support::{
+    alignment, deviations, every_archive, grid, grids, mission_plan, reseal, schedule_state, site, walk, whole,
+};
 
 /// Miri takes a thousand times as long.
 const CASES: u32 = if cfg!(miri) { 6 } else { 20_000 };
 
 fn archive() -> impl Strategy<Value = ArchiveBuffer> {
-    prop::sample::select(every_archive().to_vec())
+    prop::sample::select(every_archive())
 }
 
 /// What tends to hurt.
@@ -35,6 +38,75 @@ fn whole_archives_are_read_to_the_end() {
         reseal(again.bytes_mut());
         assert_eq!(again.bytes(), archive.bytes());
     }
+}
+
+/// An archive whose entry of a section in the table has these bytes in this place.
+fn with_entry(archive: &ArchiveBuffer, id: u32, at: usize, bytes: &[u8]) -> ArchiveBuffer {
+    let mut changed = archive.clone();
+    let entry = entry_of(archive, id);
+    changed.bytes_mut()[entry + at..][..bytes.len()].copy_from_slice(bytes);
+    reseal(changed.bytes_mut());
+    changed
+}
+
+/// Where the entry of a section begins in the table behind the preamble.
+fn entry_of(archive: &ArchiveBuffer, id: u32) -> usize {
+    let ids =
+        archive.bytes()[64..].chunks(24).map(|entry| u32::from_le_bytes(entry[..4].try_into().expect("four bytes")));
+    64 + 24 * ids.take(64).position(|found| found == id).expect("whole archives have every section")
+}
+
+/// An archive in which a section has this many records, all of them zeros.
+fn with_records(archive: &ArchiveBuffer, section: &Section, n: usize) -> ArchiveBuffer {
+    let start = archive.bytes().len().next_multiple_of(64);
+    let mut changed = ArchiveBuffer::zeroed(start + n * section.record_len);
+    changed.bytes_mut()[..archive.bytes().len()].copy_from_slice(archive.bytes());
+    let place = [start as u64, n as u64].map(u64::to_le_bytes).concat();
+    with_entry(&changed, section.id, 8, &place)
+}
+
+/// Every kind with every section that it declares.
+fn every_section(check: impl Fn(ArchiveKind, &ArchiveBuffer, &Section)) {
+    for &kind in ArchiveKind::ALL {
+        let archive = whole(kind);
+        kind.sections().iter().for_each(|section| check(kind, &archive, section));
+    }
+}
+
+#[test]
+fn whole_archives_have_records_in_every_section() {
+    every_section(|kind, archive, section| {
+        let count = &archive.bytes()[entry_of(archive, section.id)..][16..24];
+        assert_ne!(count, [0; 8], "{} of {kind:?}", section.name);
+    });
+}
+
+#[test]
+fn a_section_that_is_missing_is_refused_by_its_number_unless_it_is_optional() {
+    every_section(|kind, archive, section| {
+        let found = kind.check(with_entry(archive, section.id, 0, &9_999u32.to_le_bytes()).bytes());
+        let missing = ArchiveError::Section { id: section.id };
+        assert!(section.is_optional || found == Err(missing), "{} of {kind:?}: {found:?}", section.name);
+    });
+}
+
+#[test]
+fn a_section_of_other_records_or_of_more_or_fewer_than_it_may_have_is_refused_by_its_number() {
+    every_section(|kind, archive, section| {
+        let (id, n) = (section.id, |n| kind.check(with_records(archive, section, n).bytes()));
+        let damaged = Err(ArchiveError::Section { id });
+        let record_len = (section.record_len as u32 - 1).to_le_bytes();
+        assert_eq!(kind.check(with_entry(archive, id, 4, &record_len).bytes()), damaged, "{section:?}");
+        match section.count {
+            SectionCount::One => assert_eq!([n(0), n(2)], [damaged.clone(), damaged], "{section:?}"),
+            // Miri takes too long to hash so many.
+            SectionCount::AtMost(max) if !cfg!(miri) => {
+                assert_eq!(n(max + 1), Err(ArchiveError::Limit { id, max }), "{section:?}");
+                assert_ne!(n(max), Err(ArchiveError::Limit { id, max }), "{section:?}");
+            }
+            SectionCount::AtMost(_) | SectionCount::Any => {}
+        }
+    });
 }
 
 #[test]

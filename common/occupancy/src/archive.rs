@@ -1,7 +1,7 @@
 //! A robot's map as the `slam-map` archive, and back.
 
 use crate::{Cell, OccupancyMap};
-use messages::{ArchiveBuffer, ArchiveError, SlamMap, SlamMapHead};
+use messages::{ArchiveBuffer, ArchiveError, ContentHash, SlamMap, SlamMapHead};
 
 impl OccupancyMap {
     /// A robot's map from the bus.
@@ -30,7 +30,7 @@ impl OccupancyMap {
     ///
     /// # Errors
     /// A map that no archive can hold.
-    pub fn content_hash(&self) -> Result<u64, ArchiveError> {
+    pub fn content_hash(&self) -> Result<ContentHash, ArchiveError> {
         SlamMap::open(self.to_archive().bytes()).map(|archive| archive.content_hash())
     }
 }

@@ -6,29 +6,30 @@ use crate::map_verdict::MapVerdict;
 use crate::plan_clock::{ClockTime, NextState};
 use bus::{Daemon, GridSlot, RawSample, Stamp, TopicName};
 use messages::{
-    ArchiveError, GridSlotRecord, Grids, GridsHead, MissionPlan, MissionPlanHead, ScheduleState, ScheduleStateHead,
+    ArchiveError, ContentHash, GridSlotRecord, Grids, GridsHead, MissionPlan, MissionPlanHead, ScheduleState,
+    ScheduleStateHead,
 };
 
 /// Key of a schedule state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct ScheduleStateKey {
-    hash: u64,
-    site: u64,
+    hash: ContentHash,
+    site: ContentHash,
 }
 
 /// Key of an index.
 #[derive(Debug)]
 struct IndexKey {
-    hash: u64,
-    grids: Vec<u64>,
+    hash: ContentHash,
+    grids: Vec<ContentHash>,
 }
 
 /// Key of a mission plan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct MissionPlanKey {
-    grids: u64,
-    schedule_state: u64,
-    site: u64,
+    grids: ContentHash,
+    schedule_state: ContentHash,
+    site: ContentHash,
 }
 
 /// A sample with the key by which it is matched.
@@ -77,7 +78,7 @@ impl<F, T> TopicSamples<F, T> {
 pub struct ConsistentSet<T> {
     schedule_state: TopicSamples<ScheduleStateKey, T>,
     index: TopicSamples<IndexKey, T>,
-    grids: [TopicSamples<u64, T>; GridSlot::COUNT],
+    grids: [TopicSamples<ContentHash, T>; GridSlot::COUNT],
     mission_plan: TopicSamples<MissionPlanKey, T>,
     rule: MapRule,
 }
@@ -97,7 +98,7 @@ impl<T> ConsistentSet<T> {
     }
 
     /// A schedule state has come; `hash` is its content hash. One that says the same as the last one is not new.
-    pub fn insert_schedule_state(&mut self, now: Stamp, hash: u64, head: &ScheduleStateHead, sample: T) {
+    pub fn insert_schedule_state(&mut self, now: Stamp, hash: ContentHash, head: &ScheduleStateHead, sample: T) {
         // A restarted producer repeats itself; a set in use stays what it is.
         if self.schedule_state.newest().is_none_or(|s| s.key.hash != hash) {
             self.schedule_state.insert(ScheduleStateKey { hash, site: head.site_hash }, sample);
@@ -108,7 +109,14 @@ impl<T> ConsistentSet<T> {
 
     /// An index of grids has come; `hash` is its content hash. Its n-th record speaks of slot n; there are never more
     /// than [`GridSlot::COUNT`].
-    pub fn insert_index(&mut self, now: Stamp, hash: u64, head: &GridsHead, slots: &[GridSlotRecord], sample: T) {
+    pub fn insert_index(
+        &mut self,
+        now: Stamp,
+        hash: ContentHash,
+        head: &GridsHead,
+        slots: &[GridSlotRecord],
+        sample: T,
+    ) {
         let grids = slots.iter().map(|s| s.content_hash).collect();
         self.index.insert(IndexKey { hash, grids }, sample);
         self.rule.insert_index(now, head, self.has_grids());
@@ -116,7 +124,7 @@ impl<T> ConsistentSet<T> {
     }
 
     /// A grid has come; `hash` is its content hash.
-    pub fn insert_grid(&mut self, now: Stamp, slot: GridSlot, hash: u64, sample: T) {
+    pub fn insert_grid(&mut self, now: Stamp, slot: GridSlot, hash: ContentHash, sample: T) {
         self.grids[slot.index()].insert(hash, sample);
         self.rule.set_grids(now, self.has_grids());
         self.advance();
@@ -124,7 +132,7 @@ impl<T> ConsistentSet<T> {
 
     /// A mission plan has come; `grids_hash` is the content hash of the index that it was made from, as in its sample's
     /// header.
-    pub fn insert_mission_plan(&mut self, grids_hash: u64, head: &MissionPlanHead, sample: T) {
+    pub fn insert_mission_plan(&mut self, grids_hash: ContentHash, head: &MissionPlanHead, sample: T) {
         self.mission_plan.insert(
             MissionPlanKey { grids: grids_hash, schedule_state: head.schedule_state_hash, site: head.site_hash },
             sample,
@@ -253,7 +261,7 @@ mod tests {
     use messages::{RobotProfile, ScheduleStateBuilder};
     use std::time::Duration;
 
-    const SITE: u64 = 1;
+    const SITE: ContentHash = ContentHash::from_bits(1);
 
     fn slot(index: usize) -> GridSlot {
         GridSlot::new(index).unwrap()
@@ -278,31 +286,48 @@ mod tests {
             let everything = ScheduleStateBuilder::everything_built(SITE, 0, 0).head;
             let head = ScheduleStateHead { valid_until_s, ..everything };
             self.now = at(ms);
-            self.set.insert_schedule_state(self.now, hash, &head, format!("schedule state {hash}"));
+            self.set.insert_schedule_state(
+                self.now,
+                ContentHash::from_bits(hash),
+                &head,
+                format!("schedule state {hash}"),
+            );
             self
         }
 
         fn grid(&mut self, index: usize, hash: u64) -> &mut Self {
-            self.set.insert_grid(self.now, slot(index), hash, format!("grid {hash}"));
+            self.set.insert_grid(self.now, slot(index), ContentHash::from_bits(hash), format!("grid {hash}"));
             self
         }
 
         fn index(&mut self, schedule_state: u64, hashes: &[u64]) -> &mut Self {
             let head = GridsHead {
                 site_hash: SITE,
-                schedule_state_hash: schedule_state,
+                schedule_state_hash: ContentHash::from_bits(schedule_state),
                 plan_time_s: 0,
                 robot: RobotProfile::DEFAULT,
             };
-            let record = |&content_hash| GridSlotRecord { map_storey: 0, cell_tenths: 500, content_hash };
+            let record =
+                |&hash| GridSlotRecord { map_storey: 0, cell_tenths: 500, content_hash: ContentHash::from_bits(hash) };
             let slots: Vec<_> = hashes.iter().map(record).collect();
-            self.set.insert_index(self.now, schedule_state + 100, &head, &slots, format!("index {schedule_state}"));
+            self.set.insert_index(
+                self.now,
+                ContentHash::from_bits(schedule_state + 100),
+                &head,
+                &slots,
+                format!("index {schedule_state}"),
+            );
             self
         }
 
         fn mission_plan(&mut self, schedule_state: u64) -> &mut Self {
-            let head = MissionPlanHead { site_hash: SITE, schedule_state_hash: schedule_state, ..Zeroable::zeroed() };
-            self.set.insert_mission_plan(schedule_state + 100, &head, format!("mission plan {schedule_state}"));
+            let schedule_state_hash = ContentHash::from_bits(schedule_state);
+            let head = MissionPlanHead { site_hash: SITE, schedule_state_hash, ..Zeroable::zeroed() };
+            self.set.insert_mission_plan(
+                ContentHash::from_bits(schedule_state + 100),
+                &head,
+                format!("mission plan {schedule_state}"),
+            );
             self
         }
 
@@ -385,8 +410,9 @@ mod tests {
     #[test]
     fn a_plan_of_other_grids_of_the_same_schedule_state_is_none() {
         let mut test_set = complete();
-        let head = MissionPlanHead { site_hash: SITE, schedule_state_hash: 10, ..Zeroable::zeroed() };
-        test_set.set.insert_mission_plan(999, &head, "other robot".to_owned());
+        let head =
+            MissionPlanHead { site_hash: SITE, schedule_state_hash: ContentHash::from_bits(10), ..Zeroable::zeroed() };
+        test_set.set.insert_mission_plan(ContentHash::from_bits(999), &head, "other robot".to_owned());
         test_set.holds("schedule state 10", &["grid 20", "grid 21"], Some("mission plan 10"));
     }
 
@@ -440,8 +466,13 @@ mod tests {
     fn another_site_is_another_set() {
         let mut test_set = TestSet::new();
         test_set.schedule_state(0, 10, 100).grid(0, 20);
-        let head = GridsHead { site_hash: 2, schedule_state_hash: 10, plan_time_s: 0, robot: RobotProfile::DEFAULT };
-        test_set.set.insert_index(at(0), 110, &head, &[], "other site".to_owned());
+        let head = GridsHead {
+            site_hash: ContentHash::from_bits(2),
+            schedule_state_hash: ContentHash::from_bits(10),
+            plan_time_s: 0,
+            robot: RobotProfile::DEFAULT,
+        };
+        test_set.set.insert_index(at(0), ContentHash::from_bits(110), &head, &[], "other site".to_owned());
         test_set.expect_verdict(1, MapVerdict::NoMap(NoMapReason::Incomplete));
     }
 

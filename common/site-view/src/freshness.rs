@@ -6,7 +6,7 @@ use crate::map_rule::MapRule;
 use crate::map_verdict::{MapVerdict, NoMapReason};
 use crate::plan_clock::{ClockTime, NextState};
 use bus::{Daemon, Stamp};
-use messages::{GridSlotRecord, GridsHead, ScheduleStateHead};
+use messages::{ContentHash, GridSlotRecord, GridsHead, ScheduleStateHead};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The maps that were passed on.
@@ -15,7 +15,7 @@ pub struct MapsInUse {
     /// Epoch of their index.
     pub epoch: u64,
     /// Content hash of their site.
-    pub site_hash: u64,
+    pub site_hash: ContentHash,
     /// Their grids.
     pub grids: Vec<GridSlotRecord>,
 }
@@ -84,7 +84,7 @@ pub struct Freshness {
     maps: Option<MapsInUse>,
     schedule_state: Option<ScheduleStateHead>,
     /// Site and grids of the newest index.
-    index: Option<(u64, Vec<GridSlotRecord>)>,
+    index: Option<(ContentHash, Vec<GridSlotRecord>)>,
     no_bus: Option<String>,
     /// Why there are no new maps, if it is known.
     obstacle: Option<String>,
@@ -122,7 +122,7 @@ impl Freshness {
     }
 
     /// A schedule state has come; `hash` is that of its content. One that says the same as the last one is not new.
-    pub fn on_schedule_state(&mut self, now: Stamp, hash: u64, head: &ScheduleStateHead) {
+    pub fn on_schedule_state(&mut self, now: Stamp, hash: ContentHash, head: &ScheduleStateHead) {
         self.rule.insert_schedule_state(now, hash, head);
         self.schedule_state = Some(*head);
     }
@@ -217,7 +217,7 @@ impl Freshness {
     }
 }
 
-fn key(grid: &GridSlotRecord) -> (u32, u64) {
+fn key(grid: &GridSlotRecord) -> (u32, ContentHash) {
     (grid.map_storey, grid.content_hash)
 }
 
@@ -228,7 +228,7 @@ mod tests {
     use messages::{RobotProfile, ScheduleStateBuilder};
     use std::time::Duration;
 
-    const SITE: u64 = 1;
+    const SITE: ContentHash = ContentHash::from_bits(1);
 
     fn at(ms: u64) -> Stamp {
         Stamp(1_000_000_000_000) + Duration::from_millis(ms)
@@ -238,13 +238,14 @@ mod tests {
         let record = |(storey, hash): (usize, &u64)| GridSlotRecord {
             map_storey: storey as u32,
             cell_tenths: 500,
-            content_hash: *hash,
+            content_hash: ContentHash::from_bits(*hash),
         };
         hashes.iter().enumerate().map(record).collect()
     }
 
     /// The daemons hold these grids at a schedule state.
     fn publish(freshness: &mut Freshness, state_hash: u64, hashes: &[u64]) {
+        let state_hash = ContentHash::from_bits(state_hash);
         freshness.on_schedule_state(at(0), state_hash, &ScheduleStateBuilder::everything_built(SITE, 0, 0).head);
         let robot = RobotProfile::DEFAULT;
         let head = GridsHead { site_hash: SITE, schedule_state_hash: state_hash, plan_time_s: 0, robot };
@@ -327,7 +328,11 @@ mod tests {
     #[test]
     fn a_schedule_state_without_grids_makes_all_maps_stale() {
         let mut freshness = fresh();
-        freshness.on_schedule_state(at(50), 8, &ScheduleStateBuilder::everything_built(SITE, 0, 0).head);
+        freshness.on_schedule_state(
+            at(50),
+            ContentHash::from_bits(8),
+            &ScheduleStateBuilder::everything_built(SITE, 0, 0).head,
+        );
         assert_eq!(freshness.state(at(1_049), 0), MapState::Unknown);
         assert!(is_stale(&mut freshness, 1_050).unwrap().contains("have not come"));
         heartbeats(&mut freshness, 3_000);
@@ -340,9 +345,13 @@ mod tests {
     fn a_schedule_state_whose_grids_were_there_is_no_newer_one_when_its_producer_repeats_it() {
         let mut freshness = fresh();
         freshness.joined(at(2_000));
-        freshness.on_schedule_state(at(2_000), 7, &ScheduleStateBuilder::everything_built(SITE, 0, 0).head);
+        freshness.on_schedule_state(
+            at(2_000),
+            ContentHash::from_bits(7),
+            &ScheduleStateBuilder::everything_built(SITE, 0, 0).head,
+        );
         let robot = RobotProfile::DEFAULT;
-        let head = GridsHead { site_hash: SITE, schedule_state_hash: 6, plan_time_s: 0, robot };
+        let head = GridsHead { site_hash: SITE, schedule_state_hash: ContentHash::from_bits(6), plan_time_s: 0, robot };
         freshness.on_index(at(2_000), &head, grids(&[1, 2]));
         assert_eq!(freshness.state(at(2_100), 0), MapState::Unknown);
         heartbeats(&mut freshness, 4_000);
@@ -370,8 +379,17 @@ mod tests {
     fn maps_of_another_site_are_stale_as_a_whole() {
         let mut freshness = fresh();
         let robot = RobotProfile::DEFAULT;
-        freshness.on_schedule_state(at(0), 8, &ScheduleStateBuilder::everything_built(2, 0, 0).head);
-        let head = GridsHead { site_hash: 2, schedule_state_hash: 8, plan_time_s: 0, robot };
+        freshness.on_schedule_state(
+            at(0),
+            ContentHash::from_bits(8),
+            &ScheduleStateBuilder::everything_built(ContentHash::from_bits(2), 0, 0).head,
+        );
+        let head = GridsHead {
+            site_hash: ContentHash::from_bits(2),
+            schedule_state_hash: ContentHash::from_bits(8),
+            plan_time_s: 0,
+            robot,
+        };
         freshness.on_index(at(0), &head, grids(&[1, 2]));
         freshness.state(at(0), 0);
         heartbeats(&mut freshness, 3_000);

@@ -5,7 +5,7 @@ use crate::limits::{FRESH_TOLERANCE, GRIDS_LATE, SILENT_AFTER, WATCHED};
 use crate::map_verdict::{MapVerdict, NoMapReason};
 use crate::plan_clock::{ClockTime, NextState};
 use bus::{Daemon, HEARTBEAT_PERIOD, Stamp};
-use messages::{GridsHead, ScheduleStateHead};
+use messages::{ContentHash, GridsHead, ScheduleStateHead};
 
 /// What was heard of the daemons, and whether the maps that they drew may be used; nothing was heard by default.
 #[derive(Debug, Default)]
@@ -14,10 +14,10 @@ pub struct MapRule {
     heard: Option<[Stamp; WATCHED.len()]>,
     state: Option<StateKey>,
     /// The newest schedule state that differs from the one before, also across generations of the bus, and when it came.
-    newer: Option<(u64, Stamp)>,
+    newer: Option<(ContentHash, Stamp)>,
     index: Option<IndexKey>,
     /// The last schedule state whose grids were there, also in an earlier generation of the bus.
-    drawn: Option<u64>,
+    drawn: Option<ContentHash>,
     /// Since when the grids of the newest schedule state are not there, without a break.
     unmatched_since: Option<Stamp>,
     next_state: NextState,
@@ -26,16 +26,16 @@ pub struct MapRule {
 /// What is asked of the newest schedule state.
 #[derive(Debug, Clone, Copy)]
 struct StateKey {
-    hash: u64,
-    site: u64,
+    hash: ContentHash,
+    site: ContentHash,
     valid_until_s: i64,
 }
 
 /// What is asked of the newest index.
 #[derive(Debug, Clone, Copy)]
 struct IndexKey {
-    state: u64,
-    site: u64,
+    state: ContentHash,
+    site: ContentHash,
     /// True if the grids that it names are there.
     has_grids: bool,
 }
@@ -58,7 +58,7 @@ impl MapRule {
     }
 
     /// A schedule state has come; `hash` is its content hash. One that says the same as the last one is not newer.
-    pub fn insert_schedule_state(&mut self, now: Stamp, hash: u64, head: &ScheduleStateHead) {
+    pub fn insert_schedule_state(&mut self, now: Stamp, hash: ContentHash, head: &ScheduleStateHead) {
         self.state = Some(StateKey { hash, site: head.site_hash, valid_until_s: head.valid_until_s });
         if self.newer.is_none_or(|(newer, _)| newer != hash) {
             self.newer = Some((hash, now));

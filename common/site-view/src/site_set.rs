@@ -219,7 +219,7 @@ impl<'a> SiteState<'a> {
 impl<'a> SiteSet<'a> {
     /// True if the tasks that the schedule state follows are in the set, or are those of the site itself.
     pub fn has_tasks(&self) -> bool {
-        self.tasks.is_some() || self.state.view().head.tasks_hash == 0
+        self.tasks.is_some() || self.state.view().head.tasks_hash.is_none()
     }
 
     /// Views of all archives.

@@ -2,7 +2,7 @@
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
 use bus::{Daemon, Stamp};
-use messages::{GridSlotRecord, GridsHead, RobotProfile, ScheduleStateBuilder, ScheduleStateHead};
+use messages::{ContentHash, GridSlotRecord, GridsHead, RobotProfile, ScheduleStateBuilder, ScheduleStateHead};
 use proptest::prelude::*;
 use site_view::{
     ClockTime, ConsistentSet, FRESH_TOLERANCE, Freshness, MapState, MapVerdict, MapsInUse, NextState, NoMapReason,
@@ -66,21 +66,24 @@ impl Both {
                 self.set.insert_heartbeat(self.now, daemon);
                 self.freshness.on_heartbeat(self.now, daemon);
             }
-            Event::State(hash, site_hash) => {
+            Event::State(hash, site) => {
+                let site_hash = ContentHash::from_bits(site);
                 let everything = ScheduleStateBuilder::everything_built(site_hash, 0, 0).head;
                 // A hash is that of the content, its site included.
-                let (hash, head) = (10 * site_hash + hash, ScheduleStateHead { site_hash, ..everything });
+                let (hash, head) =
+                    (ContentHash::from_bits(10 * site + hash), ScheduleStateHead { site_hash, ..everything });
                 self.set.insert_schedule_state(self.now, hash, &head, ());
                 self.freshness.on_schedule_state(self.now, hash, &head);
             }
-            Event::Index(state, site_hash) => {
-                let schedule_state_hash = 10 * site_hash + state;
+            Event::Index(state, site) => {
+                let [site_hash, schedule_state_hash, index_hash] =
+                    [site, 10 * site + state, 100 + 10 * site + state].map(ContentHash::from_bits);
                 let robot = RobotProfile::DEFAULT;
                 let head = GridsHead { site_hash, schedule_state_hash, plan_time_s: 0, robot };
                 let content_hash = schedule_state_hash;
                 let grids = vec![GridSlotRecord { map_storey: 0, cell_tenths: 500, content_hash }];
                 self.set.insert_grid(self.now, bus::GridSlot::new(0).unwrap(), content_hash, ());
-                self.set.insert_index(self.now, 100 + content_hash, &head, &grids, ());
+                self.set.insert_index(self.now, index_hash, &head, &grids, ());
                 self.freshness.on_index(self.now, &head, grids.clone());
                 self.freshness.on_maps(MapsInUse { epoch: 1, site_hash, grids });
             }

@@ -6,7 +6,7 @@ mod common;
 
 use bus::{Bus, Daemon, Keeper, RawSample, Stamp, TopicName, topics};
 use common::{Attended, Fixture, origin, until};
-use messages::{GridsBuilder, GridsHead, RobotProfile, ScheduleState, ScheduleStateBuilder};
+use messages::{ContentHash, GridsBuilder, GridsHead, RobotProfile, ScheduleState, ScheduleStateBuilder};
 use site_view::{ClockTime, ConsistentSet, MapVerdict};
 
 #[test]
@@ -18,17 +18,18 @@ fn a_consumer_uses_what_belongs_together() {
     let schedule_states = eval.bus.publisher(topics::ScheduleState, 64).unwrap();
     let rasterize = Attended::join(domain, Daemon::Rasterize);
     let grids = rasterize.bus.publisher(topics::Grids, 64).unwrap();
-    let index_of = |schedule_state: u64| {
+    let index_of = |schedule_state_hash: ContentHash| {
         let head = GridsHead {
-            site_hash: 3,
-            schedule_state_hash: schedule_state,
+            site_hash: ContentHash::from_bits(3),
+            schedule_state_hash,
             plan_time_s: 0,
             robot: RobotProfile::DEFAULT,
         };
         GridsBuilder { head, slots: &[], robot_name: "default", robot_footprint_m: &[], doors: &[], regions: &[] }
             .finish()
     };
-    let archives = [3, 4].map(|n_spaces| ScheduleStateBuilder::everything_built(3, 9, n_spaces).finish());
+    let archives =
+        [3, 4].map(|n_spaces| ScheduleStateBuilder::everything_built(ContentHash::from_bits(3), 9, n_spaces).finish());
     let hash = |n: usize| ScheduleState::open(archives[n].bytes()).unwrap().content_hash();
     schedule_states.publish_copy(archives[0].bytes(), origin(1)).unwrap();
     grids.publish_copy(index_of(hash(0)).bytes(), origin(1)).unwrap();

@@ -7,8 +7,8 @@ mod common;
 use bus::{Bus, Daemon, Keeper, Origin, Publisher, Topic, topics};
 use common::{Attended, Fixture, grid, until};
 use messages::{
-    ArchiveBuffer, GridHead, GridSlotRecord, GridWriter, GridsBuilder, GridsHead, InputHashes, MissionPlanBuilder,
-    MissionPlanHead, RobotProfile, ScheduleState, ScheduleStateBuilder, Site, SiteBuilder,
+    ArchiveBuffer, ContentHash, GridHead, GridSlotRecord, GridWriter, GridsBuilder, GridsHead, InputHashes,
+    MissionPlanBuilder, MissionPlanHead, RobotProfile, ScheduleState, ScheduleStateBuilder, Site, SiteBuilder,
 };
 use site_view::{SiteSample, SiteSamples, SiteSetReader};
 
@@ -50,7 +50,10 @@ impl Producers {
     }
 }
 
-const NONE: InputHashes = InputHashes { site: 0, schedule_state: 0, grids: 0, robot: 0, slam_map: 0, own: 0 };
+const NONE: InputHashes = {
+    let none = ContentHash::NONE;
+    InputHashes { site: none, schedule_state: none, grids: none, robot: none, slam_map: none, own: none }
+};
 
 fn site(name: &str) -> ArchiveBuffer {
     let mut builder = SiteBuilder::default();
@@ -126,7 +129,7 @@ fn a_set_is_there_when_all_that_belongs_together_is_and_only_then() {
         0,
     );
     let mission_plan = mission_plan.finish();
-    out.publish(|p| &p.mission_plans, &mission_plan, InputHashes { grids: 7, ..NONE });
+    out.publish(|p| &p.mission_plans, &mission_plan, InputHashes { grids: ContentHash::from_bits(7), ..NONE });
     wait_for(&mut reader, "the mission plan of others", &|r| r.samples().mission_plan().is_some());
     assert!(reader.set().unwrap().mission_plan.is_none());
     out.publish(|p| &p.mission_plans, &mission_plan, InputHashes { grids: index_hash, ..NONE });

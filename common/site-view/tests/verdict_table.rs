@@ -2,7 +2,7 @@
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
 use bus::{Daemon, Stamp};
-use messages::{GridsHead, RobotProfile, ScheduleStateBuilder};
+use messages::{ContentHash, GridsHead, RobotProfile, ScheduleStateBuilder};
 use serde_json::{Value, json};
 use site_view::{ClockTime, FRESH_TOLERANCE, GRIDS_LATE, MapRule, MapVerdict, NextState, SILENT_AFTER, WATCHED};
 use std::time::Duration;
@@ -33,10 +33,11 @@ impl Event {
             Joined => rule.joined(now),
             Heartbeat(daemon) => rule.insert_heartbeat(now, daemon),
             State(hash, site) => {
-                let head = ScheduleStateBuilder::everything_built(site, 0, 0).head;
-                rule.insert_schedule_state(now, hash, &head);
+                let head = ScheduleStateBuilder::everything_built(ContentHash::from_bits(site), 0, 0).head;
+                rule.insert_schedule_state(now, ContentHash::from_bits(hash), &head);
             }
-            Index(schedule_state_hash, site_hash, has_grids) => {
+            Index(state, site, has_grids) => {
+                let [schedule_state_hash, site_hash] = [state, site].map(ContentHash::from_bits);
                 let robot = RobotProfile::DEFAULT;
                 rule.insert_index(now, &GridsHead { site_hash, schedule_state_hash, plan_time_s: 0, robot }, has_grids);
             }

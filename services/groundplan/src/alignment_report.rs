@@ -6,8 +6,8 @@ use daemon::facts::Pose;
 use diagnostics::counted;
 use export::rounded;
 use messages::{
-    Alignment, AlignmentVerdict, DecidingPlaceRecord, HintRecord, LocalPoses, LocalPosesHead, NONE, PlacedRecord,
-    PoseEvidence, PosePairRecord, PoseRecord, PoseValidity, SampleHeader,
+    Alignment, AlignmentVerdict, ContentHash, DecidingPlaceRecord, HintRecord, LocalPoses, LocalPosesHead, NONE,
+    PlacedRecord, PoseEvidence, PosePairRecord, PoseRecord, PoseValidity, SampleHeader,
 };
 use serde_json::{Value, json};
 use std::fmt::Write;
@@ -116,7 +116,7 @@ fn decision(alignment: &Alignment<'_>) -> Value {
 /// What a sample was made from, as `document` takes it.
 pub(crate) fn inputs_of(header: &SampleHeader) -> Value {
     let inputs = header.inputs;
-    let hash = |hash: u64| format!("{hash:016x}");
+    let hash = |hash: ContentHash| hash.to_string();
     json!({"site_hash": hash(inputs.site), "phase_hash": hash(inputs.schedule_state), "slam_map_hash": hash(inputs.slam_map)})
 }
 

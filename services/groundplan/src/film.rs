@@ -4,7 +4,7 @@ use crate::date_argument;
 use crate::failure::Failure;
 use crate::recording::{FinishedRecording, Recording, RecordingError};
 use export::ExportInput;
-use messages::{Grid, Site};
+use messages::{ContentId, Grid, Site};
 use ros::msg::builtin_interfaces::Time;
 use ros::msg::tf2_msgs::TFMessage;
 use ros::topics::{NAMESPACE, StoreyTopics, TF_STATIC, storey_name};
@@ -164,7 +164,7 @@ fn describe(recording: &mut Recording, site: &Site<'_>, facts: Facts) -> Result<
         let model = [
             ("file", site.text(source.file).to_owned()),
             ("schema", site.text(source.schema).to_owned()),
-            ("sha256", export::hex(&source.sha256)),
+            ("sha256", ContentId::from_sha256(source.sha256).to_string()),
         ];
         recording.describe("model", named(&model))?;
     }

@@ -106,6 +106,7 @@ fn overtaken_for<P, C>(now: Stamp, producer: &Report<P>, reader: &Report<C>, top
 mod tests {
     use super::*;
     use daemon::{OutputStamp, Published};
+    use messages::ContentHash;
 
     type Chain = (Report<ScheduleFacts>, Report<RasterizeFacts>);
 
@@ -123,13 +124,18 @@ mod tests {
     }
 
     fn of(epoch: u64) -> Published {
-        Published { content_hash: epoch * 100, epoch }
+        Published { content_hash: ContentHash::from_bits(epoch * 100), epoch }
     }
 
     /// Site 1 and its states, of which the grids show the one of this epoch.
     fn chain(state: ScheduleFacts, states: &[(u64, u64)], shown: u64) -> Chain {
-        let shows = RasterizeFacts { grids: of(9), site_hash: 100, state_hash: shown * 100, ..Default::default() };
-        let facts = ScheduleFacts { site_hash: 100, ..state };
+        let shows = RasterizeFacts {
+            grids: of(9),
+            site_hash: ContentHash::from_bits(100),
+            state_hash: of(shown).content_hash,
+            ..Default::default()
+        };
+        let facts = ScheduleFacts { site_hash: ContentHash::from_bits(100), ..state };
         (report(facts, &[("site", 1)], states), report(shows, &[("schedule-state", shown)], &[(9, 1)]))
     }
 
@@ -163,7 +169,7 @@ mod tests {
     fn a_state_that_is_not_of_site_or_plan_time_lags() {
         let other_site = ScheduleFacts { state: of(3), ..Default::default() };
         let mut late = chain(other_site, &[(3, 5)], 3);
-        late.0.facts.site_hash = 7;
+        late.0.facts.site_hash = ContentHash::from_bits(7);
         late.0.epochs.clear();
         assert_eq!(found(60, &late), [("schedule-eval", 59.0)]);
         let standing = ScheduleFacts { state: of(3), due_plan_time_s: Some(8), ..Default::default() };

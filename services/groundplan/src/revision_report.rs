@@ -64,7 +64,7 @@ fn table(revision: &Revision) -> String {
 mod tests {
     use super::*;
     use daemon::Published;
-    use messages::{SiteComparison, StoreyDifference};
+    use messages::{ContentHash, SiteComparison, StoreyDifference};
 
     #[test]
     fn a_revision_that_waits_is_shown_with_its_storeys_and_the_reasons() {
@@ -94,7 +94,7 @@ mod tests {
             objections: vec!["it removes 4 of 4 elements of storey Roof".to_owned()],
         };
         let answer = IngestAnswer {
-            site: Published { content_hash: 1, epoch: 7 },
+            site: Published { content_hash: ContentHash::from_bits(1), epoch: 7 },
             effect: RevisionEffect::Waits,
             revision: Some(Revision { models: vec!["/b.ifc".into()], comparison }),
         };

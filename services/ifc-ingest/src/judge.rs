@@ -2,6 +2,7 @@
 
 use bus::Bus;
 use daemon::{Answer, Client, OpenRequest, ScheduleRequest, ScheduleVerdict};
+use messages::ContentHash;
 
 /// Who judges candidates.
 pub trait Judge: Send {
@@ -9,7 +10,7 @@ pub trait Judge: Send {
     fn attach(&mut self, bus: &Bus);
 
     /// What was found of the candidate with this content hash; `None` as long as nothing is known, or nobody is there to ask.
-    fn verdict(&mut self, site_hash: u64) -> Option<ScheduleVerdict>;
+    fn verdict(&mut self, site_hash: ContentHash) -> Option<ScheduleVerdict>;
 }
 
 /// schedule-eval, by requests. It may die, or be busy: it is asked until it has answered.
@@ -25,7 +26,7 @@ impl Judge for ScheduleEval {
         *self = Self { bus: Some(bus.clone()), client: None, asked: None };
     }
 
-    fn verdict(&mut self, site_hash: u64) -> Option<ScheduleVerdict> {
+    fn verdict(&mut self, site_hash: ContentHash) -> Option<ScheduleVerdict> {
         if self.client.is_none() {
             self.client = Client::of(self.bus.as_ref()?).ok();
         }

@@ -2,6 +2,7 @@
 
 use crate::model_files::names_of;
 use daemon::{FileStamp, Revision, SettingInForce, SettingKey, SettingSource, Standing};
+use messages::ContentHash;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
@@ -17,7 +18,7 @@ pub(crate) struct Revisions {
     pub(crate) seen: Option<Vec<Option<FileStamp>>>,
     /// Content hash of the site in force; earlier versions did not keep it.
     #[serde(default)]
-    pub(crate) site_hash: Option<u64>,
+    pub(crate) site_hash: Option<ContentHash>,
     /// Epoch of the map frame in force: another frame has a higher one, also if its file is lost.
     #[serde(default)]
     pub(crate) frame_epoch: u32,
@@ -83,7 +84,11 @@ impl Revisions {
 
     /// The refused and the waiting revision that outlive this site's coming into force: where it is in force already, and its
     /// files were only read again.
-    pub(crate) fn unaffected_by(&self, models: &[PathBuf], site_hash: u64) -> (Option<Refused>, Option<Waiting>) {
+    pub(crate) fn unaffected_by(
+        &self,
+        models: &[PathBuf],
+        site_hash: ContentHash,
+    ) -> (Option<Refused>, Option<Waiting>) {
         if self.models != models || self.site_hash != Some(site_hash) {
             return (None, None);
         }

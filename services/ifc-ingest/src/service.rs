@@ -19,7 +19,7 @@ use daemon::{
     SiteConfig, Standing, WholeFiles, chain, stamps_of,
 };
 use ingest::{MAX_MODEL_BYTES, SiteFrame};
-use messages::{Activity, Checked, SiteOutline};
+use messages::{Activity, Checked, ContentId, SiteOutline};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
@@ -504,7 +504,8 @@ impl Ingest {
     /// The files, with what was read of those that are in force.
     fn model_files(&self, outputs: &SiteOutput) -> Vec<ModelFile> {
         let site = outputs.site().map(Checked::view);
-        let mut sha256 = site.iter().flat_map(|site| site.sources).map(|source| export::hex(&source.sha256));
+        let mut sha256 =
+            site.iter().flat_map(|site| site.sources).map(|source| ContentId::from_sha256(source.sha256).to_string());
         let models = &self.in_force.revisions.models;
         models.iter().map(|path| ModelFile { path: path.clone(), sha256: sha256.next() }).collect()
     }

@@ -3,7 +3,7 @@
 use crate::drawing_settings::DrawingSettings;
 use bus::{Bus, CheckedSample, GridSlot, Origin, PublishError, Publisher, topics};
 use daemon::{Decide, Epochs, Failure, Outputs, Published};
-use messages::{InputHashes, RobotProfile, ScheduleStateHead};
+use messages::{ContentHash, InputHashes, RobotProfile, ScheduleStateHead};
 use raster::Rasterizer;
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -46,19 +46,19 @@ pub(crate) trait Drawn {
 
 /// A rasterizer, and what it was made for.
 pub(crate) struct Prepared {
-    site: u64,
+    site: ContentHash,
     profile: RobotProfile,
     resolution_m: f64,
     rasterizer: Rasterizer,
 }
 
 impl Prepared {
-    pub(crate) fn new(site: u64, settings: &DrawingSettings, rasterizer: Rasterizer) -> Self {
+    pub(crate) fn new(site: ContentHash, settings: &DrawingSettings, rasterizer: Rasterizer) -> Self {
         let (profile, resolution_m) = (settings.robot().profile, settings.resolution_m());
         Self { site, profile, resolution_m, rasterizer }
     }
 
-    fn is_for(&self, site: u64, settings: &DrawingSettings) -> bool {
+    fn is_for(&self, site: ContentHash, settings: &DrawingSettings) -> bool {
         (self.site, self.profile, self.resolution_m) == (site, settings.robot().profile, settings.resolution_m())
     }
 }
@@ -76,7 +76,7 @@ pub struct GridOutputs {
     /// True while the rasterizer is that of a decision that is not settled.
     is_swapped: bool,
     /// Content hash of what was published of each storey; `None` for nothing.
-    published: Vec<Option<u64>>,
+    published: Vec<Option<ContentHash>>,
     /// Epoch of what is to be published of each storey; `None` where nothing changed.
     next_epochs: Vec<Option<u64>>,
     /// True while what is published is not whole.
@@ -113,12 +113,12 @@ impl GridOutputs {
     }
 
     /// True if a rasterizer for this is at hand.
-    pub(crate) fn can_draw(&self, site: u64, settings: &DrawingSettings) -> bool {
+    pub(crate) fn can_draw(&self, site: ContentHash, settings: &DrawingSettings) -> bool {
         [&self.rasterizer, &self.spare].into_iter().flatten().any(|prepared| prepared.is_for(site, settings))
     }
 
     /// Makes the rasterizer for this the one that draws.
-    fn prepare(&mut self, site: u64, settings: &DrawingSettings, prepared: Option<Box<Prepared>>) {
+    fn prepare(&mut self, site: ContentHash, settings: &DrawingSettings, prepared: Option<Box<Prepared>>) {
         if self.rasterizer.as_ref().is_some_and(|prepared| prepared.is_for(site, settings)) {
             return;
         }
@@ -155,7 +155,7 @@ impl GridOutputs {
         let inputs = InputHashes {
             site: site.content_hash(),
             schedule_state: schedule_state.content_hash(),
-            robot: xxhash_rust::xxh3::xxh3_64(bytemuck::bytes_of::<RobotProfile>(&robot.profile)),
+            robot: ContentHash::of(bytemuck::bytes_of::<RobotProfile>(&robot.profile)),
             ..InputHashes::default()
         };
         self.next_epochs.clear();

@@ -8,7 +8,7 @@ use daemon::{
     Asked, Caller, Committed, CurrentActivity, Decide, Decision, Epochs, Failure, HistoryEvent, HistoryKind, Now,
     Occasion, RasterizeAnswer, RasterizeRequest, Save, SiteConfig, Standing,
 };
-use messages::{Activity, ScheduleStateHead};
+use messages::{Activity, ContentHash, ScheduleStateHead};
 use raster::Rasterizer;
 use std::sync::Arc;
 
@@ -40,7 +40,7 @@ pub struct InForce {
 
 /// A site that cannot be drawn, and why.
 struct Undrawable {
-    site: u64,
+    site: ContentHash,
     why: String,
 }
 

@@ -38,7 +38,7 @@ fn schedule_states(site: &Site<'_>) -> Vec<ArchiveBuffer> {
     let schedule_state = |step: usize| {
         let mut schedule_state = ScheduleStateBuilder::everything_built(site.content_hash(), n, n_spaces);
         schedule_state.head.plan_time_s = step as i64;
-        (0..n).for_each(|k| schedule_state.effective[k] = ElementState::ALL[(k * 7 + step) % 5]);
+        (0..n).for_each(|k| schedule_state.effective[k] = ElementState::ALL[(k * 7 + step) % 5].into());
         (0..n_spaces).for_each(|k| schedule_state.spaces[k].state = SpaceState::ALL[(k + step) % 2].into());
         schedule_state.finish()
     };

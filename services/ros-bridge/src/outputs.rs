@@ -3,7 +3,7 @@
 use daemon::{Report, RosConfig, SiteProcess, StatusBoard};
 use export::{ExportInput, nav2_route_file};
 use grid::GridSpecError;
-use messages::{Grid, ScheduleStateHead, SlamFrame, plan_time};
+use messages::{ContentHash, Grid, ScheduleStateHead, SlamFrame, plan_time};
 use ros::Layers;
 use ros::maps::{keepout_info, keepout_mask, localization, planning};
 use ros::markers::{doors, drop_offs, rooms, route, together, waypoints};
@@ -25,7 +25,7 @@ const MAX_CELLS: usize = 8_000_000 - 1024;
 pub(crate) struct GridsKey {
     /// Index of the map storey.
     pub(crate) storey: u32,
-    content_hash: u64,
+    content_hash: ContentHash,
     /// Number of the robot's frame, if they lie in it.
     slam_frame: Option<u64>,
 }

@@ -23,7 +23,7 @@ use daemon::{
     StatusBoard,
 };
 use frames::Point2;
-use messages::{Activity, AlignmentVerdict, PoseRecord, PoseValidity};
+use messages::{Activity, AlignmentVerdict, ContentHash, ContentId, PoseRecord, PoseValidity};
 use ros::markers::each_room;
 use ros::msg::tf2_msgs::TFMessage;
 use ros::transforms::{alignment_pose, pose_in_map, site_map_from_map};
@@ -38,7 +38,7 @@ daemon::inputs! {
 }
 
 /// Content hashes of what was handed to the sender, the storey, and the number of the robot's frame that grids are moved into.
-type Published = (usize, u64, Option<u64>, Option<u64>);
+type Published = (usize, ContentHash, Option<ContentHash>, Option<u64>);
 
 /// Publishes in ROS 2.
 pub(crate) struct BridgeService {
@@ -160,7 +160,7 @@ impl BridgeService {
         let outputs: Outputs = outputs_of(&views, storey, epoch, target)?;
         if let Some(foxglove) = &self.foxglove {
             foxglove.show(&outputs, each_room(&views.site, &views.state, outputs.key.storey));
-            foxglove.show_world(&views.grids[storey], set.index.content_hash());
+            foxglove.show_world(&views.grids[storey], ContentId::of(set.index.bytes().bytes()).short());
         }
         self.sender.send(Job::Maps(Box::new(outputs)));
         self.is_stopped = false;

@@ -2,7 +2,7 @@
 
 use crate::schedule_files::Plans;
 use bus::{CheckedSample, Topic};
-use messages::{ArchiveBuffer, ArchiveError, OtherSite, Site, Tasks, payload};
+use messages::{ArchiveBuffer, ArchiveError, ContentHash, OtherSite, Site, Tasks, payload};
 use schedule::{EvaluateError, Overrides, Rules, Timeline, evaluate};
 use tasks::LinkError;
 
@@ -12,7 +12,7 @@ pub(crate) struct Evaluated {
     pub(crate) update_instants_s: Vec<i64>,
     /// The archive of the tasks of schedule files; `None` without such files.
     pub(crate) tasks: Option<ArchiveBuffer>,
-    pub(crate) site_hash: u64,
+    pub(crate) site_hash: ContentHash,
     pub(crate) frame_epoch: u64,
     pub(crate) n_tasks: usize,
 }

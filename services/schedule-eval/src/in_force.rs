@@ -10,6 +10,7 @@ use daemon::{
     SettingKey, SettingSource,
 };
 use jiff::tz::TimeZone;
+use messages::ContentHash;
 use schedule::{Overrides, Rules};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
@@ -35,7 +36,7 @@ pub struct InForce {
     /// What was found of the last candidate for a site.
     pub(crate) verdict: Option<ScheduleVerdict>,
     /// Hash of the site that was last evaluated with these rules, files and progress, whatever came of it.
-    pub(crate) tried_site: Option<u64>,
+    pub(crate) tried_site: Option<ContentHash>,
     /// Why the schedule is not that of the newest site, rules and progress.
     pub(crate) error: Option<String>,
     /// Plan time of the schedule state that is published; `None` before the first.
@@ -107,7 +108,7 @@ impl InForce {
     ///
     /// # Errors
     /// The newest site has no schedule.
-    pub(crate) fn check_timeline(&self, newest_site: Option<u64>) -> Result<(), Failure> {
+    pub(crate) fn check_timeline(&self, newest_site: Option<ContentHash>) -> Result<(), Failure> {
         let (Some(newest), Some(evaluated)) = (newest_site, &self.evaluated) else { return Ok(()) };
         match &self.error {
             Some(why) if evaluated.site_hash != newest => {

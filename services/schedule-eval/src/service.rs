@@ -15,7 +15,7 @@ use daemon::{
     checked_rate, mend_progress, progress_in_force, saving_observed,
 };
 use frames::PlanTime;
-use messages::{Activity, Checked, DiagnosticCode, InputHashes, ScheduleStateHead};
+use messages::{Activity, Checked, ContentHash, DiagnosticCode, InputHashes, ScheduleStateHead};
 use schedule::{Overrides, Rules, parse_actuals};
 use std::io;
 use std::path::{Path, PathBuf};
@@ -100,7 +100,7 @@ impl ScheduleEval {
         Ok(Committed::new(service, outputs, epochs, &config.state, activity).recording(edits))
     }
 
-    fn site_hash(&self) -> Option<u64> {
+    fn site_hash(&self) -> Option<ContentHash> {
         self.site.as_ref().map(Checked::content_hash)
     }
 

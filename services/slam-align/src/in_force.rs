@@ -13,8 +13,8 @@ use alignment::{
 use daemon::facts::PoseHolds;
 use daemon::{AlignConfig, Caller, HistoryEvent, HistoryKind, PoseHint};
 use messages::{
-    AlignmentVerdict, ArchiveBuffer, Checked, InputHashes, PoseRecord, PoseValidity, ScheduleStateHead, SlamFrame,
-    payload,
+    AlignmentVerdict, ArchiveBuffer, Checked, ContentHash, InputHashes, PoseRecord, PoseValidity, ScheduleStateHead,
+    SlamFrame, payload,
 };
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -33,7 +33,7 @@ pub struct InForce {
     /// Why the newest map cannot be used.
     pub(crate) map_error: Option<String>,
     /// Epoch and content hash of the last map from the bus that was decided on.
-    pub(crate) seen_map: Option<[u64; 2]>,
+    pub(crate) seen_map: Option<(u64, ContentHash)>,
     /// Why the last job of a kind failed.
     pub(crate) job_errors: BTreeMap<TaskKind, String>,
     /// Of the site as planned, by map storey, and their inputs.
@@ -44,9 +44,9 @@ pub struct InForce {
     pub(crate) field: Option<Arc<PoseField>>,
     /// The result of the last search, and the content hash of the map that it searched.
     pub(crate) last_search: Arc<Alignment>,
-    pub(crate) searched_map_hash: u64,
+    pub(crate) searched_map_hash: ContentHash,
     /// Verdict of the last search that was not narrowed, or found a pose; and the content hash of its map.
-    pub(crate) verdict: Option<(AlignmentVerdict, u64)>,
+    pub(crate) verdict: Option<(AlignmentVerdict, ContentHash)>,
     /// What looks at the map have said.
     pub(crate) evidence: Option<Arc<Evidence>>,
     pub(crate) searches: Searches,
@@ -108,7 +108,7 @@ impl InForce {
             reference_inputs: None,
             field: None,
             last_search: Arc::new(Alignment::nothing_yet()),
-            searched_map_hash: 0,
+            searched_map_hash: ContentHash::NONE,
             verdict: None,
             evidence: evidence.map(Arc::new),
             searches,
@@ -136,7 +136,8 @@ impl InForce {
         self.field = None;
         self.references.clear();
         self.reference_inputs = None;
-        (self.last_search, self.searched_map_hash, self.verdict) = (Arc::new(Alignment::nothing_yet()), 0, None);
+        (self.last_search, self.searched_map_hash, self.verdict) =
+            (Arc::new(Alignment::nothing_yet()), ContentHash::NONE, None);
         self.pending.search = self.map.is_some();
     }
 
@@ -175,7 +176,7 @@ impl InForce {
     }
 
     /// Content hash of the newest map.
-    pub(crate) fn map_hash(&self) -> Option<u64> {
+    pub(crate) fn map_hash(&self) -> Option<ContentHash> {
         self.map.as_ref().map(|map| map.content_hash)
     }
 

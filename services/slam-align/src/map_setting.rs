@@ -6,6 +6,7 @@ use crate::stored_map::{MapStore, MapStoreError, StoredMap};
 use daemon::{
     AlignConfig, Configured, Failure, KeptSetting, OlderSetting, Save, Setting, SettingInForce, SettingKey, chain,
 };
+use messages::ContentHash;
 use occupancy::MapFileContent;
 use std::fs;
 use std::path::Path;
@@ -117,7 +118,7 @@ impl MapSetting {
     }
 
     /// Content hashes of the maps whose copies the setting needs.
-    pub(crate) fn needed(&self) -> [Option<u64>; 2] {
+    pub(crate) fn needed(&self) -> [Option<ContentHash>; 2] {
         [self.setting.value(), self.setting.as_kept().in_site_toml()].map(|map| map.as_ref().map(|m| m.content_hash))
     }
 
@@ -206,13 +207,13 @@ mod tests {
     }
 
     /// The hash of another map, once what follows from it is on disk.
-    fn written(setting: &MapSetting, OtherMap { map, saves }: OtherMap) -> Option<u64> {
+    fn written(setting: &MapSetting, OtherMap { map, saves }: OtherMap) -> Option<ContentHash> {
         saves.iter().for_each(|save| save.write().unwrap());
         setting.remove_other_copies();
         map.map(|map| map.content_hash)
     }
 
-    fn hash(setting: &MapSetting) -> Option<u64> {
+    fn hash(setting: &MapSetting) -> Option<ContentHash> {
         setting.map().unwrap().map(|(map, _)| map.content_hash)
     }
 

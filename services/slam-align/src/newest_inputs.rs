@@ -1,6 +1,6 @@
 //! Identities of the newest samples: known also while the worker has them, and after their generation of the bus.
 
-use messages::InputHashes;
+use messages::{ContentHash, InputHashes};
 use site_view::SiteSamples;
 
 /// What a job works on.
@@ -28,7 +28,7 @@ impl JobInputs {
 /// The newest site.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct NewestSite {
-    pub(crate) hash: u64,
+    pub(crate) hash: ContentHash,
     pub(crate) frame_epoch: u64,
     pub(crate) n_storeys: usize,
 }
@@ -38,9 +38,9 @@ pub(crate) struct NewestSite {
 pub(crate) struct NewestInputs {
     pub(crate) site: Option<NewestSite>,
     /// Hash of the site of the schedule state, and of itself.
-    pub(crate) schedule_state: Option<[u64; 2]>,
+    pub(crate) schedule_state: Option<[ContentHash; 2]>,
     /// Hash of the site of the index, and of the robot.
-    pub(crate) index: Option<[u64; 2]>,
+    pub(crate) index: Option<[ContentHash; 2]>,
 }
 
 impl NewestInputs {
@@ -49,7 +49,7 @@ impl NewestInputs {
         let Some(site) = self.site else {
             return Some("there are no maps of the site yet: see groundplan status");
         };
-        let is_of_site = |hashes: Option<[u64; 2]>| hashes.is_some_and(|[of_site, _]| of_site == site.hash);
+        let is_of_site = |hashes: Option<[ContentHash; 2]>| hashes.is_some_and(|[of_site, _]| of_site == site.hash);
         if !is_of_site(self.schedule_state) {
             return Some("the site has no schedule state yet: try again in a moment, or see groundplan status");
         }
@@ -70,14 +70,19 @@ mod tests {
     use super::*;
 
     fn inputs(site: u64, robot: u64, frame_epoch: u64) -> JobInputs {
-        let hashes = InputHashes { site, robot, schedule_state: 5, ..InputHashes::default() };
+        let [site, robot, schedule_state] = [site, robot, 5].map(ContentHash::from_bits);
+        let hashes = InputHashes { site, robot, schedule_state, ..InputHashes::default() };
         JobInputs { hashes, frame_epoch, ..JobInputs::default() }
+    }
+
+    fn hashes(numbers: [u64; 2]) -> Option<[ContentHash; 2]> {
+        Some(numbers.map(ContentHash::from_bits))
     }
 
     #[test]
     fn a_result_is_taken_only_if_site_robot_and_frame_are_still_the_newest() {
-        let site = NewestSite { hash: 1, frame_epoch: 1, n_storeys: 1 };
-        let newest = NewestInputs { site: Some(site), schedule_state: Some([1, 6]), index: Some([1, 2]) };
+        let site = NewestSite { hash: ContentHash::from_bits(1), frame_epoch: 1, n_storeys: 1 };
+        let newest = NewestInputs { site: Some(site), schedule_state: hashes([1, 6]), index: hashes([1, 2]) };
         assert!(newest.why_incomplete().is_none());
         assert!(newest.are_still(&inputs(1, 2, 1)), "of an earlier schedule state");
         assert!(!newest.are_still(&inputs(9, 2, 1)), "of another site");
@@ -87,14 +92,14 @@ mod tests {
 
     #[test]
     fn what_is_missing_is_told() {
-        let site = NewestSite { hash: 1, frame_epoch: 1, n_storeys: 1 };
+        let site = NewestSite { hash: ContentHash::from_bits(1), frame_epoch: 1, n_storeys: 1 };
         let mut newest = NewestInputs::default();
         assert!(newest.why_incomplete().unwrap().contains("no maps of the site"));
         newest.site = Some(site);
-        newest.schedule_state = Some([7, 5]);
+        newest.schedule_state = hashes([7, 5]);
         assert!(newest.why_incomplete().unwrap().contains("no schedule state"));
-        newest.schedule_state = Some([1, 5]);
-        newest.index = Some([7, 2]);
+        newest.schedule_state = hashes([1, 5]);
+        newest.index = hashes([7, 2]);
         assert!(newest.why_incomplete().unwrap().contains("no maps yet"));
     }
 }

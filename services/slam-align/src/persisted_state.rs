@@ -203,7 +203,10 @@ mod tests {
         assert_eq!((map.as_deref(), stored_map), (Some(std::path::Path::new("/robot.yaml")), None));
         let text = r#"{"stored_map":{"file":"/robot.yaml","content_hash":7,"configured":"/other.yaml"}}"#;
         let stored = serde_json::from_str::<PersistedState>(text).unwrap().older_map.stored_map.unwrap();
-        assert_eq!(stored.map, StoredMap { file: "/robot.yaml".into(), content_hash: 7 });
+        assert_eq!(
+            stored.map,
+            StoredMap { file: "/robot.yaml".into(), content_hash: messages::ContentHash::from_bits(7) }
+        );
         assert_eq!(stored.configured.as_deref(), Some(std::path::Path::new("/other.yaml")));
         let element = read.confirmed_element("b").unwrap();
         assert!(element.global_id == "b" && element.confirmed.is_none() && read.confirmed_element("a").is_none());

@@ -2,7 +2,7 @@
 
 use alignment::PreparedMap;
 use frames::Slam;
-use messages::{ArchiveError, SlamMap};
+use messages::{ArchiveError, ContentHash, SlamMap};
 use occupancy::{MapFault, MapFileContent, MapFileError, OccupancyMap};
 use std::path::Path;
 
@@ -10,7 +10,7 @@ use std::path::Path;
 pub struct RobotMap {
     pub(crate) map: OccupancyMap,
     pub(crate) prepared: PreparedMap<Slam>,
-    pub(crate) content_hash: u64,
+    pub(crate) content_hash: ContentHash,
 }
 
 /// A robot's map that cannot be used.
@@ -26,7 +26,7 @@ pub(crate) enum RobotMapError {
 
 impl RobotMap {
     /// Hash of its content.
-    pub fn content_hash(&self) -> u64 {
+    pub fn content_hash(&self) -> ContentHash {
         self.content_hash
     }
 
@@ -49,7 +49,7 @@ impl RobotMap {
         Ok(Self::prepared(map, content_hash))
     }
 
-    fn prepared(map: OccupancyMap, content_hash: u64) -> Self {
+    fn prepared(map: OccupancyMap, content_hash: ContentHash) -> Self {
         Self { prepared: PreparedMap::of_slam(&map), map, content_hash }
     }
 }

@@ -90,9 +90,10 @@ impl Searches {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use messages::ContentHash;
 
     fn done(epoch: u64) -> SearchState {
-        SearchState::Done { alignment: Published { epoch, content_hash: 0 }, is_of_newest_map: true }
+        SearchState::Done { alignment: Published { epoch, content_hash: ContentHash::NONE }, is_of_newest_map: true }
     }
 
     #[test]
@@ -104,10 +105,10 @@ mod tests {
         assert_eq!((searches.state(first), searches.state(second)), (SearchState::Running, SearchState::Running));
         assert_eq!(searches.begin().map(|(number, _)| number), Some(first));
         searches.end(done(0));
-        searches.are_published(Published { epoch: 7, content_hash: 0 });
+        searches.are_published(Published { epoch: 7, content_hash: ContentHash::NONE });
         searches.begin();
         searches.end(SearchState::Failed { why: "why".to_owned() });
-        searches.are_published(Published { epoch: 8, content_hash: 0 });
+        searches.are_published(Published { epoch: 8, content_hash: ContentHash::NONE });
         assert_eq!((searches.state(first), searches.is_waiting()), (done(7), false));
         assert_eq!(searches.state(second), SearchState::Failed { why: "why".to_owned() });
         assert!(matches!(searches.state(second + 1), SearchState::Failed { .. }), "nobody asked for it");

@@ -21,7 +21,7 @@ use daemon::{
     Occasion, SiteConfig, Standing, StateFile, chain,
 };
 use deviations::AppliedObservations;
-use messages::{Activity, Checked};
+use messages::{Activity, Checked, ContentHash};
 use site_view::{SiteSample, SiteSamples};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -63,7 +63,7 @@ pub struct SlamAlign {
 struct NewestMap {
     map: Result<Arc<RobotMap>, String>,
     /// Epoch and content hash of its sample; `None` for the one of a file that was in force at the start.
-    sample: Option<[u64; 2]>,
+    sample: Option<(u64, ContentHash)>,
 }
 
 impl SlamAlign {
@@ -120,7 +120,7 @@ impl SlamAlign {
 
     /// A map from the bus; in a new generation of it the last one comes again.
     fn take_map(&mut self, sample: &CheckedSample<topics::SlamMap>) {
-        let identity = Some([sample.bytes().header().epoch, sample.content_hash()]);
+        let identity = Some((sample.bytes().header().epoch, sample.content_hash()));
         let waiting = self.newest_map.as_ref().and_then(|newest| newest.sample);
         if identity != self.in_force.seen_map && identity != waiting {
             let map = RobotMap::of_archive(&sample.view()).map(Arc::new).map_err(|why| chain(&why));

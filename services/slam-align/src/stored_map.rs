@@ -2,6 +2,7 @@
 
 use crate::robot_map::{RobotMap, RobotMapError};
 use daemon::{KeptFile, Save};
+use messages::ContentHash;
 use occupancy::{MapFileContent, OccupancyMap};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
@@ -20,7 +21,7 @@ pub(crate) struct StoredMap {
     /// The file that it was read from.
     pub(crate) file: PathBuf,
     /// Content hash.
-    pub(crate) content_hash: u64,
+    pub(crate) content_hash: ContentHash,
 }
 
 impl StoredMap {
@@ -51,7 +52,7 @@ impl MapStore {
     }
 
     /// A copy, to be saved.
-    pub(crate) fn saving(&self, content_hash: u64, content: MapFileContent) -> [Save; 2] {
+    pub(crate) fn saving(&self, content_hash: ContentHash, content: MapFileContent) -> [Save; 2] {
         let [image, description] = self.files(content_hash);
         [image.saving_anew(content.image), description.saving_anew(content.description.into_bytes())]
     }
@@ -60,7 +61,7 @@ impl MapStore {
     ///
     /// # Errors
     /// A copy that is missing or damaged.
-    pub(crate) fn read(&self, content_hash: u64) -> Result<(RobotMap, Option<String>), MapStoreError> {
+    pub(crate) fn read(&self, content_hash: ContentHash) -> Result<(RobotMap, Option<String>), MapStoreError> {
         let files = self.files(content_hash);
         let bytes = |file: &KeptFile| {
             let failed = |source| MapStoreError::Read { path: file.path(), source };
@@ -77,7 +78,7 @@ impl MapStore {
     }
 
     /// Removes all copies but these, and what is left of a failed one.
-    pub(crate) fn keep_only(&self, content_hashes: &[u64]) {
+    pub(crate) fn keep_only(&self, content_hashes: &[ContentHash]) {
         let needed: Vec<String> = content_hashes.iter().flat_map(|hash| names(*hash)).collect();
         let entries = fs::read_dir(&self.folder).into_iter().flatten().flatten();
         let entries = entries.filter_map(|entry| entry.file_name().into_string().ok());
@@ -92,13 +93,13 @@ impl MapStore {
     }
 
     /// Image and description.
-    fn files(&self, content_hash: u64) -> [KeptFile; 2] {
+    fn files(&self, content_hash: ContentHash) -> [KeptFile; 2] {
         names(content_hash).map(|name| KeptFile::at(&self.folder, name))
     }
 }
 
-fn names(content_hash: u64) -> [String; 2] {
-    SUFFIXES.map(|suffix| format!("{PREFIX}{content_hash:016x}.{suffix}"))
+fn names(content_hash: ContentHash) -> [String; 2] {
+    SUFFIXES.map(|suffix| format!("{PREFIX}{content_hash}.{suffix}"))
 }
 
 #[cfg(test)]
@@ -115,7 +116,7 @@ mod tests {
         fs::write(&image, b"P5\n3 2\n255\n\x00\xfe\xcd\xfe\xfe\x00").unwrap();
         let store = MapStore::at(&state);
         let (map, content) = RobotMap::read(&yaml).unwrap();
-        for hash in [1, map.content_hash] {
+        for hash in [ContentHash::from_bits(1), map.content_hash] {
             store.saving(hash, content.clone()).iter().for_each(|save| save.write().unwrap());
         }
         fs::write(state.join("alignment.json"), "{}").unwrap();
@@ -132,7 +133,7 @@ mod tests {
         let (mended, finding) = read();
         assert!(mended.map == map.map && finding.unwrap().contains("damaged"));
         assert!(read().1.is_none(), "it is mended");
-        assert!(matches!(store.read(1), Err(MapStoreError::Read { .. })));
+        assert!(matches!(store.read(ContentHash::from_bits(1)), Err(MapStoreError::Read { .. })));
         store.keep_only(&[]);
         assert!(matches!(store.read(map.content_hash), Err(MapStoreError::Read { .. })));
         assert!(state.join("alignment.json").exists(), "only copies are removed");

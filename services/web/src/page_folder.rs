@@ -79,7 +79,7 @@ fn write_files(site: &Maps, writer: &mut Writer) -> Result<(), PageFolderError> 
     for (name, file) in site.layers() {
         for place in site.tiles().tiles_of(&file.storey.extent(), resolution_m) {
             let (storey, layer) = (file.storey.index, file.layer);
-            let address = TileAddress { storey, layer, name: name.clone(), place };
+            let address = TileAddress { storey, layer, name: *name, place };
             if let Some(tile) = site.tile(&address)? {
                 writer.write(&format!("data/tiles/{storey}/{}/{name}/{place}.png", layer.name()), &tile)?;
             }

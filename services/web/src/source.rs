@@ -3,8 +3,8 @@
 use crate::question::Question;
 use crate::tiles::{Extent, Layer, TileGrid, TilePlace};
 use answers::FindError;
+use messages::{ContentId, ShortContentId};
 use serde::Serialize;
-use sha2::{Digest, Sha256};
 use std::fmt;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -22,29 +22,21 @@ pub(crate) fn locked<T>(kept: &Mutex<T>) -> MutexGuard<'_, T> {
     kept.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// A hash that names a picture or a model: the same content has the same name, whatever the date, and another content another
-/// one, so that a browser may keep what it has under this name.
-#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
-pub(crate) struct ContentName(String);
+/// What names a picture or a model: the same content has the same name, whatever the date, and another content another one, so that a
+/// browser may keep what it has under this name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+pub(crate) struct ContentName(ShortContentId);
 
 impl ContentName {
-    /// Characters of a name.
-    const LENGTH: usize = 16;
-
-    /// The beginning of a hash in hexadecimal digits.
-    pub(crate) fn of_hash(hash: &str) -> Option<Self> {
-        let name = hash.get(..Self::LENGTH)?;
-        name.bytes().all(|b| b.is_ascii_digit() || (b'a'..=b'f').contains(&b)).then(|| Self(name.to_owned()))
+    /// The name in an address.
+    pub(crate) fn parse(text: &str) -> Option<Self> {
+        text.parse().ok().map(Self)
     }
 
-    /// Of all that a content is made of, each with its length, and of this version, which makes it.
+    /// Of all that a content is made of, and of this version, which makes it.
     pub(crate) fn of_parts(parts: &[&[u8]]) -> Self {
-        let mut hash = Sha256::new();
-        for part in [env!("CARGO_PKG_VERSION").as_bytes()].iter().chain(parts) {
-            hash.update((part.len() as u64).to_le_bytes());
-            hash.update(part);
-        }
-        Self(hex(&hash.finalize()[..Self::LENGTH / 2]))
+        let version = env!("CARGO_PKG_VERSION").as_bytes();
+        Self(ContentId::of_parts([version].into_iter().chain(parts.iter().copied())).short())
     }
 
     /// Of the tiles of a layer: `cells` is a hash of its cells; their colours, and where the tiles of the site lie, are in it.
@@ -56,16 +48,11 @@ impl ContentName {
         let colours = layer.palette().as_flattened();
         Self::of_parts(&[cells, numbers.as_flattened().as_flattened(), sizes.as_flattened().as_flattened(), colours])
     }
-
-    /// Its text.
-    pub(crate) fn as_str(&self) -> &str {
-        &self.0
-    }
 }
 
 impl fmt::Display for ContentName {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.0)
+        self.0.fmt(f)
     }
 }
 
@@ -78,11 +65,6 @@ pub(crate) struct TilesOfGrid<'a> {
     pub(crate) extent: &'a Extent,
     /// Metres per cell.
     pub(crate) resolution_m: f64,
-}
-
-/// Bytes in hexadecimal digits.
-pub(crate) fn hex(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 /// A tile of a layer of a storey.

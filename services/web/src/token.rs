@@ -1,7 +1,6 @@
 //! The token of viewers from other machines: made and printed once, stored as its sha256.
 
 use crate::server::Access;
-use crate::source::hex;
 use std::fs::{File, OpenOptions};
 use std::io::{self, Read, Write};
 use std::net::SocketAddr;
@@ -58,6 +57,11 @@ pub(crate) fn access_of(listen: SocketAddr, state: &Path, is_encrypted: bool) ->
         }
         Err(error) => Err(failed(error)),
     }
+}
+
+/// Bytes in hexadecimal digits.
+fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 fn new_token() -> io::Result<String> {

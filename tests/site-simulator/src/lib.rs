@@ -13,6 +13,7 @@ use daemon::{
 };
 use ifc_ingest::judge::Judge;
 use ifc_ingest::service::Ingest;
+use messages::ContentHash;
 use rasterize::service::Rasterize;
 use schedule_eval::service::ScheduleEval;
 use slam_align::background_worker::{Outcome, Worker};
@@ -326,7 +327,7 @@ struct Verdicts(Arc<Mutex<Option<ScheduleVerdict>>>);
 impl Judge for Verdicts {
     fn attach(&mut self, _: &Bus) {}
 
-    fn verdict(&mut self, site_hash: u64) -> Option<ScheduleVerdict> {
+    fn verdict(&mut self, site_hash: ContentHash) -> Option<ScheduleVerdict> {
         self.0.lock().unwrap().clone().filter(|verdict| verdict.site_hash == site_hash)
     }
 }

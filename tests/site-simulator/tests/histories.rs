@@ -19,7 +19,7 @@ use daemon::{
     ActualsSource, AlignAnswer, AlignRequest, Confirmations, FileText, IngestRequest, KnownPlaces, Published,
     RasterizeRequest, RevisionEffect, Robot, ScheduleRequest, WaypointRequest,
 };
-use messages::{RobotProfile, ScheduleState};
+use messages::{ContentHash, RobotProfile, ScheduleState};
 use models::{RESOLUTION_M, RULES, START_MS, copy_folder, models, toml};
 use raster::Rasterizer;
 use robot::{N_MAPS, TRUE_POSE, accepted, east_wall, result_of};
@@ -132,7 +132,7 @@ struct Reader {
 struct Newest {
     site: Option<CheckedSample<topics::Site>>,
     state: Option<CheckedSample<topics::ScheduleState>>,
-    grids: BTreeMap<usize, u64>,
+    grids: BTreeMap<usize, ContentHash>,
     robot: Option<RobotProfile>,
     alignment: Option<CheckedSample<topics::Alignment>>,
 }
@@ -166,12 +166,12 @@ struct History {
     clock: SimulatedClock,
     reader: Reader,
     robot: robot::Robot,
-    /// A robot takes part in every fourth history.
+    /// A robot takes part in every eighth history.
     has_robot: bool,
     /// True if slam-align has done something since it was asked what is in force.
     is_align_touched: bool,
     /// Highest epoch of each topic, and the hash of its content.
-    epochs: BTreeMap<TopicName, (u64, u64)>,
+    epochs: BTreeMap<TopicName, (u64, ContentHash)>,
     wanted: Wanted,
     /// What a request asked for whose process died before it answered: either may be in force.
     unanswered: Option<Wanted>,
@@ -554,12 +554,12 @@ impl History {
             let Newest { site: Some(site), state: Some(state), grids, robot: Some(robot), .. } = newest else {
                 return Ok(());
             };
-            let grids: Vec<u64> = grids.values().copied().collect();
+            let grids: Vec<ContentHash> = grids.values().copied().collect();
             return check_set(site, state, robot, &grids);
         }
         let Some(set) = sets.set() else { return Ok(()) };
         set.views().map_err(|why| format!("a set is of two sites: {}", daemon::chain(&why)))?;
-        let grids: Vec<u64> = set.grids.iter().map(|grid| grid.content_hash()).collect();
+        let grids: Vec<ContentHash> = set.grids.iter().map(|grid| grid.content_hash()).collect();
         check_set(set.site, set.state, &set.index.view().head.robot, &grids)
     }
 
@@ -721,9 +721,9 @@ fn check_set(
     site: &CheckedSample<topics::Site>,
     state: &CheckedSample<topics::ScheduleState>,
     robot: &RobotProfile,
-    grids: &[u64],
+    grids: &[ContentHash],
 ) -> Result<(), Violation> {
-    type Drawn = Mutex<HashMap<(u64, u64, u32), Vec<u64>>>;
+    type Drawn = Mutex<HashMap<(ContentHash, ContentHash, u32), Vec<ContentHash>>>;
     static DRAWN: OnceLock<Drawn> = OnceLock::new();
     let key = (
         site.content_hash(),
@@ -737,7 +737,7 @@ fn check_set(
         if state.view().check_site(&site.view()).is_ok() {
             rasterizer.draw(&site.view(), &state.view());
         }
-        let hashes: Vec<u64> = rasterizer.drawn().map(|grid| grid.content_hash).collect();
+        let hashes: Vec<ContentHash> = rasterizer.drawn().map(|grid| grid.content_hash).collect();
         drawn.lock().unwrap().insert(key, hashes.clone());
         hashes
     });

@@ -13,7 +13,7 @@ use crate::names::Daemon;
 use crate::relay_protocol::{CONTROL_SOCKET, VIEW_SOCKET};
 use crate::topics;
 use crate::waiter::{Waiter, Wake};
-use messages::{InputHashes, ScheduleStateBuilder};
+use messages::{ContentHash, InputHashes, ScheduleStateBuilder};
 use std::io::{Read, Write};
 use std::os::unix::net::UnixStream;
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -144,7 +144,9 @@ impl Drop for Attended {
 
 pub(super) fn publish(publisher: &crate::Publisher<topics::ScheduleState>, epoch: u64) {
     let origin = Origin { epoch, frame_epoch: 1, inputs: InputHashes::default() };
-    publisher.publish(&ScheduleStateBuilder::everything_built(epoch, 3 * epoch as usize, 1), origin).unwrap();
+    publisher
+        .publish(&ScheduleStateBuilder::everything_built(ContentHash::from_bits(epoch), 3 * epoch as usize, 1), origin)
+        .unwrap();
 }
 
 #[test]

@@ -5,7 +5,7 @@
 use bus::{
     Bus, Daemon, Domain, GridSlot, InProcessBus, Origin, Publisher, Sample, Stopper, Subscriber, Topic, Waiter, topics,
 };
-use messages::{ArchiveBuffer, InputHashes, ScheduleStateBuilder};
+use messages::{ArchiveBuffer, ContentHash, InputHashes, ScheduleStateBuilder};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::thread::JoinHandle;
@@ -130,11 +130,11 @@ pub(crate) fn sample_of<T: Topic>(waiter: &mut impl Wait, subscriber: &Subscribe
 
 /// An archive of about `2 * n` bytes.
 pub(crate) fn schedule_state(n: usize) -> ArchiveBuffer {
-    ScheduleStateBuilder::everything_built(n as u64, n, 1).finish()
+    ScheduleStateBuilder::everything_built(ContentHash::from_bits(n as u64), n, 1).finish()
 }
 
 pub(crate) fn origin(epoch: u64) -> Origin {
-    Origin { epoch, frame_epoch: 1, inputs: InputHashes { site: 5, ..InputHashes::default() } }
+    Origin { epoch, frame_epoch: 1, inputs: InputHashes { site: ContentHash::from_bits(5), ..InputHashes::default() } }
 }
 
 pub(crate) fn publish(publisher: &Publisher<topics::ScheduleState>, epoch: u64, n: usize) {

@@ -3,7 +3,7 @@
 use crate::request::Published;
 use crate::robot_file::Robot;
 use crate::setting::SettingInForce;
-use messages::{DoorCapability, RobotProfile};
+use messages::{ContentHash, DoorCapability, RobotProfile};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -17,13 +17,13 @@ pub struct RasterizeFacts {
     /// Its plan time, civil seconds since 1970; `None` if everything is built.
     pub plan_time_s: Option<i64>,
     /// Content hash of the site that it shows.
-    pub site_hash: u64,
+    pub site_hash: ContentHash,
     /// Epoch of that site's sample.
     pub site_epoch: u64,
     /// Epoch of the sample of the schedule state that it shows.
     pub state_epoch: u64,
     /// Content hash of the schedule state that it shows.
-    pub state_hash: u64,
+    pub state_hash: ContentHash,
     /// Its storeys.
     pub storeys: usize,
     /// Name of the robot.

@@ -2,6 +2,7 @@
 
 use crate::request::Published;
 use crate::setting::SettingInForce;
+use messages::ContentHash;
 use serde::{Deserialize, Serialize};
 
 /// Rows of progress in force.
@@ -20,7 +21,7 @@ pub struct ScheduleFacts {
     /// The schedule state that is published.
     pub state: Published,
     /// Content hash of the site whose schedule it is of.
-    pub site_hash: u64,
+    pub site_hash: ContentHash,
     /// Plan time of the published schedule state; `None` if it shows everything as built.
     pub state_plan_time_s: Option<i64>,
     /// The plan time that it should be of: that of the clock, or of the last change before it while the clock moves.

@@ -2,6 +2,7 @@
 
 use crate::request::Published;
 use crate::setting::SettingInForce;
+use messages::ContentHash;
 use serde::{Deserialize, Serialize};
 
 /// Facts of waypoint-gen.
@@ -11,7 +12,7 @@ pub struct WaypointFacts {
     /// The mission plan that is published.
     pub mission_plan: Published,
     /// Content hash of the index of grids that it was made from.
-    pub grids_hash: u64,
+    pub grids_hash: ContentHash,
     /// Its waypoints.
     pub waypoints: usize,
     /// Those that are scan poses.

@@ -4,6 +4,7 @@ use crate::facts::ProgressRows;
 use crate::file_text::FileText;
 use crate::request::{Published, Request};
 use bus::Daemon;
+use messages::ContentHash;
 use serde::{Deserialize, Serialize};
 
 /// The slowest rate of a plan time: a second of it in twelve days.
@@ -104,7 +105,7 @@ pub struct ScheduleAnswer {
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ScheduleVerdict {
     /// Content hash of the candidate.
-    pub site_hash: u64,
+    pub site_hash: ContentHash,
     /// Why it has none; `None` if it has one.
     pub refused: Option<String>,
 }

@@ -157,7 +157,7 @@ impl DeviationsDocument {
             lidar_z_m: rounded(head.lidar_z_m),
             map_from_slam: motion(head.map_from_slam),
             pose_deviation: motion(head.pose_deviation),
-            slam_map_hash: format!("{:016x}", head.slam_map_hash),
+            slam_map_hash: head.slam_map_hash.to_string(),
             slam_cell_m: head.slam_cell_m,
             residual_rms_m: rounded(head.residual_rms_m),
             cells_outside: head.n_outside,

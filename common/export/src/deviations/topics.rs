@@ -111,7 +111,7 @@ fn of_absent_part(input: &DeviationExport<'_>, part: &AbsentPartRecord) -> Optio
 
 fn of_obstacle(input: &DeviationExport<'_>, o: &ObstacleRecord, number: u32) -> Topic {
     let [x, y] = o.centroid_m;
-    let map = format!("{:016x}", input.deviations.head.slam_map_hash);
+    let map = input.deviations.head.slam_map_hash.to_string();
     let place = format!("{x:.4} {y:.4}");
     let space = input.site.spaces.get(o.space as usize).map(|s| {
         let names = [input.site.text(s.name), input.site.text(s.long_name)];
@@ -143,6 +143,6 @@ fn uuid(words: &[&str]) -> String {
     let mut bytes: [u8; 16] = std::array::from_fn(|k| digest[k]);
     bytes[6] = bytes[6] & 0x0f | 0x80;
     bytes[8] = bytes[8] & 0x3f | 0x80;
-    let hex = crate::text::hex(&bytes);
+    let hex = format!("{:032x}", u128::from_be_bytes(bytes));
     format!("{}-{}-{}-{}-{}", &hex[..8], &hex[8..12], &hex[12..16], &hex[16..20], &hex[20..])
 }

@@ -1,6 +1,7 @@
 //! Compares a folder with its manifest: files written by groundplan and foreign files, which are never deleted.
 
 use input_files::{open_regular_file, read_regular_file};
+use messages::ContentId;
 use serde::Deserialize;
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
@@ -168,7 +169,7 @@ fn sha256_of(path: &Path) -> io::Result<String> {
     let (mut sum, mut buffer) = (Sha256::new(), vec![0; 1 << 16]);
     loop {
         match file.read(&mut buffer)? {
-            0 => return Ok(crate::text::hex(&sum.finalize())),
+            0 => return Ok(ContentId::from_sha256(sum.finalize().into()).to_string()),
             n => sum.update(&buffer[..n]),
         }
     }

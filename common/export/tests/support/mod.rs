@@ -44,12 +44,12 @@ pub(crate) fn house() -> House {
     let view = Site::open(site.bytes()).unwrap();
     let schedule_state = ScheduleStateBuilder::everything_built(view.content_hash(), 3, 2).finish();
     let head = GridsHead {
-        site_hash: 1,
-        schedule_state_hash: 2,
+        site_hash: ContentHash::from_bits(1),
+        schedule_state_hash: ContentHash::from_bits(2),
         plan_time_s: ScheduleStateHead::NO_TIME,
         robot: RobotProfile::DEFAULT,
     };
-    let slots = &[GridSlotRecord { map_storey: 0, cell_tenths: 5_000, content_hash: 3 }];
+    let slots = &[GridSlotRecord { map_storey: 0, cell_tenths: 5_000, content_hash: ContentHash::from_bits(3) }];
     let passage = DoorPassage::TooNarrow.into();
     // On the storey on which it stands, and on one whose slab it meets.
     let door = DoorPassageRecord {
@@ -238,8 +238,8 @@ fn grid() -> ArchiveBuffer {
 /// A centre, a scan outside of the room, the way through the door, a stair that this robot does not climb.
 fn mission_plan() -> ArchiveBuffer {
     let head = MissionPlanHead {
-        site_hash: 1,
-        schedule_state_hash: 2,
+        site_hash: ContentHash::from_bits(1),
+        schedule_state_hash: ContentHash::from_bits(2),
         plan_time_s: ScheduleStateHead::NO_TIME,
         sensor: ScanSensor::DEFAULT,
         coverage_goal: 0.99,

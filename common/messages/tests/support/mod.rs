@@ -70,6 +70,10 @@ pub(crate) fn site() -> ArchiveBuffer {
     let diagnostic = diagnostic(&mut b.texts);
     b.diagnostics.push(diagnostic);
     b.boundaries.push(BoundaryRecord { space: 0, element: 1 });
+    b.contacts = b.boundaries.clone();
+    b.sources.push(SourceRecord { file: text, ..Zeroable::zeroed() });
+    b.panels.push(DoorPanelRecord { operation: text, ..Zeroable::zeroed() });
+    b.stairs.push(Zeroable::zeroed());
     b.schedule = work_schedule(text);
     b.finish()
 }
@@ -103,6 +107,8 @@ fn work_schedule(text: Text) -> WorkScheduleRecords {
         is_elapsed: 0,
     });
     schedule.work_times.push(WorkTimeRecord { kind: RecurrenceKind::Weekly.into(), ..Zeroable::zeroed() });
+    schedule.periods_s.push([28_800, 57_600]);
+    schedule.work_controls.push(WorkControlRecord { name: text.into(), ..Zeroable::zeroed() });
     schedule
 }
 
@@ -127,7 +133,7 @@ fn diagnostic(texts: &mut TextPool) -> DiagnosticRecord {
 }
 
 pub(crate) fn schedule_state() -> ArchiveBuffer {
-    let mut schedule_state = ScheduleStateBuilder::everything_built(7, 2, 1);
+    let mut schedule_state = ScheduleStateBuilder::everything_built(ContentHash::from_bits(7), 2, 1);
     schedule_state.schedule = vec![ElementScheduleRecord::NOTHING; 2];
     schedule_state.spaces[0].reasons = schedule_state.texts.add_list(["task:x", "private"]);
     let diagnostic = diagnostic(&mut schedule_state.texts);
@@ -143,8 +149,13 @@ pub(crate) fn grid() -> ArchiveBuffer {
 }
 
 pub(crate) fn grids() -> ArchiveBuffer {
-    let head = GridsHead { site_hash: 1, schedule_state_hash: 2, plan_time_s: 3, robot: RobotProfile::DEFAULT };
-    let slots = &[GridSlotRecord { map_storey: 0, cell_tenths: 500, content_hash: 9 }];
+    let head = GridsHead {
+        site_hash: ContentHash::from_bits(1),
+        schedule_state_hash: ContentHash::from_bits(2),
+        plan_time_s: 3,
+        robot: RobotProfile::DEFAULT,
+    };
+    let slots = &[GridSlotRecord { map_storey: 0, cell_tenths: 500, content_hash: ContentHash::from_bits(9) }];
     let doors = &[DoorPassageRecord { width_in_map_m: 0.8, ..Zeroable::zeroed() }];
     let regions = &[RegionRecord { area_m2: 1.0, ..Zeroable::zeroed() }];
     GridsBuilder {
@@ -159,7 +170,12 @@ pub(crate) fn grids() -> ArchiveBuffer {
 }
 
 pub(crate) fn mission_plan() -> ArchiveBuffer {
-    let head = MissionPlanHead { site_hash: 1, schedule_state_hash: 2, plan_time_s: 3, ..Zeroable::zeroed() };
+    let head = MissionPlanHead {
+        site_hash: ContentHash::from_bits(1),
+        schedule_state_hash: ContentHash::from_bits(2),
+        plan_time_s: 3,
+        ..Zeroable::zeroed()
+    };
     let mut b = MissionPlanBuilder::new(head, 1);
     b.spaces[0] = MissionPlanSpaceRecord {
         reason: b.texts.add("blocked"),
@@ -175,6 +191,7 @@ pub(crate) fn mission_plan() -> ArchiveBuffer {
     b.points = vec![[0.0; 3], [1.0, 0.0, 0.5]];
     let diagnostic = diagnostic(&mut b.texts);
     b.diagnostics.push(diagnostic);
+    b.growth.push(Zeroable::zeroed());
     b.edges.push(RouteEdgeRecord { nodes: [0, 1], n_points: 2, ..Zeroable::zeroed() });
     b.finish()
 }
@@ -186,7 +203,7 @@ pub(crate) fn slam_map() -> ArchiveBuffer {
 
 pub(crate) fn alignment() -> ArchiveBuffer {
     let head = AlignmentHead { scale: 1.0, state: PoseState::Tracked.into(), ..Zeroable::zeroed() };
-    let mut builder = AlignmentBuilder::new(head, "two poses fit", &[PoseRecord::NONE; 2]);
+    let mut builder = AlignmentBuilder::new(head, "two poses fit", vec![PoseRecord::NONE; 2]);
     let room_name = builder.texts.add("U.04");
     builder.head.decision = room_name;
     builder.placed = vec![PlacedRecord { room_name, ..Zeroable::zeroed() }; 2];
@@ -215,15 +232,15 @@ pub(crate) fn alignment_evidence() -> ArchiveBuffer {
 
 pub(crate) fn deviations() -> ArchiveBuffer {
     let head = DeviationsHead {
-        site_hash: 1,
-        schedule_state_hash: 2,
+        site_hash: ContentHash::from_bits(1),
+        schedule_state_hash: ContentHash::from_bits(2),
         cell_tenths: 500,
         width: 3,
         height: 2,
         ..Zeroable::zeroed()
     };
     let mut b = DeviationsBuilder::new(head);
-    b.seen = [SlamCell::Unknown, SlamCell::Free, SlamCell::Occupied].repeat(2);
+    b.seen = [SlamCell::Unknown, SlamCell::Free, SlamCell::Occupied].map(Tag::from).repeat(2);
     b.elements.push(ElementDeviationRecord {
         observation: Observation::Displaced.into(),
         verdict: DeviationVerdict::Displaced.into(),
@@ -246,25 +263,24 @@ pub(crate) fn deviations() -> ArchiveBuffer {
 }
 
 /// One whole archive of each kind.
-pub(crate) fn every_archive() -> [ArchiveBuffer; 10] {
-    use ArchiveKind::{
-        Alignment, AlignmentEvidence, Deviations, Grid, Grids, MissionPlan, ScheduleState, Site, SlamMap, Tasks,
-    };
-    let kinds =
-        [Site, ScheduleState, Grid, Grids, MissionPlan, SlamMap, Alignment, Deviations, AlignmentEvidence, Tasks];
-    // A kind that is missing here is an error: it belongs to the list above, too.
-    kinds.map(|kind| match kind {
-        Site => site(),
-        ScheduleState => schedule_state(),
-        Grid => grid(),
-        Grids => grids(),
-        MissionPlan => mission_plan(),
-        SlamMap => slam_map(),
-        Alignment => alignment(),
-        Deviations => deviations(),
-        AlignmentEvidence => alignment_evidence(),
-        Tasks => tasks(),
-    })
+pub(crate) fn every_archive() -> Vec<ArchiveBuffer> {
+    ArchiveKind::ALL.iter().map(|&kind| whole(kind)).collect()
+}
+
+/// A whole archive of a kind that has records in every section.
+pub(crate) fn whole(kind: ArchiveKind) -> ArchiveBuffer {
+    match kind {
+        ArchiveKind::Site => site(),
+        ArchiveKind::ScheduleState => schedule_state(),
+        ArchiveKind::Grid => grid(),
+        ArchiveKind::Grids => grids(),
+        ArchiveKind::MissionPlan => mission_plan(),
+        ArchiveKind::SlamMap => slam_map(),
+        ArchiveKind::Alignment => alignment(),
+        ArchiveKind::Deviations => deviations(),
+        ArchiveKind::AlignmentEvidence => alignment_evidence(),
+        ArchiveKind::Tasks => tasks(),
+    }
 }
 
 /// Makes the preamble fit the content again, so that what lies behind the hash is looked at.
@@ -281,91 +297,92 @@ pub(crate) fn reseal(bytes: &mut [u8]) {
 
 /// Opens bytes as every kind; a view that opens gives all it has.
 pub(crate) fn walk(bytes: &[u8]) -> usize {
-    let mut n = 0;
-    if let Ok(site) = Site::open(bytes) {
-        n += walk_site(&site);
-        if let Ok(schedule_state) = ScheduleState::open(bytes) {
-            n += usize::from(schedule_state.check_site(&site).is_ok());
+    ArchiveKind::ALL.iter().filter_map(|&kind| walk_as(kind, bytes).ok()).sum()
+}
+
+/// Opens bytes as this kind, and reads to the end.
+fn walk_as(kind: ArchiveKind, bytes: &[u8]) -> Result<usize, ArchiveError> {
+    Ok(match kind {
+        ArchiveKind::Site => walk_site(&Site::open(bytes)?),
+        ArchiveKind::ScheduleState => walk_schedule_state(&ScheduleState::open(bytes)?),
+        ArchiveKind::Grid => walk_grid(&Grid::open(bytes)?),
+        ArchiveKind::Grids => walk_grids(&Grids::open(bytes)?),
+        ArchiveKind::MissionPlan => walk_mission_plan(&MissionPlan::open(bytes)?),
+        ArchiveKind::SlamMap => {
+            let map = SlamMap::open(bytes)?;
+            map.occupancy.iter().filter(|&&o| o >= 0).count() + usize::from(map.head.resolution_m > 0.0)
         }
-    }
-    if let Ok(tasks) = Tasks::open(bytes) {
-        n += walk_schedule(&tasks.schedule);
-        let archive = site();
-        let site = Site::open(archive.bytes()).expect("it is whole");
-        n += site.with_tasks(&tasks).map_or(0, |site| walk_site(&site));
-    }
-    if let Ok(schedule_state) = ScheduleState::open(bytes) {
-        n += (0..schedule_state.n_elements())
-            .filter(|&k| schedule_state.effective(k) == schedule_state.planned(k))
-            .count();
-        n += (0..schedule_state.n_elements()).filter(|&k| schedule_state.schedule_of(k).task == NONE).count();
-        n += (0..schedule_state.spaces.len())
-            .map(|k| schedule_state.why(k).count() + usize::from(schedule_state.is_blocked(k)))
-            .sum::<usize>();
-        n += schedule_state.diagnostics.iter().map(|d| schedule_state.text(d.message).len()).sum::<usize>();
-        n += usize::from(schedule_state.head.plan_time().is_some());
-    }
-    if let Ok(grid) = Grid::open(bytes) {
-        let spec = grid.spec();
-        n += (0..grid.class.len()).filter(|&k| spec.index(spec.cell_of(k)) == k).count();
-        n += grid.planning.len() + grid.keepout.len() + grid.localization.len() + grid.floor.len() + grid.space.len();
-        n += usize::from(spec.origin_m()[0].is_finite());
-    }
-    if let Ok(index) = Grids::open(bytes) {
-        n += index.robot_name.len()
-            + index.robot_footprint_m.len()
-            + index.slots.len()
-            + index.doors.len()
-            + index.regions.len();
-        n += index.doors.iter().filter(|d| d.passage.get().is_closed()).count();
-    }
-    if let Ok(mission_plan) = MissionPlan::open(bytes) {
-        n += (0..mission_plan.spaces.len()).map(|k| mission_plan.reason(k).len()).sum::<usize>()
-            + mission_plan.waypoints.len();
-        n += mission_plan.storeys.iter().map(|s| mission_plan.tour_of(s).len()).sum::<usize>();
-        n += mission_plan
-            .edges
-            .iter()
-            .map(|e| {
-                mission_plan.points_of(e).len()
-                    + usize::from(mission_plan.nodes[e.nodes[0] as usize].kind == NodeKind::Door)
-            })
-            .sum::<usize>();
-        n += mission_plan.diagnostics.iter().map(|d| mission_plan.text(d.message).len()).sum::<usize>();
-    }
-    if let Ok(map) = SlamMap::open(bytes) {
-        n += map.occupancy.iter().filter(|&&o| o >= 0).count() + usize::from(map.head.resolution_m > 0.0);
-    }
-    if let Ok(alignment) = Alignment::open(bytes) {
-        n += alignment.reason().len() + alignment.candidates.len() + usize::from(alignment.pose().is_some());
-        n += alignment.decision().map_or(0, str::len) + alignment.undecided().len();
-        for place in alignment.deciding_places {
-            let placed = alignment.placed(place).iter();
-            n += alignment.decided(place).len() + placed.map(|p| alignment.text(p.room_name).len()).sum::<usize>();
+        ArchiveKind::Alignment => walk_alignment(&Alignment::open(bytes)?),
+        ArchiveKind::Deviations => walk_deviations(&Deviations::open(bytes)?),
+        ArchiveKind::AlignmentEvidence => {
+            let evidence = AlignmentEvidence::open(bytes)?;
+            let n_cells = evidence.head.width as usize * evidence.head.height as usize;
+            let n_known = (0..n_cells).filter(|k| evidence.is_known(*k)).count();
+            evidence.poses.len() + usize::from(evidence.accepted().is_some()) + n_known
         }
-        n += alignment.hints.iter().map(|hint| alignment.text(hint.label).len()).sum::<usize>();
-        n += alignment
-            .local_poses
-            .iter()
-            .flat_map(|local| local.outline_m())
-            .map(|(_, loop_m)| loop_m.len())
-            .sum::<usize>();
-        n += [[0.2, 0.2], [1e300, -1e300]].into_iter().filter_map(|at| alignment.pose_at(at)).count();
+        ArchiveKind::Tasks => {
+            let tasks = Tasks::open(bytes)?;
+            let archive = site();
+            let site = Site::open(archive.bytes()).expect("it is whole");
+            walk_schedule(&tasks.schedule()) + site.with_tasks(&tasks).map_or(0, |site| walk_site(&site))
+        }
+    })
+}
+
+fn walk_schedule_state(schedule_state: &ScheduleState<'_>) -> usize {
+    let elements = 0..schedule_state.n_elements();
+    let mut n = elements.clone().filter(|&k| schedule_state.effective(k) == schedule_state.planned(k)).count();
+    n += elements.filter(|&k| schedule_state.schedule_of(k).task == NONE).count();
+    n += (0..schedule_state.spaces.len())
+        .map(|k| schedule_state.why(k).count() + usize::from(schedule_state.is_blocked(k)))
+        .sum::<usize>();
+    n += schedule_state.diagnostics.iter().map(|d| schedule_state.text(d.message).len()).sum::<usize>();
+    n + usize::from(schedule_state.head.plan_time().is_some())
+}
+
+fn walk_grid(grid: &Grid<'_>) -> usize {
+    let spec = grid.spec();
+    let n = (0..grid.class.len()).filter(|&k| spec.index(spec.cell_of(k)) == k).count();
+    let n = n + grid.planning.len() + grid.keepout.len() + grid.localization.len() + grid.floor.len();
+    n + grid.space.len() + usize::from(spec.origin_m()[0].is_finite())
+}
+
+fn walk_grids(index: &Grids<'_>) -> usize {
+    let n = index.robot_name.len() + index.robot_footprint_m.len() + index.slots.len();
+    let n_closed = index.doors.iter().filter(|d| d.passage.get().is_closed()).count();
+    n + index.doors.len() + index.regions.len() + n_closed
+}
+
+fn walk_mission_plan(mission_plan: &MissionPlan<'_>) -> usize {
+    let mut n = mission_plan.waypoints.len();
+    n += (0..mission_plan.spaces.len()).map(|k| mission_plan.reason(k).len()).sum::<usize>();
+    n += mission_plan.storeys.iter().map(|s| mission_plan.tour_of(s).len()).sum::<usize>();
+    let is_door = |node: u32| mission_plan.nodes[node as usize].kind == NodeKind::Door;
+    let edges = mission_plan.edges.iter();
+    n += edges.map(|e| mission_plan.points_of(e).len() + usize::from(is_door(e.nodes[0]))).sum::<usize>();
+    n + mission_plan.diagnostics.iter().map(|d| mission_plan.text(d.message).len()).sum::<usize>()
+}
+
+fn walk_alignment(alignment: &Alignment<'_>) -> usize {
+    let mut n = alignment.reason().len() + alignment.candidates.len() + usize::from(alignment.pose().is_some());
+    n += alignment.decision().map_or(0, str::len) + alignment.undecided().len();
+    for place in alignment.deciding_places {
+        let placed = alignment.placed(place).iter();
+        n += alignment.decided(place).len() + placed.map(|p| alignment.text(p.room_name).len()).sum::<usize>();
     }
-    if let Ok(evidence) = AlignmentEvidence::open(bytes) {
-        n += evidence.poses.len() + usize::from(evidence.accepted().is_some());
-        n +=
-            (0..evidence.head.width as usize * evidence.head.height as usize).filter(|k| evidence.is_known(*k)).count();
-    }
-    if let Ok(deviations) = Deviations::open(bytes) {
-        n += deviations.elements.iter().flat_map(|e| deviations.absent_parts_of(e)).count();
-        let spec = deviations.head.spec();
-        n += deviations.seen.iter().filter(|s| s.get() != SlamCell::Unknown).count() + deviations.residuals.len();
-        n += usize::from(spec.n_cells() == 0 || spec.centre_of(spec.cell_of(spec.n_cells() - 1)).x_m().is_finite());
-        n += deviations.elements.iter().filter(|e| e.n_visible <= e.n_samples).count();
-        n += deviations.obstacles.iter().flat_map(|o| deviations.rings_of(o)).map(<[_]>::len).sum::<usize>();
-    }
-    n
+    n += alignment.hints.iter().map(|hint| alignment.text(hint.label).len()).sum::<usize>();
+    let outline = alignment.local_poses.iter().flat_map(|local| local.outline_m());
+    n += outline.map(|(_, loop_m)| loop_m.len()).sum::<usize>();
+    n + [[0.2, 0.2], [1e300, -1e300]].into_iter().filter_map(|at| alignment.pose_at(at)).count()
+}
+
+fn walk_deviations(deviations: &Deviations<'_>) -> usize {
+    let mut n = deviations.elements.iter().flat_map(|e| deviations.absent_parts_of(e)).count();
+    let spec = deviations.head.spec();
+    n += deviations.seen.iter().filter(|s| s.get() != SlamCell::Unknown).count() + deviations.residuals.len();
+    n += usize::from(spec.n_cells() == 0 || spec.centre_of(spec.cell_of(spec.n_cells() - 1)).x_m().is_finite());
+    n += deviations.elements.iter().filter(|e| e.n_visible <= e.n_samples).count();
+    n + deviations.obstacles.iter().flat_map(|o| deviations.rings_of(o)).map(<[_]>::len).sum::<usize>()
 }
 
 fn walk_site(site: &Site<'_>) -> usize {

@@ -175,6 +175,22 @@ HINT: list[tuple[str, Any]] = [
     ("n_excluded", "<u4"),
     ("reserved", "<u4"),
 ]
+SITE_SECTIONS: dict[str, tuple[int, Any]] = {
+    "vertices": (8, ("<i4", (3,))),
+    "triangles": (9, ("<u4", (3,))),
+    "points": (12, ("<i4", (2,))),
+    "materials": (18, TEXT),
+    "periods_s": (35, ("<u4", (2,))),
+    "listed_texts": (22, TEXT),
+    "strings": (2, "u1"),
+}
+SCHEDULE_STATE_SECTIONS: dict[str, tuple[int, Any]] = {
+    "head": (1, SCHEDULE_STATE_HEAD),
+    "planned": (3, "u1"),
+    "effective": (4, "u1"),
+    "listed_texts": (8, TEXT),
+    "strings": (2, "u1"),
+}
 GRID_SECTIONS: dict[str, tuple[int, Any]] = {
     "head": (1, GRID_HEAD),
     "class": (2, "u1"),
@@ -188,9 +204,15 @@ GRIDS_SECTIONS: dict[str, tuple[int, Any]] = {
     "head": (1, GRIDS_HEAD),
     "slots": (2, GRID_SLOT),
     "robot_name": (3, "u1"),
+    "robot_footprint_m": (6, ("<f8", (2,))),
 }
-SCHEDULE_STATE_SECTIONS: dict[str, tuple[int, Any]] = {
-    "head": (1, SCHEDULE_STATE_HEAD),
+MISSION_PLAN_SECTIONS: dict[str, tuple[int, Any]] = {
+    "tour_points": (6, ("<f8", (2,))),
+    "points": (9, ("<f8", (3,))),
+    "strings": (2, "u1"),
+}
+SLAM_MAP_SECTIONS: dict[str, tuple[int, Any]] = {
+    "occupancy": (2, "i1"),
 }
 ALIGNMENT_SECTIONS: dict[str, tuple[int, Any]] = {
     "head": (1, ALIGNMENT_HEAD),
@@ -199,5 +221,18 @@ ALIGNMENT_SECTIONS: dict[str, tuple[int, Any]] = {
     "placed": (5, PLACED),
     "pose_pairs": (6, POSE_PAIR),
     "hints": (7, HINT),
+    "strings": (2, "u1"),
+    "local_poses_blocks": (10, "<u4"),
+    "local_poses_corners": (12, ("<f8", (2,))),
+}
+DEVIATIONS_SECTIONS: dict[str, tuple[int, Any]] = {
+    "points": (5, ("<i4", (2,))),
+    "seen": (7, "u1"),
+}
+ALIGNMENT_EVIDENCE_SECTIONS: dict[str, tuple[int, Any]] = {
+    "known": (3, "u1"),
+}
+TASKS_SECTIONS: dict[str, tuple[int, Any]] = {
+    "periods_s": (35, ("<u4", (2,))),
     "strings": (2, "u1"),
 }

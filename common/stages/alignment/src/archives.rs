@@ -6,20 +6,20 @@ use crate::exclusion::Exclusion;
 use crate::pose_field::{BLOCK_M, Blocks, LocalPose, PoseExtent, PoseField};
 use frames::PoseCovariance;
 use messages::{
-    AlignmentBuilder, AlignmentHead, AlignmentVerdict, ArchiveBuffer, DecidingPlaceRecord, HintRecord, LocalPoseRecord,
-    LocalPosesHead, LocalPosesParts, NONE, OutlineRingRecord, PlacedRecord, PosePairRecord, PoseRecord, PoseState,
-    PoseValidity, Text, flat,
+    AlignmentBuilder, AlignmentHead, AlignmentVerdict, ArchiveBuffer, ContentHash, DecidingPlaceRecord, HintRecord,
+    LocalPoseRecord, LocalPosesHead, LocalPosesParts, NONE, OutlineRingRecord, PlacedRecord, PosePairRecord,
+    PoseRecord, PoseState, PoseValidity, Text, flat,
 };
 
 /// The inputs of an alignment.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct AlignmentSources {
     /// Content hash of the site; 0 for maps without one.
-    pub site_hash: u64,
+    pub site_hash: ContentHash,
     /// Content hash of the newest SLAM map.
-    pub slam_map_hash: u64,
+    pub slam_map_hash: ContentHash,
     /// Content hash of the SLAM map that was searched; 0 if none was.
-    pub searched_map_hash: u64,
+    pub searched_map_hash: ContentHash,
     /// Plan time of the reference.
     pub plan_time_s: i64,
 }
@@ -161,7 +161,7 @@ impl Alignment {
             first_undecided: 0,
             reserved: 0,
         };
-        let mut builder = AlignmentBuilder::new(head, &self.reason, &candidates);
+        let mut builder = AlignmentBuilder::new(head, &self.reason, candidates);
         builder.head.change = builder.texts.add(self.change.as_deref().unwrap_or_default());
         if let Some(decision) = &self.decision {
             add_decision(&mut builder, decision);
@@ -219,7 +219,7 @@ fn local_poses(field: &PoseField, pose: &PoseRecord, pose_status: &PoseStatus<'_
     LocalPosesParts { head, parts: field.parts.iter().map(part).collect(), blocks: of_block.clone(), rings, corners }
 }
 
-fn add_decision(builder: &mut AlignmentBuilder<'_>, decision: &Decision) {
+fn add_decision(builder: &mut AlignmentBuilder, decision: &Decision) {
     builder.head.decision = builder.texts.add(&decision.to_string());
     let pairs = |pairs: &[[usize; 2]]| -> Vec<PosePairRecord> {
         pairs.iter().map(|pair| PosePairRecord { candidates: pair.map(|k| k as u32) }).collect()

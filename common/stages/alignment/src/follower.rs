@@ -2,7 +2,7 @@
 
 use crate::thresholds::{N_WINS, SAME_M, SAME_RAD};
 use frames::wrapped;
-use messages::{PoseRecord, PoseState};
+use messages::{ContentHash, PoseRecord, PoseState};
 
 /// Maximum change of the published pose without confirmation by an operator.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -20,7 +20,7 @@ pub struct Follower {
     pose: Option<PoseRecord>,
     state: PoseState,
     /// A pose that waits, and the map that it is of.
-    waiting: Option<(PoseRecord, u64)>,
+    waiting: Option<(PoseRecord, ContentHash)>,
     /// A pose elsewhere, and how many searches in a row it has won.
     rival: Option<(PoseRecord, u32)>,
 }
@@ -63,7 +63,7 @@ impl Follower {
     }
 
     /// Takes the result of tracking the newest map, which has this content hash; `None` if it does not support the pose.
-    pub fn tracked(&mut self, found: Option<PoseRecord>, map_hash: u64) {
+    pub fn tracked(&mut self, found: Option<PoseRecord>, map_hash: ContentHash) {
         match found {
             Some(found) => self.place(found, map_hash, PoseState::Tracked),
             None => self.hold(),
@@ -79,7 +79,7 @@ impl Follower {
 
     /// Takes the result of a global search with the map that has this content hash; `None` if no pose is accepted. A
     /// requested search (`is_asked`) makes its pose pending at once. If a newer map has come meanwhile, it is tracked next.
-    pub fn searched(&mut self, found: Option<PoseRecord>, map_hash: u64, is_asked: bool) {
+    pub fn searched(&mut self, found: Option<PoseRecord>, map_hash: ContentHash, is_asked: bool) {
         let Some(found) = found else {
             self.rival = None;
             return;
@@ -102,7 +102,7 @@ impl Follower {
 
     /// Publishes the pending pose, confirmed by an operator. True if it was found in the newest map, which has this content
     /// hash; if not, it is held until that map is tracked.
-    pub fn confirm(&mut self, map_hash: u64) -> bool {
+    pub fn confirm(&mut self, map_hash: ContentHash) -> bool {
         let Some((waiting, of_map)) = self.waiting.take() else { return false };
         let is_of_newest_map = of_map == map_hash;
         let state = if is_of_newest_map { PoseState::Found } else { PoseState::Held };
@@ -113,12 +113,12 @@ impl Follower {
     /// Takes a confirmation back: the pose before it is held until the newest map is tracked, and the confirmed one is pending
     /// again, found in no map that is known.
     pub fn undo_confirm(&mut self, before: PoseRecord) {
-        self.waiting = self.pose.map(|pose| (pose, 0));
+        self.waiting = self.pose.map(|pose| (pose, ContentHash::NONE));
         (self.pose, self.state, self.rival) = (Some(before), PoseState::Held, None);
     }
 
     /// Takes a pose at the published place if it is near enough.
-    fn place(&mut self, found: PoseRecord, map_hash: u64, state: PoseState) {
+    fn place(&mut self, found: PoseRecord, map_hash: ContentHash, state: PoseState) {
         let is_jump = self.pose.is_some_and(|pose| !is_within(&pose, &found, self.max_jump.m, self.max_jump.rad));
         if is_jump {
             (self.waiting, self.state) = (Some((found, map_hash)), PoseState::Held);
@@ -141,7 +141,8 @@ fn is_within(pose: &PoseRecord, newer: &PoseRecord, far_m: f64, far_rad: f64) ->
 mod tests {
     use super::*;
 
-    const MAP: u64 = 1;
+    const MAP: ContentHash = ContentHash::from_bits(1);
+    const OTHER_MAP: ContentHash = ContentHash::from_bits(2);
     const MAX_JUMP: MaxJump = MaxJump { m: 0.1, rad: 0.0175 };
 
     fn at(x_m: f64) -> PoseRecord {
@@ -173,10 +174,10 @@ mod tests {
     fn a_pose_of_an_earlier_map_is_held_when_it_is_confirmed_until_the_newest_bears_it_out() {
         let mut follower = at_zero();
         follower.searched(Some(at(7.0)), MAP, true);
-        follower.tracked(None, MAP + 1);
-        assert!(!follower.confirm(MAP + 1));
+        follower.tracked(None, OTHER_MAP);
+        assert!(!follower.confirm(OTHER_MAP));
         assert_eq!((follower.pose(), follower.state()), (Some(&at(7.0)), PoseState::Held));
-        follower.tracked(Some(at(7.01)), MAP + 1);
+        follower.tracked(Some(at(7.01)), OTHER_MAP);
         assert_eq!((follower.pose(), follower.state()), (Some(&at(7.01)), PoseState::Tracked));
     }
 

@@ -6,8 +6,8 @@ use crate::looks::{Looks, is_same, placed_raster, storey_of};
 use crate::prepared_map::PreparedMap;
 use frames::Slam;
 use messages::{
-    AlignmentEvidence, AlignmentEvidenceBuilder, AlignmentEvidenceHead, AlignmentVerdict, ArchiveBuffer, NONE,
-    PoseHistoryRecord,
+    AlignmentEvidence, AlignmentEvidenceBuilder, AlignmentEvidenceHead, AlignmentVerdict, ArchiveBuffer, ContentHash,
+    NONE, PoseHistoryRecord,
 };
 
 impl Alignment {
@@ -16,8 +16,8 @@ impl Alignment {
     pub fn evidence(
         &self,
         slam: &PreparedMap<Slam>,
-        slam_map_hash: u64,
-        references_hash: u64,
+        slam_map_hash: ContentHash,
+        references_hash: ContentHash,
         storeys: &[u32],
         earlier: Option<&Looks<'_>>,
     ) -> Option<ArchiveBuffer> {
@@ -43,7 +43,7 @@ impl Alignment {
         let head = AlignmentEvidenceHead {
             references_hash,
             slam_map_hash,
-            before_hash: earlier.map_or(0, AlignmentEvidence::content_hash),
+            before_hash: earlier.map_or(ContentHash::NONE, AlignmentEvidence::content_hash),
             n_looks: earlier.map_or(0, |earlier| earlier.head.n_looks) + 1,
             accepted: accepted.map_or(NONE, |index| index as u32),
             ..map.evidence_head(earlier)

@@ -7,7 +7,7 @@ use crate::pose::{Pose, is_same_pose};
 use crate::prepared_map::{PreparedMap, between_cells};
 use crate::thresholds::{MIN_CONTINUED_SHARE, MIN_NEW_SHARE};
 use frames::{Map, Rigid2, Slam};
-use messages::{AlignmentEvidence, NONE, PoseHistoryRecord};
+use messages::{AlignmentEvidence, ContentHash, NONE, PoseHistoryRecord};
 use xxhash_rust::xxh3::Xxh3;
 
 /// Earlier looks at a SLAM map that has grown since.
@@ -23,7 +23,7 @@ impl<'a> Looks<'a> {
     /// known is known. A robot that began another map starts anew.
     ///
     /// `references_hash` is that of [`references_hash`].
-    pub fn of(evidence: AlignmentEvidence<'a>, references_hash: u64, slam: &PreparedMap<Slam>) -> Option<Self> {
+    pub fn of(evidence: AlignmentEvidence<'a>, references_hash: ContentHash, slam: &PreparedMap<Slam>) -> Option<Self> {
         let map = placed_raster(slam);
         let [n_known, n_kept] = map.kept_of(&evidence);
         let is_continued = n_kept as f64 >= MIN_CONTINUED_SHARE * n_known as f64;
@@ -66,7 +66,7 @@ impl<'a> Looks<'a> {
 }
 
 /// What identifies maps of the model: evidence of others says nothing about them. `storeys` are those of the references.
-pub fn references_hash(references: &[impl AsRef<PreparedMap<Map>>], storeys: &[u32]) -> u64 {
+pub fn references_hash(references: &[impl AsRef<PreparedMap<Map>>], storeys: &[u32]) -> ContentHash {
     let mut hash = Xxh3::new();
     for (reference, storey) in references.iter().map(AsRef::as_ref).zip(storeys) {
         let raster = &reference.features.raster;
@@ -75,7 +75,7 @@ pub fn references_hash(references: &[impl AsRef<PreparedMap<Map>>], storeys: &[u
         reference.frame_from_cells().x_y_yaw().iter().for_each(|c| hash.update(&c.to_le_bytes()));
         hash.update(&raster.cells.iter().map(|cell| *cell as u8).collect::<Vec<u8>>());
     }
-    hash.digest()
+    ContentHash::from_bits(hash.digest())
 }
 
 pub(crate) fn placed_raster(slam: &PreparedMap<Slam>) -> PlacedRaster<'_> {

@@ -2,7 +2,7 @@
 
 use crate::prepared_map::PreparedMap;
 use frames::Map;
-use messages::{ArchiveError, Grid, RobotProfile, ScheduleState, Site};
+use messages::{ArchiveError, ContentHash, Grid, RobotProfile, ScheduleState, Site};
 use occupancy::{CELL_M, Cell, OccupancyMap};
 use raster::{RasterizeError, Rasterizer};
 use std::sync::Arc;
@@ -12,10 +12,10 @@ use std::sync::Arc;
 /// They follow the rule of the localization layer, and the planned states alone: what was observed is compared with
 /// them, so that an observation never changes what it is compared with.
 pub struct References {
-    sources: (u64, RobotProfile),
+    sources: (ContentHash, RobotProfile),
     rasterizer: Rasterizer,
     /// By map storey, with the hash of the grid that it was made from.
-    maps: Vec<(u64, Arc<PreparedMap<Map>>)>,
+    maps: Vec<(ContentHash, Arc<PreparedMap<Map>>)>,
 }
 
 /// Why there is nothing to compare with.

@@ -6,7 +6,7 @@ mod support;
 
 use alignment::{Alignment, HeldOut, Looks, PreparedMap, align_maps_within, references_hash};
 use frames::{Map, Rigid2, Slam};
-use messages::{AlignmentEvidence, AlignmentVerdict, ArchiveBuffer, NONE};
+use messages::{AlignmentEvidence, AlignmentVerdict, ArchiveBuffer, ContentHash, NONE};
 use occupancy::{Cell, OccupancyMap};
 use support::{PLACES, Walls, flat, model, scanned, scanned_bent};
 
@@ -44,7 +44,7 @@ fn a_growing_map_adds_what_is_new_and_the_same_map_again_adds_nothing() {
     let (first, evidence) = look(&flat(), &maps[0], None);
     assert!(first.poses.iter().all(|pose| pose.new.is_none()) && first.change.is_none());
     let mut evidence = evidence.unwrap();
-    let mut before_hash = 0;
+    let mut before_hash = ContentHash::NONE;
     for (k, map) in maps.iter().enumerate() {
         let view = AlignmentEvidence::open(evidence.bytes()).unwrap();
         assert_eq!((view.head.n_looks as usize, view.head.before_hash), (k + 1, before_hash));
@@ -72,7 +72,7 @@ fn a_robot_that_begins_another_map_begins_anew() {
     assert!(found.poses.iter().all(|pose| pose.new.is_none()));
     let after = after.unwrap();
     let head = *AlignmentEvidence::open(after.bytes()).unwrap().head;
-    assert_eq!((head.n_looks, head.before_hash), (1, 0));
+    assert_eq!((head.n_looks, head.before_hash), (1, ContentHash::NONE));
     // So does a robot in another building.
     let mut other = flat();
     other.push([8.0, 6.5, 9.0, 6.7]);

@@ -45,11 +45,12 @@ pub(super) fn archive(
     let spec = builder.head.spec();
     for (index, seen) in builder.seen.iter_mut().enumerate() {
         let middle = spec.centre_of(spec.cell_of(index));
-        *seen = match slam.at(middle.coordinates_m()) {
+        let cell = match slam.at(middle.coordinates_m()) {
             Cell::Free => SlamCell::Free,
             Cell::Occupied => SlamCell::Occupied,
             Cell::Unknown => SlamCell::Unknown,
         };
+        *seen = cell.into();
     }
     let elements =
         sections.cuts.iter().zip(found.evidence).map(|(cut, e)| record(input, cut.element, is_observable(cut.kind), e));

@@ -2,7 +2,7 @@
 
 use crate::thresholds::BENT_M;
 use frames::{BentMotion, Map, PoseCovariance, Slam};
-use messages::{RobotProfile, ScheduleState, Site, SlamFrame};
+use messages::{ContentHash, RobotProfile, ScheduleState, Site, SlamFrame};
 use occupancy::OccupancyMap;
 use std::borrow::Cow;
 
@@ -20,7 +20,7 @@ pub struct DeviationInput<'a> {
     /// The SLAM map.
     pub slam: &'a OccupancyMap,
     /// Hash of that map, for the record.
-    pub slam_map_hash: u64,
+    pub slam_map_hash: ContentHash,
     /// Where that map lies in the map of the model, from place to place. Of parts of it of which that is not known well enough nothing
     /// is said.
     pub slam_frame: &'a SlamFrame,

@@ -64,7 +64,7 @@ fn compared(
         robot: &RobotProfile::DEFAULT,
         map_storey: 0,
         slam,
-        slam_map_hash: 7,
+        slam_map_hash: ContentHash::from_bits(7),
         slam_frame: &rigid(&map_from_slam),
         about_m: [0.0; 2],
         covariance: PoseCovariance::from_rows(VARIANCE),

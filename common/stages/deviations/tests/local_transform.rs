@@ -6,7 +6,7 @@ mod support;
 
 use deviations::{DeviationInput, LocalTransform, SlamPlace};
 use frames::{Map, PoseCovariance, Rigid2, Slam};
-use messages::{PoseRecord, RobotProfile, ScheduleState, ScheduleStateBuilder, Site, SlamFrame};
+use messages::{ContentHash, PoseRecord, RobotProfile, ScheduleState, ScheduleStateBuilder, Site, SlamFrame};
 use support::{PLACES, Storey, flat, inside, scanned_bent};
 
 const VARIANCE: [[f64; 3]; 3] = [[1e-4, 0.0, 0.0], [0.0, 1e-4, 0.0], [0.0, 0.0, 1e-6]];
@@ -33,7 +33,7 @@ fn carried(believed: &dyn Fn([f64; 2]) -> [f64; 2], places: &[[f64; 2]]) -> Vec<
         robot: &RobotProfile::DEFAULT,
         map_storey: 0,
         slam: &slam,
-        slam_map_hash: 7,
+        slam_map_hash: ContentHash::from_bits(7),
         slam_frame: &slam_frame,
         about_m: map_from_slam().apply_inverse([6.0, 4.5]),
         covariance: PoseCovariance::from_rows(VARIANCE),

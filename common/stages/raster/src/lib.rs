@@ -71,7 +71,7 @@ use geometry::LazyFootprint;
 use grid::GridSpec;
 use incremental::storey_grid::StoreyGrid;
 use messages::{
-    ArchiveBuffer, DoorPassageRecord, GridSlotRecord, GridsBuilder, GridsHead, RegionRecord, RobotProfile,
+    ArchiveBuffer, ContentHash, DoorPassageRecord, GridSlotRecord, GridsBuilder, GridsHead, RegionRecord, RobotProfile,
     ScheduleState, Site,
 };
 use model::storey_inputs::StoreyInputs;
@@ -120,10 +120,10 @@ pub struct DrawnGrid<'a> {
     /// The `grid` archive.
     pub archive: &'a [u8],
     /// Its content hash.
-    pub content_hash: u64,
+    pub content_hash: ContentHash,
     /// Hash of all inputs from the schedule state: the presence of the storey's dependents, which of its spaces are blocked,
     /// and whether there is a plan time.
-    pub input_hash: u64,
+    pub input_hash: ContentHash,
     grid: &'a StoreyGrid,
 }
 

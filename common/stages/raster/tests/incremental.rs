@@ -87,7 +87,7 @@ fn schedule_state_of(site: &Site<'_>, states: &[u8], before: Option<&ScheduleSta
     for (k, pair) in states.chunks_exact(2).enumerate() {
         let place = usize::from(pair[0]) % (n + site.spaces.len());
         match schedule_state.effective.get_mut(place) {
-            Some(state) => *state = ElementState::ALL[usize::from(pair[1] % 5)],
+            Some(state) => *state = ElementState::ALL[usize::from(pair[1] % 5)].into(),
             None => schedule_state.spaces[place - n].state = SpaceState::ALL[usize::from(pair[1] % 2)].into(),
         }
         schedule_state.head.plan_time_s = if k % 4 == 3 && pair[1] > 200 { ScheduleStateHead::NO_TIME } else { 7 };
@@ -148,7 +148,7 @@ fn work_that_ends_while_there_is_no_floor_leaves_no_margin_behind() {
         let mut schedule_state =
             ScheduleStateBuilder::everything_built(site.content_hash(), site.elements.len(), site.spaces.len());
         schedule_state.head.plan_time_s = 7;
-        (schedule_state.effective[0], schedule_state.effective[SLAB]) = (wall, slab);
+        (schedule_state.effective[0], schedule_state.effective[SLAB]) = (wall.into(), slab.into());
         schedule_state.finish()
     };
     let mut incremental = Rasterizer::new(&site, &RobotProfile::DEFAULT, 0.1).unwrap();

@@ -61,7 +61,7 @@ impl<'a> ScheduleDiagnostics<'a> {
             Named { step_id: e.step_id, global_id: text(e.global_id), name: text(e.name) }
         };
         let first = |e: Entity| {
-            if e.is_of_schedule && self.site.schedule.tasks_hash != 0 { self.site.sources.len() } else { 0 }
+            if e.is_of_schedule && !self.site.schedule.tasks_hash.is_none() { self.site.sources.len() } else { 0 }
         };
         let (source, entity) = (entity.map(|e| e.source + first(e) as u32), entity.map(named));
         self.report.push(Diagnostic { severity, code, entity, source, message });

@@ -4,16 +4,16 @@ use crate::closures::{Closure, ClosureReason};
 use crate::task_effects::Effect;
 use crate::tasks::{Floats, TaskDates};
 use messages::{
-    Diagnostic, DiagnosticRecord, ElementScheduleRecord, ElementState, ScheduleStateBuilder, ScheduleStateHead,
-    SpaceState, SpaceStateRecord, TextList,
+    ContentHash, Diagnostic, DiagnosticRecord, ElementScheduleRecord, ElementState, ScheduleStateBuilder,
+    ScheduleStateHead, SpaceState, SpaceStateRecord, TextList,
 };
 
 /// All changes of elements and spaces over time, evaluated once from site and rules.
 #[derive(Debug)]
 pub struct Timeline {
-    pub(crate) site_hash: u64,
+    pub(crate) site_hash: ContentHash,
     /// 0 for the schedule of the models.
-    pub(crate) tasks_hash: u64,
+    pub(crate) tasks_hash: ContentHash,
     pub(crate) elements: Steps<ElementState>,
     /// Planned states of the elements; `None` if they equal the effective ones.
     pub(crate) planned_states: Option<PlannedStates>,
@@ -282,12 +282,12 @@ impl Timeline {
             ..builder.head
         };
         for (k, effective) in builder.effective.iter_mut().enumerate() {
-            *effective = self.element_over(k, period);
+            *effective = self.element_over(k, period).into();
         }
         match &self.planned_states {
             Some(planned_states) => {
                 for (k, planned) in builder.planned.iter_mut().enumerate() {
-                    *planned = union_of(planned_states.elements.within(k, period));
+                    *planned = union_of(planned_states.elements.within(k, period)).into();
                 }
             }
             None => builder.planned.copy_from_slice(&builder.effective),

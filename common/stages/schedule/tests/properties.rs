@@ -210,7 +210,7 @@ proptest! {
                     let share = |is_so: bool| if is_so { 1.0 } else { 0.0 };
                     for (state, found) in planned.effective.iter().zip(probabilities.elements(period)) {
                         assert_eq!(found.stands, share(*state == ElementState::Built));
-                        assert_eq!(found.there, share(state.is_obstacle()));
+                        assert_eq!(found.there, share(state.get().is_obstacle()));
                         assert_eq!(found.removed, share(*state == ElementState::Removed));
                     }
                     for (space, open) in planned.spaces.iter().zip(probabilities.spaces_open(period)) {

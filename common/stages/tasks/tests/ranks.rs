@@ -59,7 +59,7 @@ fn effects_are_fixed_or_told_by_words_of_the_task() {
         let flags: Vec<u32> = site.schedule.task_links.iter().map(|link| link.flags).collect();
         use link_flags::{BUILDS, REMOVES, USES, WORKS_IN};
         assert_eq!(flags, [BUILDS, REMOVES, WORKS_IN, USES, WORKS_IN, WORKS_IN]);
-        assert!(tasks.schedule.link_rules.iter().all(|rule| tasks.schedule.text(*rule) == "all"));
+        assert!(tasks.schedule().link_rules.iter().all(|rule| tasks.schedule().text(*rule) == "all"));
     });
     for effect in Effect::ALL {
         let fixed = rules(&format!("[[link]]\nelements = {{ name = \"a\" }}\neffect = \"{}\"", effect.name()));
@@ -105,7 +105,7 @@ fn equal_codes_of_several_files_are_tasks_of_their_own() {
         assert_eq!(ids, ["A10", "A10#A10", "A20"]);
         assert_eq!(site.schedule.tasks.iter().map(|task| task.source).collect::<Vec<_>>(), [0, 1, 1]);
         let linked: Vec<(u32, LinkKind)> =
-            tasks.schedule.task_links.iter().map(|link| (link.task, link.kind.get())).collect();
+            tasks.schedule().task_links.iter().map(|link| (link.task, link.kind.get())).collect();
         assert_eq!(linked, [(0, LinkKind::Element), (1, LinkKind::Element)]);
     });
 }

@@ -17,7 +17,9 @@ use crate::spaces::{Refusal, refused};
 use crate::steps::steps;
 use crate::storey_planner::{PlannedStorey, StoreySurvey, instance_of, plan_storey, survey_storey};
 use crate::tour_stops::StoreyRequest;
-use messages::{ArchiveBuffer, DoorPassageRecord, MapGrids, NoWaypoint, RobotProfile, StoreyEntry, space_flags};
+use messages::{
+    ArchiveBuffer, ContentHash, DoorPassageRecord, MapGrids, NoWaypoint, RobotProfile, StoreyEntry, space_flags,
+};
 use rayon::prelude::*;
 use xxhash_rust::xxh3::Xxh3;
 
@@ -30,8 +32,8 @@ const MAX_CELLS_AT_ONCE: usize = 20_000_000;
 #[derive(Default)]
 pub struct MissionPlanner {
     /// Each with the hash of its inputs.
-    free_spaces: Vec<(u64, FreeSpace)>,
-    storeys: Vec<(u64, PlannedStorey)>,
+    free_spaces: Vec<(ContentHash, FreeSpace)>,
+    storeys: Vec<(ContentHash, PlannedStorey)>,
 }
 
 /// The set-cover instance of a storey, for comparing solvers.
@@ -87,8 +89,8 @@ impl MissionPlanner {
         let jobs: Vec<StoreyJob<'_>> =
             (0..grids.count()).map(|at| StoreyJob::new(input, at, &refusals, &ways, changed.as_deref())).collect();
         let kept = &mut self.storeys;
-        kept.resize_with(jobs.len(), || (0, PlannedStorey::default()));
-        let old: Vec<(u64, PlannedStorey)> = std::mem::take(kept);
+        kept.resize_with(jobs.len(), || (ContentHash::NONE, PlannedStorey::default()));
+        let old: Vec<(ContentHash, PlannedStorey)> = std::mem::take(kept);
         *kept = if options.scans && options.has_budget() {
             planned_within_budget(input, &jobs, &free_spaces, old)
         } else {
@@ -103,10 +105,11 @@ impl MissionPlanner {
 
     fn update_free_spaces(&mut self, grids: &dyn MapGrids, robot: &RobotProfile) {
         let old = std::mem::take(&mut self.free_spaces);
-        let mut old: Vec<Option<(u64, FreeSpace)>> = old.into_iter().map(Some).collect();
+        let mut old: Vec<Option<(ContentHash, FreeSpace)>> = old.into_iter().map(Some).collect();
         old.resize_with(grids.count(), || None);
-        let free_space = |(at, old): (usize, Option<(u64, FreeSpace)>)| {
-            let input_hash = grids.content_hash(at) ^ robot.radius_m.to_bits().rotate_left(17);
+        let free_space = |(at, old): (usize, Option<(ContentHash, FreeSpace)>)| {
+            let inputs = grids.content_hash(at).to_bits() ^ robot.radius_m.to_bits().rotate_left(17);
+            let input_hash = ContentHash::from_bits(inputs);
             let made = || grids.with(at, |grid| FreeSpace::of(grid, robot.radius_m));
             old.filter(|o| o.0 == input_hash).unwrap_or_else(|| (input_hash, made()))
         };
@@ -165,11 +168,11 @@ fn planned_within_budget(
     input: &MissionPlanInput<'_>,
     jobs: &[StoreyJob<'_>],
     free_spaces: &[&FreeSpace],
-    old: Vec<(u64, PlannedStorey)>,
-) -> Vec<(u64, PlannedStorey)> {
+    old: Vec<(ContentHash, PlannedStorey)>,
+) -> Vec<(ContentHash, PlannedStorey)> {
     let mut hash = Xxh3::new();
     jobs.iter().for_each(|job| hash.update(&job.input_hash(input).to_le_bytes()));
-    let now = hash.digest();
+    let now = ContentHash::from_bits(hash.digest());
     if old.iter().all(|(input_hash, _)| *input_hash == now) {
         return old;
     }
@@ -197,7 +200,7 @@ struct StoreyJob<'a> {
     at: usize,
     map_storey: u32,
     /// Hash of its grid.
-    grid_hash: u64,
+    grid_hash: ContentHash,
     spaces: Vec<usize>,
     others: Vec<usize>,
     may_scan: Vec<bool>,
@@ -252,7 +255,7 @@ impl<'a> StoreyJob<'a> {
     }
 
     /// Hash of all inputs of the storey's plan.
-    fn input_hash(&self, input: &MissionPlanInput<'_>) -> u64 {
+    fn input_hash(&self, input: &MissionPlanInput<'_>) -> ContentHash {
         let mut hash = Xxh3::new();
         let numbers = |list: &mut dyn Iterator<Item = u64>, hash: &mut Xxh3| {
             let mut n = 0u64;
@@ -262,7 +265,7 @@ impl<'a> StoreyJob<'a> {
             }
             hash.update(&n.to_le_bytes());
         };
-        numbers(&mut [input.site.content_hash(), self.grid_hash].into_iter(), &mut hash);
+        numbers(&mut [input.site.content_hash(), self.grid_hash].map(ContentHash::to_bits).into_iter(), &mut hash);
         hash.update(bytemuck::bytes_of(&input.index.head.robot));
         hash.update(format!("{:?}", input.options).as_bytes());
         hash.update(bytemuck::cast_slice(&self.passages));
@@ -288,7 +291,7 @@ impl<'a> StoreyJob<'a> {
             let states = (0..input.site.elements.len()).map(|element| input.schedule_state.effective(element) as u64);
             numbers(&mut states.into_iter(), &mut hash);
         }
-        hash.digest()
+        ContentHash::from_bits(hash.digest())
     }
 
     /// The plan with the hash of its inputs: the old one if that is the same.
@@ -296,8 +299,8 @@ impl<'a> StoreyJob<'a> {
         &self,
         input: &MissionPlanInput<'_>,
         free_space: &FreeSpace,
-        old: (u64, PlannedStorey),
-    ) -> (u64, PlannedStorey) {
+        old: (ContentHash, PlannedStorey),
+    ) -> (ContentHash, PlannedStorey) {
         let now = self.input_hash(input);
         if old.0 == now {
             return old;

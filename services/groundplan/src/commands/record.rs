@@ -12,6 +12,7 @@ use daemon::{Report, SiteConfig, StatusBoard, StopSignal};
 use diagnostics::counted;
 use export::ExportInput;
 use jiff::Timestamp;
+use messages::ContentHash;
 use ros::msg::builtin_interfaces::Time;
 use site_view::{SiteSetReader, SiteViews};
 use std::path::PathBuf;
@@ -116,7 +117,7 @@ struct Recorder<'a> {
     /// Begun with the first set.
     film: Option<Film>,
     /// Content hashes of index and mission plan of the last set.
-    last: Option<(u64, u64)>,
+    last: Option<(ContentHash, ContentHash)>,
     n_sets: usize,
 }
 

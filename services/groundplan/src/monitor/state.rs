@@ -159,7 +159,7 @@ impl State {
             index: slot.index(),
             name: self.names.get(grid.head.map_storey as usize).and_then(|name| text_or_null(name)),
             epoch,
-            content_hash: format!("{:016x}", grid.content_hash()),
+            content_hash: grid.content_hash().to_string(),
             size_cells: [grid.head.width, grid.head.height],
             changed_cells: before.filter(|b| b.head.spec() == grid.head.spec()).map(|before| changed(before, grid)),
             free_m2: grid.planning.iter().filter(|&&p| p == 0).count() as f64 * cell_m2,
@@ -273,7 +273,7 @@ fn changed(before: &Grid<'_>, now: &Grid<'_>) -> usize {
 mod tests {
     use super::*;
     use messages::{
-        ArchiveBuffer, GridHead, GridSlotRecord, GridWriter, GridsBuilder, GridsHead, ScheduleStateBuilder,
+        ArchiveBuffer, ContentHash, GridHead, GridSlotRecord, GridWriter, GridsBuilder, GridsHead, ScheduleStateBuilder,
     };
     use messages::{ArchiveKind, RobotProfile};
 
@@ -315,7 +315,7 @@ mod tests {
         let now = Stamp::now();
         assert_eq!(state.snapshot_at(now, 0).verdict, "no_map");
         state.on_storey_names(vec!["Ground".to_owned()]);
-        let schedule_state = ScheduleStateBuilder::everything_built(1, 0, 0).finish();
+        let schedule_state = ScheduleStateBuilder::everything_built(ContentHash::from_bits(1), 0, 0).finish();
         let schedule_state = ScheduleState::open(schedule_state.bytes()).unwrap();
         state.on_schedule_state(now, &schedule_state);
         let grids = [grid(-1), grid(100)];
@@ -324,7 +324,7 @@ mod tests {
         state.on_grid(now, slot, 1, &before, None);
         state.on_grid(now, slot, 2, &after, Some(&before));
         let head = GridsHead {
-            site_hash: 1,
+            site_hash: ContentHash::from_bits(1),
             schedule_state_hash: schedule_state.content_hash(),
             plan_time_s: 0,
             robot: RobotProfile::DEFAULT,

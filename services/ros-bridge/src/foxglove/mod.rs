@@ -19,7 +19,7 @@ use daemon::{Failure, FoxgloveConfig, RosConfig, SiteConfig, chain};
 use foxglove::Context;
 use frames::metres;
 use listening::{Listening, ServeError};
-use messages::Grid;
+use messages::{Grid, ShortContentId};
 use ros::markers::Room;
 use ros::msg::diagnostic_msgs::DiagnosticArray;
 use ros::msg::geometry_msgs::PoseWithCovarianceStamped;
@@ -100,8 +100,8 @@ impl FoxgloveServer {
         channels.changed.send(&outputs.changed);
     }
 
-    /// Sends where the model of the building is and how it lies, by the grid of the storey and the hash of its set.
-    pub(crate) fn show_world(&self, grid: &Grid<'_>, set: u64) {
+    /// Sends where the model of the building is and how it lies, by the grid of the storey and the identifier of the index of its set.
+    pub(crate) fn show_world(&self, grid: &Grid<'_>, set: ShortContentId) {
         let header = Header { stamp: stamp(), frame_id: self.ros.frame.clone() };
         self.channels.world.send(&world_model::update(set, metres(grid.head.floor_z_tenths), &header));
     }

@@ -5,6 +5,7 @@ use bus::{Bus, Daemon};
 use daemon::{Failure, SiteConfig, read_parsed};
 use export::ExportInput;
 use foxglove::messages::{ModelPrimitive, Pose, Quaternion, SceneEntity, SceneUpdate, Vector3};
+use messages::{ContentId, ShortContentId};
 use ros::msg::std_msgs::Header;
 use site_view::{SiteSet, SiteSetReader, SiteViews};
 use std::collections::VecDeque;
@@ -33,8 +34,8 @@ pub(super) struct WorldModel {
 }
 
 struct Model {
-    /// The set that it is made of.
-    made_of: u64,
+    /// The index of the set that it is made of.
+    made_of: ShortContentId,
     bytes: Arc<[u8]>,
 }
 
@@ -50,7 +51,7 @@ impl WorldModel {
     /// A URL that is not that of the set which is published now; too many who ask.
     pub(super) fn fetch(&self, url: &str) -> Result<Arc<[u8]>, Failure> {
         let named = url.strip_prefix(BEGIN).and_then(|rest| rest.strip_suffix(END));
-        let wanted = named.and_then(|hash| u64::from_str_radix(hash, 16).ok());
+        let wanted = named.and_then(|id| id.parse().ok());
         let wanted = wanted.ok_or_else(|| format!("there is no {url}"))?;
         let (bus, mut waiter) = Bus::join(&self.config.domain()?, Daemon::Groundplan)?;
         let (mut reader, begun) = (SiteSetReader::of(&bus)?, Instant::now());
@@ -66,8 +67,8 @@ impl WorldModel {
         }
     }
 
-    fn hand_out(&self, wanted: u64, set: &SiteSet<'_>) -> Result<Arc<[u8]>, Failure> {
-        if wanted != set.index.content_hash() {
+    fn hand_out(&self, wanted: ShortContentId, set: &SiteSet<'_>) -> Result<Arc<[u8]>, Failure> {
+        if wanted != ContentId::of(set.index.bytes().bytes()).short() {
             return Err("the building is another by now: its model has another URL".into());
         }
         let mut newest = self.newest.lock().unwrap_or_else(PoisonError::into_inner);
@@ -113,7 +114,7 @@ fn account(handed_out: &mut VecDeque<(Instant, usize)>, now: Instant, n_bytes: u
 }
 
 /// The model of a set, lowered so that the floor of the storey lies in the plane of its maps.
-pub(super) fn update(set: u64, floor_z_m: f64, header: &Header) -> SceneUpdate {
+pub(super) fn update(set: ShortContentId, floor_z_m: f64, header: &Header) -> SceneUpdate {
     let pose = Pose {
         position: Some(Vector3 { x: 0.0, y: 0.0, z: -floor_z_m }),
         orientation: Some(Quaternion { x: 0.0, y: 0.0, z: 0.0, w: 1.0 }),
@@ -121,7 +122,7 @@ pub(super) fn update(set: u64, floor_z_m: f64, header: &Header) -> SceneUpdate {
     let model = ModelPrimitive {
         pose: Some(pose),
         scale: Some(Vector3 { x: 1.0, y: 1.0, z: 1.0 }),
-        url: format!("{BEGIN}{set:016x}{END}"),
+        url: format!("{BEGIN}{set}{END}"),
         media_type: "model/gltf-binary".to_owned(),
         ..ModelPrimitive::default()
     };
@@ -142,11 +143,12 @@ mod tests {
 
     #[test]
     fn the_model_lies_with_its_floor_in_the_plane_and_its_url_tells_the_set() {
-        let update = update(0xabc, 3.5, &Header { frame_id: "site_map".to_owned(), ..Header::default() });
+        let set = "00000000000000000000000000000abc".parse().unwrap();
+        let update = update(set, 3.5, &Header { frame_id: "site_map".to_owned(), ..Header::default() });
         let entity = &update.entities[0];
         assert_eq!((entity.id.as_str(), entity.frame_id.as_str()), ("world", "site_map"));
         let model = &entity.models[0];
-        assert_eq!(model.url, "package://groundplan/0000000000000abc/site.glb");
+        assert_eq!(model.url, "package://groundplan/00000000000000000000000000000abc/site.glb");
         assert_eq!(model.pose.as_ref().unwrap().position, Some(Vector3 { x: 0.0, y: 0.0, z: -3.5 }));
     }
 

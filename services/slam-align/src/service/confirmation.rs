@@ -27,7 +27,7 @@ impl SlamAlign {
         };
         let (confirmed, frame_epoch) = (confirmed(by, now.machine)?, next.frame_epoch());
         next.persisted_mut().confirm_pose(&waiting, &before, frame_epoch, confirmed);
-        match (next.follower.confirm(next.map_hash().unwrap_or(0)), next.map.clone()) {
+        match (next.follower.confirm(next.map_hash().unwrap_or_default()), next.map.clone()) {
             (true, Some(map)) => next.find_field(&map),
             // It is of an earlier map: the newest says what it is worth.
             _ => next.follow(),

@@ -11,7 +11,7 @@ use crate::robot_map::RobotMap;
 use crate::stored_evidence;
 use alignment::{Alignment, UnknownPlace};
 use daemon::{ComparisonState, Decision, Failure, NewSample, Now, Published, SearchState, chain};
-use messages::{AlignmentVerdict, Checked, InputHashes, PoseValidity, payload};
+use messages::{AlignmentVerdict, Checked, ContentHash, InputHashes, PoseValidity, payload};
 use std::sync::Arc;
 use tracing::{info, warn};
 
@@ -103,7 +103,7 @@ impl SlamAlign {
         decision: &mut Decision<Self>,
         deviations: &Arc<Checked<payload::Deviations>>,
         inputs: &JobInputs,
-        slam_map: u64,
+        slam_map: ContentHash,
         now: &Now<'_, Self>,
     ) {
         let (next, view) = (&mut decision.next, deviations.view());

@@ -3,10 +3,10 @@
 //! Paths lead through folders and to regular files alone, never through a symbolic link: what a link leads to is not what was
 //! written here, and may lie anywhere. The folder itself may be named by a link.
 
-use crate::source::{SourceError, hex};
+use crate::source::SourceError;
+use messages::ContentId;
 use rustix::fs::{CWD, Mode, OFlags, openat};
 use rustix::io::Errno;
-use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
 use std::fs::{File, Metadata};
 use std::io::{self, Read};
@@ -97,7 +97,7 @@ impl CheckedFolder {
         let altered = |what: &str| SourceError::Altered { path: self.path.join(path), what: what.to_owned() };
         let listed = self.sum(path).ok_or_else(|| altered("is not listed in manifest.json"))?;
         let (bytes, stamp) = self.read_unlisted(path)?;
-        if hex(&Sha256::digest(&bytes)) == listed {
+        if ContentId::of(&bytes).to_string() == listed {
             Ok((bytes, stamp))
         } else {
             Err(altered("is not the file that manifest.json lists"))

@@ -2,12 +2,12 @@
 
 use super::checked_folder::{CheckedFolder, FileStamp};
 use crate::documents::{DateHead, DateStop, Published, SiteHead, Storey, StoreyAtDate};
-use crate::source::{ContentName, SourceError, TilesOfGrid, hex};
+use crate::source::{ContentName, SourceError, TilesOfGrid};
 use crate::tiles::{Layer, TileGrid};
+use messages::ContentId;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
-use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -109,7 +109,7 @@ impl MapsFolder {
             return Err(no_maps());
         }
         // The manifest has the sums of those of the dates.
-        let name = hex(&Sha256::digest(&bytes)[..4]);
+        let name = ContentId::of(&bytes).short().to_string();
         Ok(Self { files, dates, name, stamps })
     }
 

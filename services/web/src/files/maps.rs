@@ -91,7 +91,7 @@ impl Maps {
         let (bytes, _) = self.folder.files.read(&file.path)?;
         let path = self.folder.files.path().join(&file.path);
         let image = Arc::new(MapImage::of(&path, &bytes, file.storey.size_cells)?);
-        locked(&self.images).insert(name.clone(), Arc::clone(&image), image.n_pixels());
+        locked(&self.images).insert(*name, Arc::clone(&image), image.n_pixels());
         Ok(image)
     }
 }

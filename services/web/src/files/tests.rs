@@ -1,8 +1,7 @@
 use super::*;
-use crate::source::hex;
 use crate::tiles::{Layer, TilePlace};
+use messages::ContentId;
 use serde_json::{Value, json};
-use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
 use std::fs;
 
@@ -20,7 +19,7 @@ fn dated_maps_with(folder: &Path, of_dates: &[(u8, &str)]) {
             let path = format!("{directory}/{name}");
             fs::create_dir_all(folder.join(&path).parent().unwrap()).unwrap();
             fs::write(folder.join(&path), bytes).unwrap();
-            sums.insert(path, hex(&Sha256::digest(bytes)));
+            sums.insert(path, ContentId::of(bytes).to_string());
         };
         let at = format!("2024-04-0{}T08:00:00", date + 1);
         write("storeys/00-floor/planning.pgm", &[&b"P5\n3 2\n255\n"[..], &[205, *pixel, 254, 254, 254, 254]].concat());
@@ -65,7 +64,7 @@ fn dates(source: &SiteOfFiles) -> Vec<Value> {
 }
 
 fn planning(date: &Value) -> TileAddress {
-    let name = ContentName::of_hash(date["storeys"][0]["layers"]["planning"].as_str().unwrap()).unwrap();
+    let name = ContentName::parse(date["storeys"][0]["layers"]["planning"].as_str().unwrap()).unwrap();
     TileAddress { storey: 0, layer: Layer::Planning, name, place: TilePlace { level: 0, column: 0, row: 0 } }
 }
 
@@ -150,7 +149,7 @@ fn maps_of_another_date_are_not_shown() {
     // Also where the sums say that it belongs there.
     let path = folder.path().join("manifest.json");
     let mut list: Value = serde_json::from_slice(&fs::read(&path).unwrap()).unwrap();
-    list["files"]["d0/manifest.json"] = json!(hex(&Sha256::digest(&manifest)));
+    list["files"]["d0/manifest.json"] = json!(ContentId::of(&manifest).to_string());
     fs::write(&path, list.to_string()).unwrap();
     let refused = SiteOfFiles::open(folder.path()).map(drop).unwrap_err().to_string();
     assert!(refused.contains("is of 2024-04-02T08:00:00, and is listed as of 2024-04-01T08:00:00"), "{refused}");
@@ -194,11 +193,11 @@ fn what_is_not_listed_is_not_served() {
     for key in ["2", "-1", "../d0", "", "d0", &key.replacen('1', "2", 1), &format!("{key}/")] {
         assert!(!matches!(source.date(key), Ok(Some(_))), "{key}");
     }
-    let name = ContentName::of_hash("0123456789abcdef").unwrap();
+    let name = ContentName::parse("0123456789abcdef0123456789abcdef").unwrap();
     let place = TilePlace { level: 0, column: 0, row: 0 };
     assert!(source.tile(&TileAddress { storey: 0, layer: Layer::Planning, name, place }).unwrap().is_none());
-    for hash in ["../../etc/passwd", "0123", "0123456789ABCDEF"] {
-        assert_eq!(ContentName::of_hash(hash), None);
+    for hash in ["../../etc/passwd", "0123", "0123456789abcdef", "0123456789ABCDEF0123456789ABCDEF"] {
+        assert_eq!(ContentName::parse(hash), None);
     }
 }
 
@@ -208,7 +207,7 @@ fn a_manifest_cannot_lead_out_of_its_folder() {
     dated_maps(home.path());
     let folder = home.path().join("inner");
     fs::create_dir(&folder).unwrap();
-    let sum = hex(&Sha256::digest(fs::read(home.path().join("d0/manifest.json")).unwrap()));
+    let sum = ContentId::of(&fs::read(home.path().join("d0/manifest.json")).unwrap()).to_string();
     for directory in ["../d0", home.path().join("d0").to_str().unwrap()] {
         let date = json!({"directory": directory, "plan_time": "2024-04-01T08:00:00", "valid_until": null});
         let manifest = json!({"dates": [date], "files": {format!("{directory}/manifest.json"): sum}});

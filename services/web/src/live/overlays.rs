@@ -66,9 +66,9 @@ impl Overlays {
             shared.tell("slam", &Value::Null);
             return;
         };
-        let name = name_of(map.content_hash());
+        let name = name_of(map.bytes().bytes());
         if !shared.has_slam_picture(&name) {
-            shared.set_slam_picture(Some((name.clone(), picture(&map.view()).into())));
+            shared.set_slam_picture(Some((name, picture(&map.view()).into())));
         }
         shared.tell("slam", &place(name.to_string(), &map.view(), &pose));
     }

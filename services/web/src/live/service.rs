@@ -11,7 +11,7 @@ use answers::optional_date_text;
 use bus::{Bus, CheckedSample, GridSlot, RawSubscriber, TopicName};
 use daemon::facts::WebFacts;
 use daemon::{Asked, CurrentActivity, Done, Event, Failure, Service, SiteConfig, Standing, WebRequest};
-use messages::Activity;
+use messages::{Activity, ContentHash};
 use serde_json::json;
 use site_view::{SiteSample, SiteSet};
 use std::sync::Arc;
@@ -35,7 +35,7 @@ pub(crate) struct WebService {
     made_of: Option<SiteInputs>,
     instants_s: Vec<i64>,
     /// Index and mission plan that are shown.
-    shown: Option<(u64, Option<u64>)>,
+    shown: Option<(ContentHash, Option<ContentHash>)>,
     /// Why the newest maps cannot be shown.
     error: Option<String>,
 }
@@ -43,8 +43,8 @@ pub(crate) struct WebService {
 /// What the documents of a site depend on: site, tasks, the schedule's dates, and the robot.
 #[derive(Debug, Clone, PartialEq)]
 struct SiteInputs {
-    site: u64,
-    tasks: Option<u64>,
+    site: ContentHash,
+    tasks: Option<ContentHash>,
     robot: messages::RobotProfile,
     schedule: Vec<u8>,
 }
@@ -123,11 +123,11 @@ impl WebService {
             documents.set_schedule(timeline);
             drop(documents);
             self.made_of = Some(inputs);
-            self.shared.tell("site", &json!({"site": set.site.content_hash().to_string()}));
+            self.shared.tell("site", &json!({"site": set.site.content_hash().to_bits().to_string()}));
         }
         let epoch = set.index.bytes().header().epoch;
-        let plan = set.mission_plan.map_or(0, CheckedSample::content_hash);
-        let key = format!("{epoch}-{:08x}", plan as u32);
+        let plan = set.mission_plan.map_or(ContentHash::NONE, CheckedSample::content_hash);
+        let key = format!("{epoch}-{:08x}", plan.to_bits() as u32);
         let tiles = self.shared.documents().tiles.ok_or("there are no tiles yet")?;
         let document = date_document(&key, &self.config, &tiles, set)?;
         self.shared.documents().add_date(key.clone(), document);

@@ -12,7 +12,7 @@ use bus::{CheckedSample, GridSlot};
 use daemon::{SiteConfig, read_parsed};
 use export::ExportInput;
 use grid::pixel_of;
-use messages::Grid;
+use messages::{ContentHash, Grid};
 use schedule::Timeline;
 use site_view::SiteSamples;
 use std::collections::VecDeque;
@@ -44,7 +44,7 @@ pub(crate) struct SharedSite {
 
 /// What an answer is of: number of the schedule, site, schedule state, grids and mission plan by their hashes, whether they may be
 /// used, and the question.
-type AnswerKey = ([u64; 5], MapUse, Question);
+type AnswerKey = (u64, [ContentHash; 4], MapUse, Question);
 
 /// What was made of the newest samples.
 #[derive(Default)]
@@ -182,7 +182,7 @@ impl Source for SharedSite {
         }
         let made = self.make_model(name)?.map(Bytes::from);
         if let Some(model) = &made {
-            *kept = Some((name.clone(), Arc::clone(model)));
+            *kept = Some((*name, Arc::clone(model)));
         }
         Ok(made)
     }
@@ -192,9 +192,9 @@ impl Source for SharedSite {
         let (maps, (schedule, timeline)) = (locked(&self.maps).clone(), self.documents().schedule.clone());
         let samples = self.samples();
         let set = samples.set().ok_or(SourceError::NotYet)?;
-        let plan = set.mission_plan.map_or(0, CheckedSample::content_hash);
-        let hashes = [schedule, set.site.content_hash(), set.state.content_hash(), set.index.content_hash(), plan];
-        let key = (hashes, maps.clone(), question.clone());
+        let plan = set.mission_plan.map_or(ContentHash::NONE, CheckedSample::content_hash);
+        let hashes = [set.site.content_hash(), set.state.content_hash(), set.index.content_hash(), plan];
+        let key = (schedule, hashes, maps.clone(), question.clone());
         if let Some(answer) = answers.get(&key) {
             return Ok(answer);
         }

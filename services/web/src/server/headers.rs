@@ -1,13 +1,13 @@
 //! Headers of answers: caching, and what a browser may do with the page.
 
 use super::compression::{gzip, is_compressible, takes_gzip};
-use crate::source::{Bytes, hex};
+use crate::source::Bytes;
 use axum::body::Body;
 use axum::extract::Request;
 use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
-use sha2::{Digest, Sha256};
+use messages::ContentId;
 
 /// A header of the page and its server alone, which a form of another site cannot send.
 pub(super) const OWN_PAGE: &str = "x-groundplan";
@@ -46,7 +46,7 @@ pub(crate) async fn with_security_headers(request: Request, next: Next) -> Respo
 /// A document, or that the browser has it already.
 pub(crate) fn document(asked: &HeaderMap, bytes: &Bytes, media_type: &'static str, caching: Caching) -> Response {
     // Weak: compressed or not, it is the same document.
-    let tag = format!("W/\"{}\"", hex(&Sha256::digest(bytes)[..12]));
+    let tag = format!("W/\"{}\"", ContentId::of(bytes).short());
     let keep = match caching {
         Caching::Forever => "private, max-age=31536000, immutable",
         Caching::Checked => "no-cache",

@@ -231,7 +231,7 @@ async fn tile(
 }
 
 async fn model(State(served): State<Served>, Path(file): Path<String>, headers: HeaderMap) -> Response {
-    let Some(name) = file.strip_suffix(".glb").and_then(ContentName::of_hash) else { return not_found() };
+    let Some(name) = file.strip_suffix(".glb").and_then(ContentName::parse) else { return not_found() };
     answer(headers, "model/gltf-binary", Caching::Forever, move || served.source.model(&name)).await
 }
 
@@ -255,7 +255,7 @@ async fn asked(served: Served, headers: HeaderMap, question: Question) -> Respon
 }
 
 async fn slam_picture(State(served): State<Served>, Path(file): Path<String>, headers: HeaderMap) -> Response {
-    let Some(name) = file.strip_suffix(".png").and_then(ContentName::of_hash) else { return not_found() };
+    let Some(name) = file.strip_suffix(".png").and_then(ContentName::parse) else { return not_found() };
     let Some(live) = served.live else { return not_found() };
     answer(headers, PNG, Caching::Forever, move || Ok(live.slam_picture(&name))).await
 }

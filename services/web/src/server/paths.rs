@@ -10,7 +10,7 @@ pub(super) fn tile_address(path: (u32, String, String, u32, u32, String)) -> Opt
     Some(TileAddress {
         storey,
         layer: Layer::named(&layer)?,
-        name: ContentName::of_hash(&name).filter(|known| known.as_str() == name)?,
+        name: ContentName::parse(&name)?,
         place: TilePlace { level, column, row },
     })
 }

@@ -8,8 +8,8 @@ use export::{DeviationExport, ExportInput, deviation_files, files};
 use frames::{PlanTime, PoseCovariance};
 use geometry::LazyFootprint;
 use messages::{
-    ArchiveBuffer, Deviations, Grid, Grids, MissionPlan, PoseRecord, RobotProfile, ScheduleState, ScheduleStateBuilder,
-    Site, SlamFrame, SlamMap,
+    ArchiveBuffer, ContentHash, Deviations, Grid, Grids, MissionPlan, PoseRecord, RobotProfile, ScheduleState,
+    ScheduleStateBuilder, Site, SlamFrame, SlamMap,
 };
 use occupancy::OccupancyMap;
 use raster::Rasterizer;
@@ -291,7 +291,7 @@ fn compared(site: &Site<'_>, schedule_state: &ArchiveBuffer, map: &OccupancyMap,
         robot: &RobotProfile::DEFAULT,
         map_storey,
         slam: map,
-        slam_map_hash: 1,
+        slam_map_hash: ContentHash::from_bits(1),
         slam_frame: &SlamFrame::rigid(&PoseRecord::NONE),
         about_m: [2.0, 1.5],
         covariance: PoseCovariance::from_rows([[1e-4, 0.0, 0.0], [0.0, 1e-4, 0.0], [0.0, 0.0, 1e-4]]),

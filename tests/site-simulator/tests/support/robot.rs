@@ -5,7 +5,7 @@ use alignment::{AlignedPose, Alignment, Contrast, CornersInSight, HeldOut, PoseH
 use bus::{Bus, Daemon, InProcessBus, Origin, Publisher, topics};
 use daemon::Failure;
 use frames::{PoseCovariance, Rigid2};
-use messages::{AlignmentVerdict, InputHashes, PoseEvidence, RobotProfile, SlamMap, SlamMapHead};
+use messages::{AlignmentVerdict, ContentHash, InputHashes, PoseEvidence, RobotProfile, SlamMap, SlamMapHead};
 use slam_align::job::{Found, Job, JobResult, ReferenceMaps, Task, work};
 use std::collections::HashMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -107,7 +107,7 @@ pub(crate) fn result_of(job: &Job, found: &Alignment) -> Result<JobResult, Failu
         }
         Task::Draw => Ok(JobResult { references: references_of(job)?, found: Found::Drawn }),
         Task::Compare { map, pose, .. } => {
-            type Compared = Mutex<HashMap<([u64; 2], [i64; 3]), JobResult>>;
+            type Compared = Mutex<HashMap<([ContentHash; 2], [i64; 3]), JobResult>>;
             static COMPARED: OnceLock<Compared> = OnceLock::new();
             let compared = COMPARED.get_or_init(Compared::default);
             // What a pose nearby, at another date, gives will do.
@@ -126,7 +126,7 @@ pub(crate) fn result_of(job: &Job, found: &Alignment) -> Result<JobResult, Failu
 }
 
 /// Site, schedule state, and the robot's radius.
-type Key = (u64, u64, u64);
+type Key = (ContentHash, ContentHash, u64);
 
 fn robot_of(job: &Job) -> Result<RobotProfile, Failure> {
     Ok(job.samples.index().ok_or("no index")?.view().head.robot)

@@ -23,16 +23,15 @@ use crate::model::presence::Presence;
 use crate::model::storey_inputs::StoreyInputs;
 use grid::{CellRect, Class, GridSpec, Growth, join_rects};
 use messages::{
-    ArchiveBuffer, ArchiveKind, BlockHashes, DoorPassageRecord, FLOOR_ASSUMED, FLOOR_BUILT, FloorKind, GridHead,
-    GridLayers, GridWriter, Preamble, RegionRecord, ScheduleState, copy_changed,
+    ArchiveBuffer, ArchiveKind, BlockHashes, ContentHash, DoorPassageRecord, FLOOR_ASSUMED, FLOOR_BUILT, FloorKind,
+    GridHead, GridLayers, GridWriter, Preamble, RegionRecord, ScheduleState, copy_changed,
 };
-use xxhash_rust::xxh3::xxh3_64;
 
 /// The grid of a storey as drawn last.
 #[derive(Debug)]
 pub(crate) struct StoreyGrid {
     archive: ArchiveBuffer,
-    content_hash: u64,
+    content_hash: ContentHash,
     block_hashes: BlockHashes,
     versions: VersionHistory,
     /// A byte of [`cell_flags`] per cell.
@@ -88,7 +87,7 @@ impl StoreyGrid {
             outline(storey, complete).cells.iter().map(|&inside| if inside { OUTLINE } else { 0 }).collect();
         Self {
             archive,
-            content_hash: 0,
+            content_hash: ContentHash::NONE,
             block_hashes: BlockHashes::default(),
             versions: VersionHistory::default(),
             margins: vec![0; flags.len()],
@@ -120,13 +119,13 @@ impl StoreyGrid {
     }
 
     /// Its content hash.
-    pub(crate) fn content_hash(&self) -> u64 {
+    pub(crate) fn content_hash(&self) -> ContentHash {
         self.content_hash
     }
 
     /// Hash of all inputs from the schedule state.
-    pub(crate) fn input_hash(&self) -> u64 {
-        xxh3_64(&self.drawn_state.state_bytes)
+    pub(crate) fn input_hash(&self) -> ContentHash {
+        ContentHash::of(&self.drawn_state.state_bytes)
     }
 
     /// Passages of the doors.

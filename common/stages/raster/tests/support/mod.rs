@@ -151,7 +151,8 @@ impl House {
         let resolution_m = self.resolution_m;
         let site = self.site();
         let site = Site::open(site.bytes()).unwrap();
-        let mut schedule_state = ScheduleStateBuilder::everything_built(0, site.elements.len(), site.spaces.len());
+        let mut schedule_state =
+            ScheduleStateBuilder::everything_built(ContentHash::NONE, site.elements.len(), site.spaces.len());
         change(&mut schedule_state);
         let schedule_state = schedule_state.finish();
         let schedule_state = ScheduleState::open(schedule_state.bytes()).unwrap();

@@ -21,7 +21,7 @@ impl Probabilities<'_> {
         builder.head.valid_from_s = ScheduleStateHead::NO_TIME;
         builder.head.valid_until_s = ScheduleStateHead::NO_TIME;
         for (state, probability) in builder.effective.iter_mut().zip(self.elements(period)) {
-            *state = certain_state(*state, probability, rules.obstacle_above, rules.floor_above);
+            *state = certain_state(state.get(), probability, rules.obstacle_above, rules.floor_above).into();
         }
         let open = SpaceStateRecord {
             state: SpaceState::Open.into(),

@@ -16,12 +16,12 @@ use alignment::{
 use daemon::write_durably;
 use frames::Map;
 use messages::{
-    Alignment, AlignmentEvidence, AlignmentVerdict, ArchiveBuffer, ArchiveError, NONE, PoseValidity, ScheduleStateHead,
+    Alignment, AlignmentEvidence, AlignmentVerdict, ArchiveBuffer, ArchiveError, ContentHash, ContentId, NONE,
+    PoseValidity, ScheduleStateHead,
 };
 use occupancy::{MapFileContent, OccupancyMap, UndecidedCells};
 use serde::Deserialize;
 use serde_json::json;
-use sha2::{Digest, Sha256};
 use std::collections::BTreeSet;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
@@ -68,7 +68,8 @@ pub(super) fn align(arguments: &Args, reference: &Path, slam: &Path) -> Result<O
     if found.verdict != AlignmentVerdict::Accepted {
         found.reason.push_str(&undecided_cells(&content, slam));
     }
-    let sources = AlignmentSources { site_hash: 0, slam_map_hash: 0, searched_map_hash: 0, plan_time_s };
+    let none = ContentHash::NONE;
+    let sources = AlignmentSources { site_hash: none, slam_map_hash: none, searched_map_hash: none, plan_time_s };
     let pose_status = found.pose_status(&numbers, arguments.max_uncertainty(), arguments.robot_m());
     let archive = found.archive(&numbers, &pose_status, sources);
     let alignment = Alignment::open(archive.bytes()).map_err(Failure::work)?;
@@ -242,5 +243,5 @@ fn sha256(path: &Path) -> Result<String, Failure> {
     // A folder is identified by its manifest, which has the sums of all its files.
     let path = if path.is_dir() { path.join("manifest.json") } else { path.to_owned() };
     let bytes = read_document(&path).map_err(Failure::work)?;
-    Ok(export::hex(&Sha256::digest(bytes)))
+    Ok(ContentId::of(&bytes).to_string())
 }

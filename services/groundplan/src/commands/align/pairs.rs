@@ -7,7 +7,7 @@ use alignment::{
     AlignedPose, Alignment, Contrast, LocalPose, Looks, PoseExtent, PreparedMap, align_maps_within, references_hash,
 };
 use input_files::read_regular_text;
-use messages::{AlignmentEvidence, ArchiveBuffer, NONE};
+use messages::{AlignmentEvidence, ArchiveBuffer, ContentHash, NONE};
 use occupancy::OccupancyMap;
 use rustix::time::{ClockId, clock_gettime};
 use serde::Deserialize;
@@ -53,7 +53,7 @@ pub(super) fn pairs(folder: &Path) -> Result<String, Failure> {
             before.map(|archive| AlignmentEvidence::open(archive.bytes())).transpose().map_err(Failure::work)?;
         let looks = before.and_then(|evidence| Looks::of(evidence, hash, &slam));
         let alignment = align_maps_within(&references, &[NONE], &slam, None, &[], looks.as_ref());
-        let after = alignment.evidence(&slam, 0, hash, &[NONE], looks.as_ref());
+        let after = alignment.evidence(&slam, ContentHash::NONE, hash, &[NONE], looks.as_ref());
         if let (Some(drive), Some(after)) = (pair.drive, after) {
             drives.insert(drive, after);
         }

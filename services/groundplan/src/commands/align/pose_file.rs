@@ -61,14 +61,19 @@ impl PoseFile {
 mod tests {
     use super::*;
     use alignment::{Alignment as Found, AlignmentSources, MaxUncertainty, PoseStatus};
-    use messages::{PoseState, ScheduleStateHead};
+    use messages::{ContentHash, PoseState, ScheduleStateHead};
 
     const FILE: PoseFile = PoseFile { what: "pose", first_words: "# A pose" };
 
     fn archive(verdict: AlignmentVerdict, state: PoseState, waiting: Option<PoseRecord>) -> messages::ArchiveBuffer {
         let found = Found { verdict, reason: "why".to_owned(), ..Found::nothing_yet() };
         let plan_time_s = ScheduleStateHead::NO_TIME;
-        let sources = AlignmentSources { site_hash: 1, slam_map_hash: 2, searched_map_hash: 2, plan_time_s };
+        let sources = AlignmentSources {
+            site_hash: ContentHash::from_bits(1),
+            slam_map_hash: ContentHash::from_bits(2),
+            searched_map_hash: ContentHash::from_bits(2),
+            plan_time_s,
+        };
         let max_uncertainty = MaxUncertainty::in_degrees(0.1, 1.0);
         let (pose, verdict) = (Some(PoseRecord::NONE), Some(verdict));
         let pose_status = PoseStatus { pose, state, waiting, verdict, max_uncertainty, field: None, robot_m: None };

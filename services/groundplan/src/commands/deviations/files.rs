@@ -11,7 +11,8 @@ use ::deviations::{DeviationInput, LocalTransform, deviations};
 use alignment::{AlignmentSources, MaxUncertainty, PlaceHint, PreparedMap, References, SitePlaces, align_maps_within};
 use frames::{PoseCovariance, Rigid2, Slam};
 use messages::{
-    Alignment, AlignmentVerdict, Deviations, PoseRecord, RobotProfile, ScheduleState, Site, SlamFrame, flat,
+    Alignment, AlignmentVerdict, ContentHash, Deviations, PoseRecord, RobotProfile, ScheduleState, Site, SlamFrame,
+    flat,
 };
 use occupancy::OccupancyMap;
 use std::path::Path;
@@ -117,7 +118,8 @@ fn aligned(
     let mut found = align_maps_within(&maps, &storeys, &slam_map, hint.as_ref(), &hints, None);
     found.decide(&maps, &slam_map, &storeys, &places.rooms);
     let plan_time_s = schedule_state.head.plan_time_s;
-    let sources = AlignmentSources { site_hash: 0, slam_map_hash: 0, searched_map_hash: 0, plan_time_s };
+    let none = ContentHash::NONE;
+    let sources = AlignmentSources { site_hash: none, slam_map_hash: none, searched_map_hash: none, plan_time_s };
     let archive = found.archive(
         &storeys,
         &found.pose_status(&storeys, MaxUncertainty::in_degrees(f64::INFINITY, f64::INFINITY), None),

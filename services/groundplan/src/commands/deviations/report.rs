@@ -33,7 +33,7 @@ pub(super) fn write(
         let files = deviation_files(&input).into_iter().chain(progress_mspdi(&input, uids)).chain(goals).collect();
         let manifest = json!({
             "plan_time": date_argument::optional_text(found.head.plan_time_s),
-            "slam_map_hash": format!("{:016x}", found.head.slam_map_hash),
+            "slam_map_hash": found.head.slam_map_hash.to_string(),
         });
         report_set_aside(folder.replace(&with_manifest(manifest, files)).map_err(Failure::work)?);
     }

@@ -5,7 +5,7 @@ use crate::maps::world_files;
 use bus::Bus;
 use daemon::SiteConfig;
 use export::{ExportFile, ExportInput};
-use messages::{Diagnostic, GridSlotRecord, RobotProfile};
+use messages::{ContentHash, Diagnostic, GridSlotRecord, RobotProfile};
 use raster::Rasterizer;
 use site_view::{SiteSet, SiteSetReader, SiteViews};
 use tracing::warn;
@@ -21,7 +21,7 @@ pub(super) struct Sets {
 /// What footprints depend on.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct CutInputs {
-    site_hash: u64,
+    site_hash: ContentHash,
     robot: RobotProfile,
     resolution_m: f64,
 }
@@ -40,7 +40,7 @@ impl Sets {
     }
 
     /// Hash of the site of the samples, which belong together, and their grids.
-    pub(super) fn grids(&self) -> Result<(u64, Vec<GridSlotRecord>), Failure> {
+    pub(super) fn grids(&self) -> Result<(ContentHash, Vec<GridSlotRecord>), Failure> {
         let set = self.reader.set().ok_or_else(no_maps)?;
         Ok((set.site.content_hash(), set.index.view().slots.to_vec()))
     }

@@ -4,12 +4,12 @@ use crate::alignment_report;
 use crate::date_argument::optional_text;
 use bus::{RawSample, TopicName};
 use daemon::facts::Pose;
-use messages::{Alignment, ArchiveError, Grid, Grids, MissionPlan, ScheduleState, Site, SlamMap, Tasks};
+use messages::{Alignment, ArchiveError, ContentHash, Grid, Grids, MissionPlan, ScheduleState, Site, SlamMap, Tasks};
 use serde_json::{Value, json};
 
 /// A hash as text.
-pub(super) fn hash_text(hash: u64) -> String {
-    format!("{hash:016x}")
+pub(super) fn hash_text(hash: ContentHash) -> String {
+    hash.to_string()
 }
 
 /// A sample: its header, and the head of what it holds.
@@ -25,7 +25,7 @@ pub(super) fn describe(sample: &RawSample) -> Result<Value, ArchiveError> {
             json!({"elements": elements, "spaces": spaces, "map_storeys": site.map_storeys.len(), "tasks": tasks})
         }
         TopicName::Tasks => {
-            let schedule = Tasks::open(sample.bytes())?.schedule;
+            let schedule = Tasks::open(sample.bytes())?.schedule();
             let files: Vec<&str> = schedule.sources.iter().map(|source| schedule.text(source.file)).collect();
             json!({"files": files, "tasks": schedule.tasks.len(), "links": schedule.task_links.len()})
         }
