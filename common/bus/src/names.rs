@@ -127,11 +127,10 @@ pub enum TopicName {
 }
 
 impl TopicName {
-    /// All topics, the slots of the grids included.
+    /// All topics, the slots of the grids included. Their places are their numbers for the relay: a new one comes last.
     pub fn all() -> impl Iterator<Item = Self> {
         [
             Self::Site,
-            Self::Candidate,
             Self::Tasks,
             Self::ScheduleState,
             Self::Grids,
@@ -142,6 +141,7 @@ impl TopicName {
         ]
         .into_iter()
         .chain(GridSlot::all().map(Self::Grid))
+        .chain([Self::Candidate])
     }
 
     /// Archives that it carries.

@@ -127,7 +127,8 @@ pub trait Outputs<D: Decide + ?Sized>: Send {
     /// What can be published.
     type Publication: Send;
 
-    /// Opens its ends in a generation of the bus, and brings them what was published last; what has no room is pending.
+    /// Opens its ends in a generation of the bus. What was published last comes again: at once, as soon as there is room, or by the
+    /// decision that its inputs lead to there.
     ///
     /// # Errors
     /// The bus refuses.
@@ -136,7 +137,8 @@ pub trait Outputs<D: Decide + ?Sized>: Send {
     /// Publishes.
     ///
     /// # Errors
-    /// The bus refuses, for instance because shared memory is full: the decision fails.
+    /// The bus refuses, for instance because shared memory is full: the decision fails. A topic that may come later than what is in force
+    /// refuses nothing, and is [tried again](Self::retry).
     fn publish(&mut self, publication: Self::Publication, decider: &D, epochs: &mut Epochs) -> Result<(), Failure>;
 
     /// All publications of a decision are out: there is no way back from here.

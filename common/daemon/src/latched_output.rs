@@ -16,8 +16,7 @@ const FIRST_BYTES: usize = 1 << 16;
 /// A topic, and what was published on it last.
 ///
 /// The archive stays in the heap, and is copied into shared memory: it has to outlive the generations of the bus, and is
-/// compared with the next one. So it is for site, schedule state, mission plan, alignment and deviations; grids and their
-/// index have publishers of their own.
+/// compared with the next one. So it is for all topics but grids and their index, which have publishers of their own.
 pub struct LatchedOutput<T: Topic> {
     topic: T,
     bus: Option<Bus>,

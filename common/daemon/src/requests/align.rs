@@ -165,7 +165,12 @@ impl Request for AlignRequest {
             // Another pose may wait, or be in force, by then.
             Self::ConfirmPose => false,
             Self::UndoConfirm { elements } => !elements.is_empty(),
-            _ => true,
+            Self::ReadSlamMap { .. }
+            | Self::Align { .. }
+            | Self::SearchResult { .. }
+            | Self::Comparison { .. }
+            | Self::ConfirmAbsent { .. }
+            | Self::ListConfirmed => true,
         }
     }
 }

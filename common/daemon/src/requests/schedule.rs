@@ -118,7 +118,13 @@ impl Request for ScheduleRequest {
         match self {
             // It starts where the plan time is when it comes.
             Self::Simulate { from_s, .. } => from_s.is_some(),
-            _ => true,
+            Self::SetPlanTime { .. }
+            | Self::NextChange { .. }
+            | Self::FollowWallClock
+            | Self::GetPlanTime
+            | Self::GetVerdict
+            | Self::SetActuals { .. }
+            | Self::UndoActuals { .. } => true,
         }
     }
 }

@@ -70,13 +70,13 @@
 //! - What does not lie on the storey of the pose is looked for on the others (`storeys_in_map`): over it after a lift, beside
 //!   it after a stair; an answer says where a map shows two.
 //! - The answer says for which part of the map the pose holds, how far off it is beyond that, and of how much that is not
-//!   known. Whoever knows where the robot is asks for the pose there (`Alignment::pose_at`, the one rule for `--robot`, files
+//!   known. Whoever knows where the robot is asks for the pose there (`messages::Alignment::pose_at`, the one rule for `--robot`, files
 //!   and ROS); without that a pose must be known well enough anywhere in the map.
-//! - The transform on `/tf_static` is that around the robot: it follows a bend by at most 5 cm a second, and is withdrawn
+//! - The transform on `/tf_static` is that around the robot: it follows a bend by at most 5 cm a second, takes a jump of more than half a metre at once, and is withdrawn
 //!   where the robot drives beyond what is known. Maps that are moved into the SLAM frame never follow the robot's place, but
 //!   the whole field: local poses are blended to a smooth motion (`frames::BentMotion`), and where a place is known less well
 //!   than 0.2 m free cells are unknown (`messages::SlamFrame`, the one rule for files, ROS and deviations). A frame stays in
-//!   use until a newer map lies elsewhere by a cell, so that maps do not change with each look.
+//!   use until a newer map lies elsewhere by 5 cm, so that maps do not change with each look.
 //! - A symmetric building is ambiguous, with every pose, until an operator gives a hint.
 //! - An ambiguous answer names the place to drive to (`decide`, with what hints excluded a field of the `alignment` archive):
 //!   unseen, reachable whichever pose is right, with walls in view that stand by one pose and not by another; or it says that
@@ -89,7 +89,7 @@
 //! - An alignment says what its pose is worth for the newest map: only an effective one may be used, not one that waits for
 //!   an operator, is held, is uncertain, or whose map was refused.
 //! - The reference is the planned site, so that what is observed never changes what it is compared with.
-//! - Every threshold is in one file, with its reason.
+//! - Thresholds of acceptance are in one file, with their reasons; those of a method are beside it.
 //!
 //! # Where
 //!
