@@ -33,7 +33,7 @@ use std::sync::{Arc, Mutex, OnceLock};
 
 /// Histories of the test, and events of each.
 const N_HISTORIES: u64 = 10_000;
-const N_EVENTS: usize = 24;
+const N_EVENTS: usize = 20;
 /// Histories in which each fault that is put in must be found.
 const N_HISTORIES_OF_FAULT: u64 = 2_000;
 
@@ -635,8 +635,8 @@ impl History {
         // The first may be the publication that was to fail.
         (0..2).filter(|_| self.has_robot).for_each(|map| self.robot.publish(map));
         // Files are read again at two looks, and a publication that was to fail fails for somebody.
-        for round in 0..8 {
-            self.clock.pass(if round < 4 { 1_500 } else { 0 });
+        for round in 0..6 {
+            self.clock.pass(if round < 3 { 1_500 } else { 0 });
             for daemon in DAEMONS {
                 self.daemons.start(daemon);
                 let ticked = self.daemons.tick(daemon);
