@@ -16,6 +16,8 @@ import subprocess
 import sys
 import time
 
+# Measures what processes hold while they rest: alone, after the others.
+ALONE = {"tests/soak"}
 SECONDS = pathlib.Path("target/test-seconds.json")
 
 
@@ -51,15 +53,23 @@ def main():
     # What has never run may be long.
     ordered = sorted(programs(), key=lambda program: seconds.get(program[0], float("inf")), reverse=True)
     failed = []
+
+    def told(ended):
+        name, code, took, printed = ended
+        seconds[name] = round(took, 2)
+        print(f"\n     Ran {name} in {took:.1f} s")
+        sys.stdout.flush()
+        sys.stdout.buffer.write(printed)
+        sys.stdout.flush()
+        failed.extend([name] if code else [])
+
     with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
-        for ended in concurrent.futures.as_completed([pool.submit(run, program) for program in ordered]):
-            name, code, took, printed = ended.result()
-            seconds[name] = round(took, 2)
-            print(f"\n     Ran {name} in {took:.1f} s")
-            sys.stdout.flush()
-            sys.stdout.buffer.write(printed)
-            sys.stdout.flush()
-            failed += [name] if code else []
+        beside = [pool.submit(run, program) for program in ordered if program[0] not in ALONE]
+        for ended in concurrent.futures.as_completed(beside):
+            told(ended.result())
+    for program in ordered:
+        if program[0] in ALONE:
+            told(run(program))
     SECONDS.write_text(json.dumps(seconds, indent=1, sort_keys=True))
     documented = subprocess.run(["cargo", "test", "--workspace", "--locked", "--doc"]).returncode
     if failed:

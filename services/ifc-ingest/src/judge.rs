@@ -11,6 +11,9 @@ pub trait Judge: Send {
 
     /// What was found of the candidate with this content hash; `None` as long as nothing is known, or nobody is there to ask.
     fn verdict(&mut self, site_hash: ContentHash) -> Option<ScheduleVerdict>;
+
+    /// No candidate is there: lets go of what is needed to ask.
+    fn rest(&mut self);
 }
 
 /// schedule-eval, by requests. It may die, or be busy: it is asked until it has answered.
@@ -41,5 +44,9 @@ impl Judge for ScheduleEval {
         };
         self.asked = None;
         answer?.verdict.filter(|verdict| verdict.site_hash == site_hash)
+    }
+
+    fn rest(&mut self) {
+        (self.client, self.asked) = (None, None);
     }
 }

@@ -530,6 +530,9 @@ impl Decide for Ingest {
     fn gather(&mut self) -> Result<(), Failure> {
         let proposed = self.in_force.proposal.as_ref().map(|proposal| proposal.revision.site.content_hash());
         self.verdict = proposed.and_then(|site_hash| self.judge.verdict(site_hash));
+        if proposed.is_none() {
+            self.judge.rest();
+        }
         Ok(())
     }
 

@@ -330,6 +330,8 @@ impl Judge for Verdicts {
     fn verdict(&mut self, site_hash: ContentHash) -> Option<ScheduleVerdict> {
         self.0.lock().unwrap().clone().filter(|verdict| verdict.site_hash == site_hash)
     }
+
+    fn rest(&mut self) {}
 }
 
 /// The daemons of a site.
