@@ -1,5 +1,5 @@
-//! Inputs of the evaluation of a schedule beside the site: rules and tables of progress. All daemons read them here, so that
-//! they evaluate alike.
+//! Inputs of the evaluation of a schedule beside the site: rules and tables of progress. `schedule-eval`, the page and the client
+//! read them here, so that they evaluate alike.
 
 use crate::config::SiteConfig;
 use crate::config_file::ConfigFileError;

@@ -14,6 +14,7 @@ use crate::work_watch::Busy;
 use bus::{Daemon, Domain, DomainError, ReportKind, Stamp};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
+use site_view::SILENT_AFTER;
 use std::collections::BTreeMap;
 use std::fs::{self, File, TryLockError};
 use std::io;
@@ -72,6 +73,11 @@ impl<F> Report<F> {
     /// How long ago it was written.
     pub fn age(&self) -> Duration {
         Stamp::now().since(Stamp(self.stamp_ns))
+    }
+
+    /// True if it was not written for so long that its process hangs, or is gone.
+    pub fn is_silent(&self) -> bool {
+        self.age() >= SILENT_AFTER
     }
 }
 

@@ -1,4 +1,4 @@
-//! What is declared of a section, for those who go through the sections of every kind of archive.
+//! Declared sections as values: number, name, records and limit of each, for every kind of archive.
 
 /// A section of a kind of archive, as it is declared.
 #[derive(Debug, Clone, PartialEq, Eq)]

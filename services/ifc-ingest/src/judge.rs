@@ -1,4 +1,4 @@
-//! Whether a candidate has a schedule: schedule-eval is asked, which alone has the rules, schedule files and progress in force.
+//! Asks schedule-eval, which alone has the rules, schedule files and progress in force, for its verdict on a candidate.
 
 use bus::Bus;
 use daemon::{Answer, Client, OpenRequest, ScheduleRequest, ScheduleVerdict};

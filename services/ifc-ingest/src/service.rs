@@ -1,4 +1,4 @@
-//! What ifc-ingest decides: which revision of the site is in force, which is refused, which waits for an operator.
+//! Decisions of ifc-ingest: the revision of the site that is in force, those that are refused or wait for an operator.
 //!
 //! A revision takes effect as a whole or not at all: its files are read, it is compared with the site in force and proposed, as a
 //! candidate on the bus, to schedule-eval, which says whether it has a schedule; one that is refused, or that waits for an operator,

@@ -1,4 +1,4 @@
-//! What rasterize decides: which site and schedule state are drawn together, for which robot, at which resolution.
+//! Decisions of rasterize: site and schedule state that are drawn together, the robot, the resolution.
 
 use crate::drawing_settings::DrawingSettings;
 use crate::outputs::{Drawing, Drawn, GridOutputs, Pair, Prepared, Which};

@@ -15,7 +15,7 @@ use ros::msg::std_msgs::{self, Header};
 use ros::msg::visualization_msgs::MarkerArray;
 use serde::de::IgnoredAny;
 use serde_json::json;
-use site_view::{MapState, MapsInUse, SILENT_AFTER, SiteViews};
+use site_view::{MapState, MapsInUse, SiteViews};
 
 /// A message that is not larger than this reaches a reader for sure; larger ones are lost now and then (8 MB, less a header).
 const MAX_CELLS: usize = 8_000_000 - 1024;
@@ -195,7 +195,7 @@ fn status_of(process: SiteProcess, is_alive: bool, report: Option<Report<Ignored
     };
     let age = report.age();
     let (level, message) = match (&report.error, &report.warning) {
-        _ if age >= SILENT_AFTER => (DiagnosticStatus::STALE, "it hangs"),
+        _ if report.is_silent() => (DiagnosticStatus::STALE, "it hangs"),
         (Some(error), _) => (DiagnosticStatus::ERROR, error.as_str()),
         (None, Some(warning)) => (DiagnosticStatus::WARN, warning.as_str()),
         (None, None) => (DiagnosticStatus::OK, report.activity.as_str()),

@@ -1,4 +1,4 @@
-//! What is in force of a site's schedule: plan time, rules, files, progress, and the schedule that was evaluated with them.
+//! The state in force of a site's schedule: plan time, rules, files, progress, and the schedule that was evaluated with them.
 
 use crate::evaluation::Evaluated;
 use crate::plan_time_clock::{PlanTimeClock, ReachedPlanTime, Reading};

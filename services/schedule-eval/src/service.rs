@@ -1,4 +1,4 @@
-//! What schedule-eval decides: the plan time, and which schedule state is published.
+//! Decisions of schedule-eval: the plan time, the schedule state that is published, the verdict on a candidate.
 
 use crate::evaluation::{Evaluated, EvaluationError, evaluated};
 use crate::in_force::{InForce, KeptRules};

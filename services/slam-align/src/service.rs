@@ -1,4 +1,4 @@
-//! What slam-align decides: where the robot's map lies, what its worker does next, which observations count.
+//! Decisions of slam-align: the pose of the robot's map, the next job of its worker, the observations that count.
 
 mod confirmation;
 mod jobs;

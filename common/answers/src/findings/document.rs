@@ -1,4 +1,4 @@
-//! What of `report.json` and `waypoints.json` findings are made of; keys that are not here are left alone.
+//! The keys of `report.json` and `waypoints.json` that findings are made of; other keys are left alone.
 
 use serde::Deserialize;
 

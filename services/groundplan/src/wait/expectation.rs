@@ -1,6 +1,6 @@
 //! Reasons why an awaited output cannot come at all, from the reports of the daemons that make it.
 
-use super::reports::{is_at_work, is_silent};
+use super::reports::is_at_work;
 use crate::failure::Failure;
 use bus::Daemon;
 use daemon::facts::IngestFacts;
@@ -116,7 +116,7 @@ fn reason_of(board: &StatusBoard, makers: &[Daemon]) -> Option<Reason> {
 /// The last report of a daemon that lives and does not hang.
 fn report_of(board: &StatusBoard, daemon: Daemon) -> Option<Report> {
     let report: Report = board.report(daemon).filter(|_| board.is_alive(daemon))?;
-    (!is_silent(&report)).then_some(report)
+    (!report.is_silent()).then_some(report)
 }
 
 /// Why a daemon that is idle has not made what it should.

@@ -1,6 +1,6 @@
 //! Reasons why the maps of a certain sample do not come, from the last reports of the daemons.
 
-use super::reports::{is_at_work, is_silent};
+use super::reports::is_at_work;
 use crate::failure::Failure;
 use bus::{Daemon, TopicName};
 use daemon::facts::RasterizeFacts;
@@ -77,7 +77,7 @@ impl Obstacles {
     fn words(&self) -> String {
         let words = WAY.into_iter().map(|daemon| match self.board.report::<IgnoredAny>(daemon) {
             _ if !self.board.is_alive(daemon) => format!("{daemon} does not run"),
-            Some(report) if is_silent(&report) => format!("{daemon} hangs"),
+            Some(report) if report.is_silent() => format!("{daemon} hangs"),
             Some(report) => format!("{daemon} is {}", report.activity),
             None => format!("{daemon} has just started"),
         });

@@ -3,14 +3,13 @@
 use answers::processes::{SeenProcess, SeenReport};
 use daemon::{Report, SiteProcess, StatusBoard};
 use serde::de::IgnoredAny;
-use site_view::SILENT_AFTER;
 
 /// A process of a site for questions about it.
 pub(crate) fn seen_process(board: &StatusBoard, process: SiteProcess) -> SeenProcess {
     let report: Option<Report<IgnoredAny>> = board.report(process);
     let report = report.map(|report| SeenReport {
         age: report.age(),
-        is_overdue: is_silent(&report),
+        is_overdue: report.is_silent(),
         process_id: report.process_id,
         restarts: report.restarts,
         memory_bytes: report.memory_bytes,
@@ -20,11 +19,6 @@ pub(crate) fn seen_process(board: &StatusBoard, process: SiteProcess) -> SeenPro
         warning: report.warning,
     });
     SeenProcess { name: process.name(), is_alive: board.is_alive(process), report }
-}
-
-/// True if a daemon has not reported for so long that it hangs, or is gone.
-pub(super) fn is_silent<F>(report: &Report<F>) -> bool {
-    report.age() >= SILENT_AFTER
 }
 
 /// True if a daemon makes its output at the moment; those behind it wait for it.

@@ -11,7 +11,7 @@ use daemon::{Report, SiteConfig, SiteProcess, StatusBoard};
 use messages::{DeviationVerdict, Deviations, Observation, PoseValidity, Site};
 use serde::de::IgnoredAny;
 use serde_json::{Map, Value, json};
-use site_view::{Freshness, MapState, MapsInUse, SILENT_AFTER};
+use site_view::{Freshness, MapState, MapsInUse};
 use std::time::{SystemTime, UNIX_EPOCH};
 
 /// The newest of what lies over the plan.
@@ -89,7 +89,7 @@ impl Overlays {
 
     fn robot(&self, board: &StatusBoard) -> Value {
         let report: Option<Report<RosBridgeFacts>> = board.report(Daemon::RosBridge);
-        let Some(report) = report.filter(|report| report.age() < SILENT_AFTER) else { return Value::Null };
+        let Some(report) = report.filter(|report| !report.is_silent()) else { return Value::Null };
         let (Some(storey), Some(pose)) = (report.facts.storey, report.facts.robot_in_map) else { return Value::Null };
         let alignment = self.alignment.as_ref().map(CheckedSample::view);
         let [sigma_m, sigma_deg] = alignment.and_then(|a| a.pose().map(sigmas)).unwrap_or_default();
@@ -127,7 +127,7 @@ fn seen_process(board: &StatusBoard, process: SiteProcess) -> SeenProcess {
     let report: Option<Report<IgnoredAny>> = board.report(process);
     let report = report.map(|report| SeenReport {
         age: report.age(),
-        is_overdue: report.age() >= SILENT_AFTER,
+        is_overdue: report.is_silent(),
         process_id: report.process_id,
         restarts: report.restarts,
         memory_bytes: report.memory_bytes,

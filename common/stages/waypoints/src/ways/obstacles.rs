@@ -1,4 +1,4 @@
-//! What is in the way between two places, on the way with the fewest obstacles.
+//! Obstacles between two places: those of the way that has the fewest.
 
 use super::floor_between::{Crossing, crossings, floors_between};
 use super::places::reached_from;
