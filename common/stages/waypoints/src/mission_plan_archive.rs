@@ -18,7 +18,7 @@ use messages::{
     Diagnostic, DiagnosticCode, DiagnosticRecord, EdgeKind, ElementRecord, FloorPartRecord, GridHead, GrownScanRecord,
     MapGrids, MissionPlanBuilder, MissionPlanHead, MissionPlanSpaceRecord, MissionPlanStoreyRecord, NONE, Named,
     NoWaypoint, NodeKind, RouteEdgeRecord, RouteNodeRecord, ScheduleStateHead, Severity, Site, SpaceAccess,
-    StoreyEntry, Text, WaypointKind, WaypointRecord,
+    StoreyEntry, Text, WaypointRecord,
 };
 
 /// Assembles the archive: storeys in the order in which they are reached, refusals, and the graph over all storeys.
@@ -206,7 +206,6 @@ fn add_stops(builder: &mut MissionPlanBuilder, input: &MissionPlanInput<'_>, hea
         }
         let (scan, planned) = (stop.scan(), stop.scan().map(|scan| scan.planned));
         let joins = planned.and_then(|planned| planned.scan.joins);
-        let kind = if scan.is_some() { WaypointKind::Scan } else { WaypointKind::Centre };
         builder.waypoints.push(WaypointRecord {
             position_in_map_m: [stop.at.x_m(), stop.at.y_m(), floor_m],
             sensor_z_m: floor_m + sensor_height_m(input.site, &input.index.head.robot, input.options, stop.space),
@@ -218,7 +217,7 @@ fn add_stops(builder: &mut MissionPlanBuilder, input: &MissionPlanInput<'_>, hea
             leg_m: stop.leg_m,
             id,
             order: id,
-            kind: kind.into(),
+            kind: stop.purpose.kind().into(),
             map_storey: head.map_storey,
             space: stop.space.map_or(NONE, |s| s as u32),
             joins: joins.map_or(NONE, |joined| id_of_scan(joined.set)),

@@ -3,6 +3,7 @@
 use crate::options::MissionPlanOptions;
 use crate::scan_registration::RegisteredScan;
 use frames::{Map, Point2};
+use messages::WaypointKind;
 
 /// What is to be planned on a storey.
 pub(crate) struct StoreyRequest<'a> {
@@ -52,6 +53,16 @@ pub(crate) enum StopPurpose {
     Centre,
     /// The robot scans there.
     Scan(StopScan),
+}
+
+impl StopPurpose {
+    /// The kind of waypoint that it makes.
+    pub(crate) fn kind(&self) -> WaypointKind {
+        match self {
+            Self::Centre => WaypointKind::Centre,
+            Self::Scan(_) => WaypointKind::Scan,
+        }
+    }
 }
 
 /// A scan at a stop.

@@ -5,6 +5,7 @@ import { outline } from "./draw_site.js";
 import { featuresOf } from "./site.js";
 import { seenBy } from "./scan_view.js";
 import { currentWay } from "./way.js";
+import { kindOf } from "./waypoint_kinds.js";
 
 function line(pen, points) {
   pen.ctx.beginPath();
@@ -77,13 +78,13 @@ function arrow(pen, a, b) {
 /** @param {import("./types.js").Pen} pen */
 export function drawScan(pen) {
   const chosen = state.doc?.waypoints.find((w) => w.id === state.waypoint);
-  if (!chosen || chosen.kind !== "scan" || chosen.storey !== state.storey) return;
+  if (!chosen || !kindOf(chosen).sees_area || chosen.storey !== state.storey) return;
   const { ctx } = pen;
   pen.pixels();
   line(pen, seenBy(chosen));
   ctx.closePath();
   ctx.globalAlpha = 0.22;
-  ctx.fillStyle = ctx.strokeStyle = pen.colour("scan");
+  ctx.fillStyle = ctx.strokeStyle = pen.colour(kindOf(chosen).ink);
   ctx.fill();
   ctx.globalAlpha = 0.9;
   ctx.lineWidth = 1.5;
@@ -94,7 +95,7 @@ export function drawScan(pen) {
 /** @param {import("./types.js").Pen} pen */
 export function drawWaypoints(pen) {
   for (const waypoint of state.doc?.waypoints ?? []) {
-    if (waypoint.storey !== state.storey || !hasLayer(waypoint.kind === "scan" ? "scans" : "waypoints")) continue;
+    if (waypoint.storey !== state.storey || !hasLayer(kindOf(waypoint).layer)) continue;
     drawWaypoint(pen, waypoint, waypoint.id === state.waypoint);
   }
 }
@@ -102,18 +103,19 @@ export function drawWaypoints(pen) {
 // A disc for a room's centre, a diamond for a scan, with the number in the tour when there is room; a tick shows the yaw.
 function drawWaypoint(pen, waypoint, chosen) {
   const { ctx } = pen;
+  const { ink, mark } = kindOf(waypoint);
   const [x, y] = [pen.x(waypoint.x_m), pen.y(waypoint.y_m)];
   const large = pen.scale > 14;
   const radius = (large ? 9 : 5) + (chosen ? 2 : 0);
   pen.pixels();
-  ctx.strokeStyle = pen.colour(waypoint.kind === "scan" ? "scan" : "waypoint");
+  ctx.strokeStyle = pen.colour(ink);
   ctx.lineWidth = 2.5;
   ctx.beginPath();
   ctx.moveTo(x, y);
   ctx.lineTo(x + Math.cos(waypoint.yaw_rad) * (radius + 7), y - Math.sin(waypoint.yaw_rad) * (radius + 7));
   ctx.stroke();
   ctx.beginPath();
-  if (waypoint.kind === "scan") {
+  if (mark === "diamond") {
     const r = radius * 1.25;
     ctx.moveTo(x, y - r);
     ctx.lineTo(x + r, y);
@@ -123,7 +125,7 @@ function drawWaypoint(pen, waypoint, chosen) {
   } else {
     ctx.arc(x, y, radius, 0, 2 * Math.PI);
   }
-  ctx.fillStyle = pen.colour(waypoint.kind === "scan" ? "scan" : "waypoint");
+  ctx.fillStyle = pen.colour(ink);
   ctx.fill();
   ctx.lineWidth = chosen ? 3 : 1.5;
   ctx.strokeStyle = pen.colour(chosen ? "selected-edge" : "mark-edge");

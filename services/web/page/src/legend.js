@@ -6,6 +6,7 @@ import { featuresOf, roomState } from "./site.js";
 import { inkOf } from "./draw_live.js";
 import { ROOM_INKS } from "./draw_site.js";
 import { t, word } from "./texts.js";
+import { waypointKinds } from "./waypoint_kinds.js";
 
 export function createLegend() {
   onChange(["layers", "storey", "slam", "slamShown", "deviations", "site", "doc", "from", "to"], showLegend);
@@ -57,8 +58,8 @@ function entries() {
       ]);
     list.push(["in-progress", word("s", "in_progress")], ["not-started", word("s", "not_started"), "dashed"]);
   }
-  if (hasLayer("waypoints")) list.push(["waypoint", word("kind", "centre"), "disc"]);
-  if (hasLayer("scans")) list.push(["scan", word("kind", "scan"), "diamond"]);
+  for (const [kind, { layer, ink, mark }] of waypointKinds())
+    if (hasLayer(layer)) list.push([ink, word("kind", kind), mark]);
   if (hasLayer("tour")) list.push(["tour", t("layer_tour"), "line"]);
   if (hasLayer("graph")) list.push(["graph", t("l_usable"), "line"], ["graph-unusable", t("l_unusable"), "dashline"]);
   if (state.from !== null && state.to !== null) list.push(["way", t("l_way"), "line"]);

@@ -5,6 +5,7 @@ import { onChange, state, update } from "./state.js";
 import { nameOf } from "./site.js";
 import { number, t, word } from "./texts.js";
 import { panTo } from "./plan.js";
+import { kindOf } from "./waypoint_kinds.js";
 
 export function createMissions() {
   onChange(["doc", "tab", "sheet", "waypoint", "storey"], showMission);
@@ -17,7 +18,7 @@ export function createMissions() {
 function goToWaypoint() {
   const waypoint = state.doc?.waypoints.find((w) => w.id === state.waypoint);
   if (!waypoint) return;
-  const layer = waypoint.kind === "scan" ? "scans" : "waypoints";
+  const { layer } = kindOf(waypoint);
   const layers = state.layers.includes(layer) ? state.layers : [...state.layers, layer];
   update({ storey: waypoint.storey, layers });
   panTo(waypoint.x_m, waypoint.y_m);
@@ -83,7 +84,7 @@ function stop(waypoint) {
   const notes = chosen
     ? [
         t("clearance", { m: number(waypoint.clearance_m, 2) }),
-        waypoint.kind === "scan" ? t("covers", { m: number(waypoint.covers_m2) }) : null,
+        kindOf(waypoint).sees_area ? t("covers", { m: number(waypoint.covers_m2) }) : null,
       ]
         .filter(Boolean)
         .join(" · ")

@@ -3,6 +3,7 @@
 import { contains } from "./geometry.js";
 import { hasLayer, state } from "./state.js";
 import { elementState, featuresOf } from "./site.js";
+import { kindOf } from "./waypoint_kinds.js";
 
 const WAYPOINT_RADIUS_PX = 14;
 
@@ -34,7 +35,7 @@ export function pickWaypoint(map, latlng) {
   let best = null;
   let least = WAYPOINT_RADIUS_PX;
   for (const waypoint of state.doc?.waypoints ?? []) {
-    if (waypoint.storey !== state.storey || !hasLayer(waypoint.kind === "scan" ? "scans" : "waypoints")) continue;
+    if (waypoint.storey !== state.storey || !hasLayer(kindOf(waypoint).layer)) continue;
     const distance = map.latLngToContainerPoint([waypoint.y_m, waypoint.x_m]).distanceTo(at);
     if (distance < least) [best, least] = [waypoint, distance];
   }

@@ -1,6 +1,8 @@
 // Where the data comes from: documents by fetch, or, in an exported page, by injected scripts that call
 // `groundplanData(name, value)`, because file:// allows no fetch. Also the live events and the two controls.
 
+import { kindOf } from "./waypoint_kinds.js";
+
 const FILES = document.documentElement.dataset.source === "files";
 const DATES_KEPT = 24;
 const RETRY_MS = 500;
@@ -95,10 +97,15 @@ export const loadCalendar = () => document_("calendar");
 export function loadDate(key) {
   let promise = dates.get(key);
   dates.delete(key);
-  promise ??= document_(`dates/${key}`).catch((error) => {
-    dates.delete(key);
-    throw error;
-  });
+  promise ??= document_(`dates/${key}`)
+    .then((date) => {
+      date.waypoints.forEach(kindOf);
+      return date;
+    })
+    .catch((error) => {
+      dates.delete(key);
+      throw error;
+    });
   dates.set(key, promise);
   if (dates.size > DATES_KEPT) dates.delete(dates.keys().next().value);
   return promise;

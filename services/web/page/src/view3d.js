@@ -7,6 +7,7 @@ import { hasLayer, onChange, state, update } from "./state.js";
 import { loadModel } from "./source.js";
 import { element, isClosed, passageOf, storeyOf } from "./site.js";
 import { number, t } from "./texts.js";
+import { kindOf } from "./waypoint_kinds.js";
 
 const CUT_ABOVE_FLOOR_M = 1.4; // a cut through walls and windows of the storey
 
@@ -125,7 +126,7 @@ function showRobot() {
 
 function showWaypoints() {
   if (!scene || !state.doc) return;
-  const shown = state.doc.waypoints.filter((w) => hasLayer(w.kind === "scan" ? "scans" : "waypoints"));
+  const shown = state.doc.waypoints.filter((w) => hasLayer(kindOf(w).layer));
   scene.setWaypoints(shown.map(({ x_m, y_m, z_m, kind }) => ({ x_m, y_m, z_m, kind })));
 }
 
