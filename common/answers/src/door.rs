@@ -103,7 +103,7 @@ pub fn door(situation: &Situation<'_>, door: usize) -> DoorAnswer {
             ClearWidth::LiningAndPanel => "lining_and_panel",
             ClearWidth::Assumed => "assumed",
         },
-        needed_width_m: rounded(2.0 * robot.radius_m + robot.door_margin_m),
+        needed_width_m: rounded(robot.needed_width_m()),
         can_pass: passage.as_ref().and_then(is_passable),
         passage: passage.as_ref().map(|passage| passage.passage.get().name()),
         reasons: reasons(situation, passage.as_ref()),

@@ -122,7 +122,7 @@ fn is_trapdoor(site: &Site<'_>, door: &DoorPassageRecord) -> bool {
 /// Width that the robot needs and width that it finds, where a width is the reason.
 fn widths_m(robot: &RobotProfile, door: &DoorPassageRecord, reason: DoorPassage) -> Option<(f64, f64)> {
     match reason {
-        DoorPassage::TooNarrow => Some((2.0 * robot.radius_m + robot.door_margin_m, door.clear_width_m)),
+        DoorPassage::TooNarrow => Some((robot.needed_width_m(), door.clear_width_m)),
         DoorPassage::Obstructed => Some((2.0 * robot.radius_m, door.width_between_obstacles_m)),
         DoorPassage::ClosedByResolution => Some((2.0 * robot.radius_m, door.width_in_map_m)),
         _ => None,

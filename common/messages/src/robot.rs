@@ -108,6 +108,11 @@ impl RobotProfile {
         climbs_stairs: 0,
     };
 
+    /// Least clear width of a door that it drives through, metres: its diameter and its margin.
+    pub fn needed_width_m(&self) -> f64 {
+        2.0 * self.radius_m + self.door_margin_m
+    }
+
     /// Checks that each number is one that a robot has.
     ///
     /// # Errors

@@ -103,7 +103,7 @@ pub(crate) fn behind(
 fn door_text(site: &Site<'_>, robot: &RobotProfile, closed: &DoorPassageRecord, space: usize) -> String {
     let door = &site.doors[closed.door as usize];
     let element = &site.elements[door.element as usize];
-    let needed_m = 2.0 * robot.radius_m + robot.door_margin_m;
+    let needed_m = robot.needed_width_m();
     let why = match closed.passage.get() {
         DoorPassage::CannotOpen if site.text(element.predefined_type) == "TRAPDOOR" => "it is a trapdoor".to_owned(),
         DoorPassage::CannotOpen if site.moving_leaves(door).is_none() => "all its leaves are fixed".to_owned(),

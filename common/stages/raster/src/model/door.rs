@@ -46,5 +46,5 @@ impl StoreyDoor {
 
 /// True if this clear width is at least the diameter of the robot and its door margin.
 pub(crate) fn is_wide_enough(robot: &RobotProfile, clear_width_m: f64) -> bool {
-    clear_width_m + WIDTH_TOLERANCE_M >= 2.0 * robot.radius_m + robot.door_margin_m
+    clear_width_m + WIDTH_TOLERANCE_M >= robot.needed_width_m()
 }
