@@ -180,15 +180,14 @@ impl BridgeService {
 
     /// Publishes the transform of the alignment around the robot, which follows the robot slowly through a map that bends; what is not
     /// effective where the robot is is not repeated, and no other one is made up. A localiser begins anew at each initial pose: it is
-    /// told with a new alignment only.
+    /// told with a new alignment whose search was accepted only.
     fn show_alignment(&mut self, is_new: bool) {
         let elapsed = std::mem::replace(&mut self.transform_updated, Instant::now()).elapsed();
         let RosConfig { slam_frame, frame, .. } = &self.config.ros;
         let Some(around) = self.pose_around_robot().filter(|_| frame != slam_frame) else { return };
-        let is_accepted = self.alignment.as_ref().is_some_and(|a| a.view().verdict() == AlignmentVerdict::Accepted);
         let robot = self.robot.pose();
         let robot_m = robot.as_ref().map(|robot| [robot.x_m, robot.y_m]);
-        if !is_accepted || !self.transform.update(around, robot_m, elapsed) {
+        if !self.transform.update(around, robot_m, elapsed) {
             return;
         }
         let (Some(pose), now) = (self.transform.published(), stamp()) else { return };
@@ -197,7 +196,8 @@ impl BridgeService {
             foxglove.show_alignment(&message, &alignment_pose(pose, frame, now));
         }
         self.topics.tf_static.publish(message);
-        if let Some(Pose { x_m, y_m, yaw_rad }) = robot.filter(|_| is_new) {
+        let is_accepted = self.alignment.as_ref().is_some_and(|a| a.view().verdict() == AlignmentVerdict::Accepted);
+        if let Some(Pose { x_m, y_m, yaw_rad }) = robot.filter(|_| is_new && is_accepted) {
             self.topics.initial_pose.publish(pose_in_map(pose, [x_m, y_m, yaw_rad], frame, stamp()));
         }
     }
@@ -301,6 +301,7 @@ impl Service for BridgeService {
                     error!(service = "ros-bridge", why, "this process ends, and is started again");
                     std::process::exit(1);
                 }
+                self.slam_map.iter().for_each(|input| input.retry());
                 self.tick();
                 self.show_alignment(false);
                 self.follow_robot()?;

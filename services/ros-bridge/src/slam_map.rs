@@ -108,8 +108,24 @@ fn yaw_rad(q: &Quaternion) -> Result<f64, GridFault> {
 pub(crate) struct SlamMapInput {
     config: SiteConfig,
     output: Mutex<Output>,
+    warnings: Mutex<Warnings>,
+}
+
+/// What a person should know.
+#[derive(Default)]
+struct Warnings {
     /// Why the last message is not taken; `None` if it is.
-    refusal: Mutex<Option<String>>,
+    refusal: Option<String>,
+    /// Why the last map is not on the bus; `None` if it is.
+    no_room: Option<String>,
+}
+
+/// Tells and keeps a warning; one that stands already is not told again.
+fn warn_once(standing: &mut Option<String>, warning: Option<String>) {
+    if let Some(warning) = warning.as_ref().filter(|_| *standing != warning) {
+        warn!(service = "ros-bridge", warning);
+    }
+    *standing = warning;
 }
 
 /// The robot's side of the bus.
@@ -132,7 +148,7 @@ impl SlamMapInput {
     pub(crate) fn new(config: &SiteConfig) -> Result<Self, Failure> {
         let epochs = Epochs::at(&config.state, "ros-bridge-slam-map-epochs.json")?;
         let output = Output { epochs, bus: None, maps: LatchedOutput::new(topics::SlamMap) };
-        Ok(Self { config: config.clone(), output: Mutex::new(output), refusal: Mutex::default() })
+        Ok(Self { config: config.clone(), output: Mutex::new(output), warnings: Mutex::default() })
     }
 
     /// The bus has another generation: the last map comes there, too.
@@ -152,22 +168,40 @@ impl SlamMapInput {
     /// A message has come; `Err` has why it cannot be read. What is no map is refused, and the map before it stays.
     pub(crate) fn take(&self, message: Result<OccupancyGrid, String>) {
         let message = message.map_err(|why| Failure::from(format!("its message cannot be read: {why}")));
-        let refusal = message.and_then(|grid| self.pass_on(&grid)).err();
-        let refusal = refusal.map(|why| format!("a SLAM map is not taken: {}", chain(why.as_ref())));
-        let mut last = lock(&self.refusal);
-        if let Some(warning) = refusal.as_ref().filter(|_| *last != refusal) {
-            warn!(service = "ros-bridge", warning);
+        let map = message.and_then(|grid| {
+            let archive = slam_map_of(&grid)?;
+            Ok((archive, grid))
+        });
+        let refusal = map.as_ref().err().map(|why| format!("a SLAM map is not taken: {}", chain(why.as_ref())));
+        warn_once(&mut lock(&self.warnings).refusal, refusal);
+        if let Ok((archive, grid)) = map {
+            self.is_published(self.pass_on(archive, &grid));
         }
-        *last = refusal;
     }
 
-    /// That the last message was not taken, and why.
+    /// A map that had no room on the bus comes there as soon as there is.
+    pub(crate) fn retry(&self) {
+        let mut output = lock(&self.output);
+        let Output { epochs, maps, .. } = &mut *output;
+        let retried = maps.retry(epochs);
+        drop(output);
+        self.is_published(retried);
+    }
+
+    /// What came of publishing a map.
+    fn is_published(&self, published: Result<(), Failure>) {
+        let why = published.err().map(|why| format!("the SLAM map is not published: {}", chain(why.as_ref())));
+        warn_once(&mut lock(&self.warnings).no_room, why);
+    }
+
+    /// That the last message was not taken, or that the last map is not on the bus, and why.
     pub(crate) fn warning(&self) -> Option<String> {
-        lock(&self.refusal).clone()
+        let Warnings { refusal, no_room } = &*lock(&self.warnings);
+        let warnings: Vec<&str> = [no_room, refusal].into_iter().flatten().map(String::as_str).collect();
+        (!warnings.is_empty()).then(|| warnings.join("; "))
     }
 
-    fn pass_on(&self, grid: &OccupancyGrid) -> Result<(), Failure> {
-        let archive = slam_map_of(grid)?;
+    fn pass_on(&self, archive: ArchiveBuffer, grid: &OccupancyGrid) -> Result<(), Failure> {
         let mut output = lock(&self.output);
         let Output { epochs, maps, .. } = &mut *output;
         // The same grid comes from a latched and from another subscription; what could not be published is tried again.
