@@ -1,5 +1,6 @@
 //! The configuration of a site: a TOML file that all its daemons read; `config/site.toml` explains every key.
 
+use crate::failure::Failure;
 use crate::known_places::{KnownPlaces, PointInRoom};
 use crate::ros_config::RosConfig;
 use crate::web_config::WebConfig;
@@ -167,6 +168,35 @@ pub struct PoseHint {
     /// How far off the yaw may be, in degrees.
     #[serde(default = "PoseHint::radius_deg")]
     pub radius_deg: f64,
+}
+
+impl AlignConfig {
+    /// Keys whose numbers cannot be used, with the reason.
+    pub fn faults(&self) -> Vec<(&'static str, String)> {
+        let distances = [
+            ("align.max_jump_m", self.max_jump_m),
+            ("align.max_jump_deg", self.max_jump_deg),
+            ("align.max_uncertainty_m", self.max_uncertainty_m),
+            ("align.max_uncertainty_deg", self.max_uncertainty_deg),
+        ];
+        let unusable = distances.into_iter().filter(|(_, value)| !(value.is_finite() && *value >= 0.0));
+        let told = |(key, value)| (key, format!("{value} is no distance: it must be 0 or more"));
+        let is_hint_usable = self.hint.is_none_or(|hint| {
+            [hint.x_m, hint.y_m, hint.yaw_deg].iter().all(|value| value.is_finite())
+                && [hint.radius_m, hint.radius_deg].iter().all(|radius| radius.is_finite() && *radius > 0.0)
+        });
+        let hint = || ("align.hint", "its numbers must be finite, and its radii more than 0".to_owned());
+        unusable.map(told).chain((!is_hint_usable).then(hint)).collect()
+    }
+
+    /// Refuses numbers that cannot be used.
+    ///
+    /// # Errors
+    /// The first of them.
+    pub fn check(&self) -> Result<(), Failure> {
+        let fault = self.faults().into_iter().next();
+        fault.map_or(Ok(()), |(key, why)| Err(format!("{key}: {why}").into()))
+    }
 }
 
 impl PoseHint {

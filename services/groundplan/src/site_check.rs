@@ -1,4 +1,4 @@
-//! Checks the configuration of a site whole, before anything is started: every value, and every file that it names.
+//! Checks the configuration of a site before anything is started: values of the daemons that `up` starts, and files that it names.
 
 use crate::failure::Failure;
 use bus::DomainError;
@@ -120,22 +120,8 @@ fn align(found: &mut Findings<'_>, config: &SiteConfig) {
         // The robot may save it later: slam-align says so until it is there.
         found.add(SettingKey::SlamMap.name(), daemon::chain(&why), false);
     }
-    for (key, value) in [
-        ("align.max_jump_m", align.max_jump_m),
-        ("align.max_jump_deg", align.max_jump_deg),
-        ("align.max_uncertainty_m", align.max_uncertainty_m),
-        ("align.max_uncertainty_deg", align.max_uncertainty_deg),
-    ] {
-        if !(value.is_finite() && value >= 0.0) {
-            found.add(key, format!("{value} is no distance: it must be 0 or more"), true);
-        }
-    }
-    let is_hint_usable = align.hint.is_none_or(|hint| {
-        [hint.x_m, hint.y_m, hint.yaw_deg].iter().all(|value| value.is_finite())
-            && [hint.radius_m, hint.radius_deg].iter().all(|radius| radius.is_finite() && *radius > 0.0)
-    });
-    if !is_hint_usable {
-        found.add("align.hint", "its numbers must be finite, and its radii more than 0".to_owned(), true);
+    for (key, why) in align.faults() {
+        found.add(key, why, true);
     }
 }
 
