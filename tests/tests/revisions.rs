@@ -189,14 +189,21 @@ fn another_building_waits_for_an_operator_also_across_restarts() {
 
     // What was compared is confirmed, and nothing else.
     write(&house(2), &other);
-    let answer = ask(&live, &IngestRequest::Confirm).unwrap();
+    let confirm = |live: &Live| {
+        let seen = ask(live, &IngestRequest::GetRevision).unwrap().revision.unwrap().sha256;
+        (IngestRequest::Confirm { sha256: seen.clone() }, seen)
+    };
+    let (request, first) = confirm(&live);
+    let answer = ask(&live, &request).unwrap();
     assert_eq!(answer.effect, RevisionEffect::Waits, "its file has changed since");
+    assert_ne!(confirm(&live).1, first);
+    assert!(ask(&live, &request).unwrap_err().contains("another revision waits by now, other.ifc"));
     assert!(live.text(&[&"confirm", &"--list"]).contains("it shares 0 of 5 elements"));
     let confirmed = live.text(&[&"confirm"]);
     assert!(confirmed.contains("in force, epoch"), "{confirmed}");
     live.wait_until_healthy();
     assert_eq!(frame(&live).1, 2, "another building has another frame");
-    assert!(ask(&live, &IngestRequest::Confirm).unwrap_err().contains("no revision waits"));
+    assert!(ask(&live, &request).unwrap_err().contains("no revision waits"), "another one is in force");
 
     // A file that is replaced is guarded as well, and what was discarded does not come back by itself.
     write(&house(0), &other);

@@ -27,7 +27,7 @@ use std::time::{Duration, Instant};
 /// # let bus: bus::Bus = todo!();
 /// use daemon::{Client, IngestRequest, RasterizeRequest};
 /// let rasterize = Client::<RasterizeRequest>::of(&bus)?;
-/// let open = rasterize.send(&IngestRequest::Confirm)?;
+/// let open = rasterize.send(&IngestRequest::GetRevision)?;
 /// # Ok(())
 /// # }
 /// ```

@@ -96,7 +96,7 @@ mod tests {
         let answer = IngestAnswer {
             site: Published { content_hash: ContentHash::from_bits(1), epoch: 7 },
             effect: RevisionEffect::Waits,
-            revision: Some(Revision { models: vec!["/b.ifc".into()], comparison }),
+            revision: Some(Revision { models: vec!["/b.ifc".into()], sha256: Vec::new(), comparison }),
         };
         let expected = "
                                    before    after    added  removed

@@ -5,7 +5,7 @@ use crate::revision_reader::{ReadRevision, RevisionReader};
 use crate::revisions::{Refused, Revisions};
 use daemon::{Asked, Failure, FileStamp, FileWatch, MachineTime, SiteConfig};
 use ingest::SiteFrame;
-use messages::{Checked, SiteOutline, payload};
+use messages::{Checked, ContentId, SiteOutline, payload};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
@@ -45,7 +45,7 @@ pub(crate) enum Intent {
     /// It takes effect.
     Force,
     /// It takes effect if its files are those with these hashes; else as with `Load`.
-    Confirm(Vec<[u8; 32]>),
+    Confirm(Vec<ContentId>),
 }
 
 /// A revision that can be read, and what is to become of it once it is known to have a schedule.

@@ -4,7 +4,7 @@ use crate::model_files::ModelFiles;
 use bus::give_back_freed_memory;
 use daemon::{CurrentActivity, Failure, FileStamp, Reporter, Revision, SiteConfig};
 use ingest::{IngestOptions, SiteFrame, ingest};
-use messages::{Activity, Checked, SiteComparison, SiteOutline, payload};
+use messages::{Activity, Checked, ContentId, SiteComparison, SiteOutline, payload};
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -97,12 +97,13 @@ impl RevisionReader {
 
 impl ReadRevision {
     /// sha256 of each file.
-    pub(crate) fn sha256(&self) -> Vec<[u8; 32]> {
-        self.site.view().sources.iter().map(|source| source.sha256).collect()
+    pub(crate) fn sha256(&self) -> Vec<ContentId> {
+        self.site.view().sources.iter().map(|source| ContentId::from_sha256(source.sha256)).collect()
     }
 
     /// What clients get of it.
     pub(crate) fn described(&self) -> Revision {
-        Revision { models: self.models.clone(), comparison: self.comparison.clone() }
+        let (models, comparison) = (self.models.clone(), self.comparison.clone());
+        Revision { models, sha256: self.sha256(), comparison }
     }
 }

@@ -53,8 +53,6 @@ pub(crate) struct Refused {
 pub(crate) struct Waiting {
     /// Its files, and how it differs from the site in force.
     pub(crate) revision: Revision,
-    /// sha256 of each file: only what was compared is confirmed.
-    pub(crate) sha256: Vec<[u8; 32]>,
 }
 
 impl Refused {
@@ -126,7 +124,7 @@ impl Revisions {
     pub(crate) fn standing(&self) -> Standing {
         let error = self.refused.as_ref().map(|refused| self.stays(&refused.why));
         let warning = self.waiting.as_ref().map(|waiting| {
-            let Revision { models, comparison } = &waiting.revision;
+            let Revision { models, comparison, .. } = &waiting.revision;
             let (names, why) = (names_of(models), comparison.objections.join("; "));
             self.stays(&format!("the revision {names} waits for `groundplan confirm` ({why})"))
         });

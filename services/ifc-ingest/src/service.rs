@@ -317,7 +317,7 @@ impl Ingest {
         let described = revision.described();
         let revisions = &mut decision.next.revisions;
         revisions.see(&revision.models, &revision.stamps);
-        revisions.waiting = Some(Waiting { sha256: revision.sha256(), revision: described.clone() });
+        revisions.waiting = Some(Waiting { revision: described.clone() });
         revisions.refused = None;
         decision.save.push(self.store.saving_revisions(revisions)?);
         let why = described.comparison.objections.join("; ");
@@ -361,7 +361,7 @@ impl Ingest {
             ));
         }
         let dropped = before.waiting.as_ref().filter(|_| revisions.waiting.is_none());
-        if let Some(Waiting { revision, .. }) = dropped.filter(|dropped| dropped.revision.models != *models) {
+        if let Some(Waiting { revision }) = dropped.filter(|dropped| dropped.revision.models != *models) {
             let told = format!("{} no longer waits", names_of(&revision.models));
             decision.history.push(HistoryEvent::new(HistoryKind::Revision, by, told));
         }
@@ -485,9 +485,18 @@ impl Ingest {
                 };
                 self.load(decision, models, intent, Some(asked), now)
             }
-            IngestRequest::Confirm => {
-                let Waiting { revision, sha256 } =
-                    revisions.waiting.clone().ok_or("no revision waits to be confirmed")?;
+            IngestRequest::Confirm { sha256 } => {
+                let Some(Waiting { revision }) = revisions.waiting.clone() else {
+                    let in_force = self.confirmed_before(&sha256, now.outputs);
+                    return in_force.map(|()| Some(Ok((RevisionEffect::InForce, None))));
+                };
+                if revision.sha256 != sha256 {
+                    return Err(format!(
+                        "another revision waits by now, {}: see groundplan confirm --list",
+                        names_of(&revision.models)
+                    )
+                    .into());
+                }
                 let told = format!("{} confirmed", names_of(&revision.models));
                 decision.history.push(HistoryEvent::new(HistoryKind::Revision, Some(asked.by), told));
                 self.load(decision, revision.models, Intent::Confirm(sha256), Some(asked), now)
@@ -498,6 +507,19 @@ impl Ingest {
                 let effect = if waiting.is_some() { RevisionEffect::Waits } else { RevisionEffect::InForce };
                 Ok(Some(Ok((effect, waiting))))
             }
+        }
+    }
+
+    /// Nothing waits: a confirmation that comes again is answered if what it names is in force.
+    ///
+    /// # Errors
+    /// It is not.
+    fn confirmed_before(&self, sha256: &[ContentId], outputs: &SiteOutput) -> Result<(), Failure> {
+        let in_force = outputs.site().map(Checked::view);
+        let in_force = in_force.iter().flat_map(|site| site.sources).map(|source| source.sha256);
+        match in_force.eq(sha256.iter().map(|id| *id.sha256())) {
+            true => Ok(()),
+            false => Err("no revision waits to be confirmed".into()),
         }
     }
 

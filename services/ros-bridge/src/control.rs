@@ -3,8 +3,9 @@
 use bus::{Bus, Daemon};
 use daemon::facts::{AlignFacts, AlignmentSummary, RosBridgeFacts};
 use daemon::{
-    AlignAnswer, AlignRequest, Failure, IngestRequest, KnownPlaces, Published, Report, Request, RequestTimeouts,
-    RevisionEffect, RosBridgeRequest, ScheduleAnswer, ScheduleRequest, SearchState, SiteConfig, StatusBoard, ask,
+    AlignAnswer, AlignRequest, Confirmations, Failure, IngestRequest, KnownPlaces, Published, Report, Request,
+    RequestTimeouts, Revision, RevisionEffect, RosBridgeRequest, ScheduleAnswer, ScheduleRequest, SearchState,
+    SiteConfig, StatusBoard, ask,
 };
 use frames::PlanTime;
 use messages::{AlignmentVerdict, plan_time};
@@ -124,18 +125,23 @@ impl Control {
     /// Nothing waits, or both do: then an operator has to say which.
     pub(crate) fn confirm(&self) -> Result<String, Failure> {
         let revision = self.ask(&IngestRequest::GetRevision)?;
-        let is_model = revision.effect == RevisionEffect::Waits;
-        let is_pose = self.alignment().is_some_and(|alignment| alignment.is_waiting);
-        match (is_model, is_pose) {
-            (true, true) => Err("a revision of the model and a pose wait: groundplan confirm model, or pose".into()),
-            (true, false) => {
-                self.ask(&IngestRequest::Confirm)?;
-                Ok("the revision of the model is in force".to_owned())
+        let revision = revision.revision.filter(|_| revision.effect == RevisionEffect::Waits);
+        let AlignAnswer::Confirmations(Confirmations { waiting, .. }) = self.ask(&AlignRequest::ListConfirmed)? else {
+            return Err("slam-align answers in other words".into());
+        };
+        match (revision, waiting) {
+            (Some(_), Some(_)) => {
+                Err("a revision of the model and a pose wait: groundplan confirm model, or pose".into())
             }
-            (false, _) => {
-                self.ask(&AlignRequest::ConfirmPose)?;
+            (Some(Revision { sha256, .. }), None) => match self.ask(&IngestRequest::Confirm { sha256 })?.effect {
+                RevisionEffect::InForce => Ok("the revision of the model is in force".to_owned()),
+                _ => Err("its files have changed since it was compared: it waits again".into()),
+            },
+            (None, Some(waiting)) => {
+                self.ask(&AlignRequest::ConfirmPose { waiting })?;
                 Ok("the pose of the SLAM map is in effect".to_owned())
             }
+            (None, None) => Err("neither a revision of the model nor a pose waits".into()),
         }
     }
 }

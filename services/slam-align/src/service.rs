@@ -87,6 +87,7 @@ impl SlamAlign {
         worker: Worker<Job, JobResult>,
         give: Box<GiveTable>,
     ) -> Result<Committed<Self>, Failure> {
+        config.align.check()?;
         let state = StateFile::at(&config.state, "alignment.json")?;
         let persisted: PersistedState = state.load()?.unwrap_or_default();
         let map_setting = MapSetting::open(&config.state, &config.align, persisted.older_map.clone())?;
@@ -184,6 +185,7 @@ impl SlamAlign {
 
     /// Takes another configuration.
     fn configure(&self, decision: &mut Decision<Self>, config: &SiteConfig) -> Result<(), Failure> {
+        config.align.check()?;
         let next = &mut decision.next;
         let earlier = next.search_area();
         next.config = Arc::new(config.align.clone());
@@ -227,13 +229,15 @@ impl SlamAlign {
             AlignRequest::ConfirmAbsent { elements } => {
                 AlignAnswer::Elements(self.confirm_absent(decision, &elements, *by, now)?)
             }
-            AlignRequest::UndoConfirm { elements } if !elements.is_empty() => {
-                AlignAnswer::Elements(self.undo_absent(decision, &elements, *by)?)
-            }
+            AlignRequest::UndoAbsent { elements } => AlignAnswer::Elements(self.undo_absent(decision, &elements, *by)?),
             AlignRequest::ListConfirmed => AlignAnswer::Confirmations(self.confirmations()),
             // Their answer is what is published then.
-            AlignRequest::ConfirmPose => return self.confirm_pose(decision, *by, now).map(|()| None),
-            AlignRequest::UndoConfirm { .. } => return self.undo_confirmed_pose(decision, *by).map(|()| None),
+            AlignRequest::ConfirmPose { waiting } => {
+                return self.confirm_pose(decision, &waiting, *by, now).map(|()| None);
+            }
+            AlignRequest::UndoPose { before } => {
+                return self.undo_confirmed_pose(decision, &before, *by).map(|()| None);
+            }
         }))
     }
 

@@ -188,13 +188,20 @@ fn a_confirmation_and_its_undoing_are_whole_or_not_at_all() {
     let mut site = Site::aligned();
     site.find_elsewhere();
     let pose = |site: &mut Site, request: AlignRequest| is_done(&site.daemons.align.ask(request));
-    let undo = || AlignRequest::UndoConfirm { elements: Vec::new() };
-    site.fails_and_changes_nothing(|site| pose(site, AlignRequest::ConfirmPose));
-    assert!(pose(&mut site, AlignRequest::ConfirmPose));
+    let waiting = site.state().2.waiting.unwrap();
+    let confirm = || AlignRequest::ConfirmPose { waiting };
+    let mut elsewhere = waiting;
+    elsewhere.map_from_slam.x_m += 1.0;
+    assert!(!pose(&mut site, AlignRequest::ConfirmPose { waiting: elsewhere }), "not what waits");
+    site.fails_and_changes_nothing(|site| pose(site, confirm()));
+    assert!(pose(&mut site, confirm()) && pose(&mut site, confirm()), "it may come twice");
     let (_, _, confirmed, saved) = site.state();
     assert!(confirmed.before_confirmed.is_some() && saved["before_confirmed"].is_array(), "{saved}");
+    let (before, _) = confirmed.before_confirmed.unwrap();
+    let undo = || AlignRequest::UndoPose { before };
+    assert!(!pose(&mut site, AlignRequest::UndoPose { before: elsewhere }), "not what was confirmed");
     site.fails_and_changes_nothing(|site| pose(site, undo()));
-    assert!(pose(&mut site, undo()));
+    assert!(pose(&mut site, undo()) && pose(&mut site, undo()), "it may come twice");
     let (_, _, undone, saved) = site.state();
     assert!(undone.before_confirmed.is_none() && undone.waiting.is_some() && saved["before_confirmed"].is_null());
 }

@@ -16,8 +16,8 @@ mod robot;
 use bus::{Bus, CheckedSample, Daemon, GridSlot, RawSubscriber, TopicName, topics};
 use daemon::facts::Pose;
 use daemon::{
-    ActualsSource, AlignAnswer, AlignRequest, Confirmations, FileText, IngestRequest, KnownPlaces, Published,
-    RasterizeRequest, RevisionEffect, Robot, ScheduleRequest, WaypointRequest,
+    ActualsSource, AlignAnswer, AlignRequest, Confirmations, FileText, IngestRequest, KnownPlaces, ListedPose,
+    Published, RasterizeRequest, RevisionEffect, Robot, ScheduleRequest, WaypointRequest,
 };
 use messages::{ContentHash, RobotProfile, ScheduleState};
 use models::{RESOLUTION_M, RULES, START_MS, copy_folder, models, toml};
@@ -353,17 +353,24 @@ impl History {
         if self.unanswered.is_some() || self.waits.is_some() || !self.daemons.align.is_alive() {
             return Ok(());
         }
+        let End::Done(AlignAnswer::Confirmations(seen)) = self.daemons.align.ask(AlignRequest::ListConfirmed) else {
+            return Ok(());
+        };
         let mut wanted = self.wanted.clone();
         let wall = || vec![east_wall().to_owned()];
+        let nowhere = ListedPose { storey: 0, map_from_slam: Pose { x_m: 9.0, y_m: 9.0, yaw_rad: 0.0 } };
         let (what, request) = match self.dice.below(6) {
             0 => ("search", AlignRequest::Align { hint: None, storey: None, places: KnownPlaces::default() }),
             1 | 2 => {
                 wanted.has_confirmed_pose = true;
-                ("confirm the pose", AlignRequest::ConfirmPose)
+                ("confirm the pose", AlignRequest::ConfirmPose { waiting: seen.waiting.unwrap_or(nowhere) })
             }
             3 => {
                 wanted.has_confirmed_pose = false;
-                ("take the pose back", AlignRequest::UndoConfirm { elements: Vec::new() })
+                (
+                    "take the pose back",
+                    AlignRequest::UndoPose { before: seen.before_confirmed.map_or(nowhere, |(pose, _)| pose) },
+                )
             }
             4 => {
                 wanted.has_confirmed_absence = true;
@@ -371,7 +378,7 @@ impl History {
             }
             _ => {
                 wanted.has_confirmed_absence = false;
-                ("take an absence back", AlignRequest::UndoConfirm { elements: wall() })
+                ("take an absence back", AlignRequest::UndoAbsent { elements: wall() })
             }
         };
         self.is_align_touched = true;

@@ -41,16 +41,24 @@ pub enum AlignRequest {
         at_least: Option<u64>,
     },
     /// The pending pose is right. Answer: [`AlignAnswer::Pose`].
-    ConfirmPose,
+    ConfirmPose {
+        /// The pose that waits as the client has seen it: another one is not confirmed.
+        waiting: ListedPose,
+    },
     /// These elements are absent although they are planned to be there. Answer: [`AlignAnswer::Elements`].
     ConfirmAbsent {
         /// GlobalIds of elements that the robot saw through.
         elements: Vec<String>,
     },
-    /// Takes a confirmation back. Answer: [`AlignAnswer::Elements`]; without elements [`AlignAnswer::Pose`].
-    UndoConfirm {
-        /// GlobalIds of elements; none for the pose.
+    /// These elements are no longer confirmed to be absent. Answer: [`AlignAnswer::Elements`].
+    UndoAbsent {
+        /// Their GlobalIds.
         elements: Vec<String>,
+    },
+    /// The pose before the one that was confirmed last comes back. Answer: [`AlignAnswer::Pose`].
+    UndoPose {
+        /// [`Confirmations::before_confirmed`] as the client has seen it: another confirmation is not taken back.
+        before: ListedPose,
     },
     /// What waits for a confirmation, and what was confirmed. Answer: [`AlignAnswer::Confirmations`].
     ListConfirmed,
@@ -162,14 +170,15 @@ impl Request for AlignRequest {
 
     fn may_be_sent_twice(&self) -> bool {
         match self {
-            // Another pose may wait, or be in force, by then.
-            Self::ConfirmPose => false,
-            Self::UndoConfirm { elements } => !elements.is_empty(),
+            // Poses are named: where that is what is in effect, it is the answer.
             Self::ReadSlamMap { .. }
             | Self::Align { .. }
             | Self::SearchResult { .. }
             | Self::Comparison { .. }
+            | Self::ConfirmPose { .. }
             | Self::ConfirmAbsent { .. }
+            | Self::UndoAbsent { .. }
+            | Self::UndoPose { .. }
             | Self::ListConfirmed => true,
         }
     }

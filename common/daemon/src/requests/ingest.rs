@@ -2,7 +2,7 @@
 
 use crate::request::{Published, Request};
 use bus::Daemon;
-use messages::SiteComparison;
+use messages::{ContentId, SiteComparison};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
@@ -22,7 +22,10 @@ pub enum IngestRequest {
         force: bool,
     },
     /// The waiting revision takes effect. One whose files have changed since is compared again.
-    Confirm,
+    Confirm {
+        /// What waits as the client has seen it, [`Revision::sha256`]: another one is not confirmed.
+        sha256: Vec<ContentId>,
+    },
     /// The waiting revision, or the one that was refused last, is forgotten; its files are not read again before they change.
     Discard,
     /// What is in force and what waits; nothing changes.
@@ -59,6 +62,9 @@ pub enum RevisionEffect {
 pub struct Revision {
     /// Absolute paths of its files.
     pub models: Vec<PathBuf>,
+    /// sha256 of each file: only what was compared is confirmed. Empty where an earlier version compared it.
+    #[serde(default)]
+    pub sha256: Vec<ContentId>,
     /// How it differs, with what an operator has to confirm.
     pub comparison: SiteComparison,
 }
@@ -72,8 +78,10 @@ impl Request for IngestRequest {
             Self::GetRevision => true,
             // The files may be what the daemon died of.
             Self::Load { .. } => false,
+            // Where it is in force already, that is the answer.
+            Self::Confirm { .. } => true,
             // Another revision may wait by then.
-            Self::Confirm | Self::Discard => false,
+            Self::Discard => false,
         }
     }
 }

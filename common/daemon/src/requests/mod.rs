@@ -23,10 +23,12 @@ pub use web::WebRequest;
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::facts::Pose;
     use crate::failure::chain;
     use crate::file_text::FileText;
     use crate::known_places::{KnownPlaces, PointInRoom};
     use crate::request::{Request, parse_request};
+    use messages::ContentId;
 
     fn refusal<R: Request>(bytes: &[u8]) -> String {
         chain(&parse_request::<R>(bytes).unwrap_err())
@@ -61,7 +63,7 @@ mod tests {
             assert_eq!(&parse_request::<R>(&bytes).unwrap(), request);
         }
         check(&IngestRequest::Load { models: vec!["/a.ifc".into()], dry_run: false, force: true });
-        check(&IngestRequest::Confirm);
+        check(&IngestRequest::Confirm { sha256: vec![ContentId::of(b"a")] });
         check(&ScheduleRequest::NextChange { after_s: Some(-1) });
         check(&ScheduleRequest::Simulate { rate: 3600.0, from_s: None });
         check(&ScheduleRequest::SetActuals { file: None, source: ActualsSource::Observed });
@@ -69,6 +71,8 @@ mod tests {
         let rooms = vec![PointInRoom { x_m: 1.0, y_m: -2.0, room: "U.04".to_owned() }];
         let places = KnownPlaces { rooms, elevation_m: Some(3.2), portal: None };
         check(&AlignRequest::Align { hint: None, storey: Some(2), places });
-        check(&AlignRequest::UndoConfirm { elements: Vec::new() });
+        check(&AlignRequest::UndoAbsent { elements: vec!["1".to_owned()] });
+        let map_from_slam = Pose { x_m: 0.1, y_m: -1.0 / 3.0, yaw_rad: 1e-9 };
+        check(&AlignRequest::ConfirmPose { waiting: ListedPose { storey: 1, map_from_slam } });
     }
 }

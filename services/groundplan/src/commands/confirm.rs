@@ -89,8 +89,17 @@ impl Run for Args {
         }
         let elements = if is_pose { Vec::new() } else { self.what.clone() };
         let request = match (self.undo, is_pose) {
-            (true, _) => AlignRequest::UndoConfirm { elements },
-            (false, true) => AlignRequest::ConfirmPose,
+            (true, true) => {
+                let confirmed = confirmations(&bus, &mut waiter)?.before_confirmed;
+                let (before, _) = confirmed.ok_or_else(|| Failure::work("no confirmed pose can be taken back"))?;
+                AlignRequest::UndoPose { before }
+            }
+            (true, false) => AlignRequest::UndoAbsent { elements },
+            (false, true) => {
+                let waiting = confirmations(&bus, &mut waiter)?.waiting;
+                let waiting = waiting.ok_or_else(|| Failure::work("no pose waits to be confirmed"))?;
+                AlignRequest::ConfirmPose { waiting }
+            }
             (false, false) => AlignRequest::ConfirmAbsent { elements },
         };
         match ask(&bus, &mut waiter, &request)? {
@@ -141,8 +150,10 @@ fn revision_text(revision: &Revision) -> String {
 impl Args {
     /// Confirms the revision that waits, and waits for its maps.
     fn model(&self, config: &SiteConfig, bus: &Bus, waiter: &mut Waiter) -> Result<Outcome, Failure> {
+        let revision = waiting_revision(bus, waiter)?;
+        let Revision { sha256, .. } = revision.ok_or_else(|| Failure::work("no revision waits to be confirmed"))?;
         let progress = LoadProgress::new();
-        let answer = ask_with_progress(bus, waiter, &IngestRequest::Confirm, |news| progress.show(news))?;
+        let answer = ask_with_progress(bus, waiter, &IngestRequest::Confirm { sha256 }, |news| progress.show(news))?;
         let is_in_force = answer.effect == RevisionEffect::InForce;
         if is_in_force {
             progress.waits_for("drawing maps");

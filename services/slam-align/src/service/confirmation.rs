@@ -4,27 +4,41 @@ use super::SlamAlign;
 use crate::compared_elements::ComparedElement;
 use crate::in_force::pose_event;
 use crate::persisted_state::listed;
+use daemon::facts::Pose;
 use daemon::{
-    Caller, Confirmations, Confirmed, ConfirmedElement, Decision, Failure, HistoryEvent, HistoryKind, MachineTime, Now,
+    Caller, Confirmations, Confirmed, ConfirmedElement, Decision, Failure, HistoryEvent, HistoryKind, ListedPose,
+    MachineTime, Now,
 };
 use diagnostics::nearest_names_hint;
+use frames::wrapped;
 use jiff::Timestamp;
-use messages::Observation;
+use messages::{Observation, PoseRecord};
 use tracing::info;
 
+/// A pose that is followed moves by less than this between a request and its repetition.
+const FOLLOWED_M: f64 = 0.1;
+const FOLLOWED_RAD: f64 = 0.02;
+
 impl SlamAlign {
-    /// The pending pose is right.
+    /// The pending pose is right, if it is the one that the client saw.
     pub(super) fn confirm_pose(
         &self,
         decision: &mut Decision<Self>,
+        seen: &ListedPose,
         by: Caller,
         now: &Now<'_, Self>,
     ) -> Result<(), Failure> {
         let next = &mut decision.next;
         let (waiting, before) = (next.follower.waiting().copied(), next.follower.pose().copied());
         let (Some(waiting), Some(before)) = (waiting, before) else {
-            return Err("no pose waits to be confirmed".into());
+            // The same request came before.
+            let is_done =
+                next.persisted.before_confirmed().is_some() && before.is_some_and(|pose| is_still_at(&pose, seen));
+            return is_done.then_some(()).ok_or_else(|| "no pose waits to be confirmed".into());
         };
+        if listed(&waiting) != *seen {
+            return Err("another pose waits by now: see groundplan confirm --list".into());
+        }
         let (confirmed, frame_epoch) = (confirmed(by, now.machine)?, next.frame_epoch());
         next.persisted_mut().confirm_pose(&waiting, &before, frame_epoch, confirmed);
         match (next.follower.confirm(next.map_hash().unwrap_or_default()), next.map.clone()) {
@@ -37,10 +51,23 @@ impl SlamAlign {
         Ok(())
     }
 
-    /// The pose before the confirmed one comes back, and that one waits again.
-    pub(super) fn undo_confirmed_pose(&self, decision: &mut Decision<Self>, by: Caller) -> Result<(), Failure> {
+    /// The pose before the confirmed one comes back, if it is the one that the client saw, and the confirmed one waits again.
+    pub(super) fn undo_confirmed_pose(
+        &self,
+        decision: &mut Decision<Self>,
+        seen: &ListedPose,
+        by: Caller,
+    ) -> Result<(), Failure> {
         let next = &mut decision.next;
-        let (before, _) = next.persisted.before_confirmed().ok_or("no confirmed pose can be taken back")?;
+        let Some((before, _)) = next.persisted.before_confirmed() else {
+            // The same request came before.
+            let in_effect = next.follower.pose();
+            let is_done = next.follower.waiting().is_some() && in_effect.is_some_and(|pose| is_still_at(pose, seen));
+            return is_done.then_some(()).ok_or_else(|| "no confirmed pose can be taken back".into());
+        };
+        if listed(&before) != *seen {
+            return Err("another pose was confirmed by now: see groundplan confirm --list".into());
+        }
         next.persisted_mut().undo_confirmed_pose();
         next.follower.undo_confirm(before);
         next.follow();
@@ -115,6 +142,14 @@ impl SlamAlign {
             absent: absent.filter_map(|id| persisted.confirmed_element(id)).collect(),
         }
     }
+}
+
+/// True if a pose is the one that a client saw, which is followed since.
+fn is_still_at(pose: &PoseRecord, seen: &ListedPose) -> bool {
+    let (now, then) = (listed(pose), seen.map_from_slam);
+    let Pose { x_m, y_m, yaw_rad } = now.map_from_slam;
+    let is_near = libm::hypot(x_m - then.x_m, y_m - then.y_m) <= FOLLOWED_M;
+    now.storey == seen.storey && is_near && wrapped(yaw_rad - then.yaw_rad).abs() <= FOLLOWED_RAD
 }
 
 fn confirmed(by: Caller, now: MachineTime) -> Result<Confirmed, Failure> {
