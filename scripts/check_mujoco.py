@@ -88,12 +88,16 @@ class Simulation:
 
     def cast(self, start, directions):
         """Length of each ray to the first static shape; infinity without one in range."""
+        return self.meet(start, directions)[0]
+
+    def meet(self, start, directions):
+        """The same, and the geom that each ray meets; -1 for none."""
         n = len(directions)
         groups = np.zeros(6, np.uint8)
         groups[STATIC_GROUP] = 1
         geoms, lengths = np.zeros(n, np.int32), np.zeros(n)
         mujoco.mj_multiRay(self.model, self.data, start, directions.flatten(), groups, 1, -1, geoms, lengths, None, n, RANGE_M)
-        return np.where(geoms < 0, np.inf, lengths)
+        return np.where(geoms < 0, np.inf, lengths), geoms
 
     def put(self, joints):
         """Puts the leaves where these joints have these values, all others closed."""

@@ -17,7 +17,7 @@ fn root() -> PathBuf {
 }
 
 /// Crates of the workspace that each crate may depend on.
-const ALLOWED: [(&str, &[&str]); 34] = [
+const ALLOWED: [(&str, &[&str]); 35] = [
     ("diagnostics", &[]),
     ("input-files", &[]),
     ("frames", &[]),
@@ -32,6 +32,7 @@ const ALLOWED: [(&str, &[&str]); 34] = [
     ("daemon", &["bus", "input-files", "messages", "site-view"]),
     ("export", &["diagnostics", "frames", "geometry", "grid", "input-files", "messages"]),
     ("world", &["convex", "diagnostics", "export", "frames", "geometry", "grid", "messages"]),
+    ("cloud", &["export", "frames", "geometry", "grid", "messages"]),
     ("occupancy", &["grid", "input-files", "messages"]),
     ("ros", &["export", "frames", "geometry", "grid", "messages"]),
     ("ingest", &["frames", "geometry", "grid", "messages", "ifc"]),
@@ -82,6 +83,7 @@ const ALLOWED: [(&str, &[&str]); 34] = [
             "alignment",
             "answers",
             "bus",
+            "cloud",
             "daemon",
             "deviations",
             "diagnostics",

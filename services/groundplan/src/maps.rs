@@ -3,17 +3,10 @@
 use crate::failure::Failure;
 use crate::progress_line::ProgressLine;
 use daemon::Robot;
-use export::ExportInput;
 use geometry::LazyFootprint;
 use messages::{ArchiveBuffer, Grid, Grids, HeldGrid, MapGrids, MissionPlan, ScheduleState, Site};
 use raster::Rasterizer;
 use waypoints::{MissionPlanInput, MissionPlanOptions, MissionPlanner, Start};
-use world::{WorldFiles, WorldOptions};
-
-/// The files of the simulation world, if there is to be one.
-pub(crate) fn world_files(input: &ExportInput<'_>, options: Option<&WorldOptions>) -> WorldFiles {
-    options.map_or_else(WorldFiles::default, |options| world::files(input, options))
-}
 
 /// Maps of all storeys at a schedule state.
 pub(crate) struct Maps<'a> {

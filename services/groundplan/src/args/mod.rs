@@ -1,5 +1,6 @@
 //! Groups of arguments that several commands share.
 
+mod cloud;
 mod models;
 mod overwrite;
 mod pose_hint;
@@ -8,6 +9,7 @@ mod schedule;
 mod site;
 mod world;
 
+pub use cloud::CloudArgs;
 pub use models::ModelArgs;
 pub use overwrite::OverwriteArgs;
 pub use pose_hint::PoseHintArgs;

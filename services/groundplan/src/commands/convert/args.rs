@@ -1,6 +1,6 @@
 //! Arguments and help of `convert`.
 
-use crate::args::{ModelArgs, OverwriteArgs, RobotArgs, ScheduleArgs, WorldArgs};
+use crate::args::{CloudArgs, ModelArgs, OverwriteArgs, RobotArgs, ScheduleArgs, WorldArgs};
 use std::path::PathBuf;
 
 /// Arguments of `convert`.
@@ -71,6 +71,10 @@ pub struct Args {
     #[command(flatten)]
     pub(super) world: WorldArgs,
 
+    /// The cloud.
+    #[command(flatten)]
+    pub(super) cloud: CloudArgs,
+
     /// Use the map frame of this site-frame.json [default: that of OUT, if there is one]
     #[arg(long, value_name = "FILE", conflicts_with = "new_frame")]
     pub(super) frame: Option<PathBuf>,
@@ -103,6 +107,8 @@ Files in OUT (written whole or not at all, the same bytes for the same input):
   site-frame.json               the map frame; a later run into the same OUT keeps it
   world/                        with --world: world.sdf for Gazebo and other simulators, with meshes; lookup.json: what its
                                 models are, by GlobalId; doors.urdf; site.glb for viewers
+  cloud/                        with --cloud: structure.{pcd,ply}: the surfaces of what stands finished as points with normals,
+                                for lidars that look in three dimensions; structure.json: their elements, by GlobalId
   storeys/<index>-<name>/
     planning.{pgm,yaml}         for global planning: 0 occupied, 254 free, 205 unknown or no floor
     localization.{pgm,yaml}     what a lidar sees of finished structure

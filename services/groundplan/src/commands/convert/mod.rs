@@ -12,6 +12,7 @@ use crate::args::ScheduleInput;
 use crate::date_argument;
 use crate::failure::Failure;
 use crate::input_document::read_document;
+use crate::optional_files::OptionalFiles;
 use crate::progress_line::ProgressLine;
 use crate::run::{Outcome, Run};
 pub use args::Args;
@@ -55,11 +56,12 @@ impl Run for Args {
         }
         let robot = self.robot.robot()?;
         let mut options = self.waypoint_options()?;
-        let world = self.world.options(&WorldConfig::default())?;
+        let optional =
+            OptionalFiles { world: self.world.options(&WorldConfig::default())?, cloud: self.cloud.options()? };
         let schedule = ScheduleInput::read(&self.schedule)?;
         let requested_maps = self.requested_maps(schedule.site_zone())?;
         let folder = self.out.as_deref().map(|out| self.overwrite.folder_at(out)).transpose()?;
-        self.check_outputs(&requested_maps, world.is_some())?;
+        self.check_outputs(&requested_maps, &optional)?;
         let frame = self.frame()?;
         let progress = ProgressLine::new(self.json);
         let pool = self.model.pool()?;
@@ -89,7 +91,7 @@ impl Run for Args {
                 arguments: self,
                 robot: &robot,
                 options: &options,
-                world: world.as_ref(),
+                optional: &optional,
                 site: &site,
                 progress: &progress,
                 folder: folder.as_ref(),
@@ -145,12 +147,13 @@ impl Args {
     }
 
     /// Refuses options of outputs that are not asked for.
-    fn check_outputs(&self, requested_maps: &RequestedMaps, has_world: bool) -> Result<(), Failure> {
+    fn check_outputs(&self, requested_maps: &RequestedMaps, optional: &OptionalFiles) -> Result<(), Failure> {
         if self.mcap.is_some() && !matches!(requested_maps, RequestedMaps::EveryChange) {
             return Err(Failure::usage("--mcap records every change: give --date all"));
         }
-        if self.out.is_none() && (has_world || self.with_geometry) {
-            return Err(Failure::usage("--world and --with-geometry write into the output folder: give -o"));
+        let OptionalFiles { world, cloud } = optional;
+        if self.out.is_none() && (world.is_some() || cloud.is_some() || self.with_geometry) {
+            return Err(Failure::usage("--world, --cloud and --with-geometry write into the output folder: give -o"));
         }
         Ok(())
     }

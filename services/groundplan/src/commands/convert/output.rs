@@ -6,7 +6,8 @@ use crate::args::report_set_aside;
 use crate::date_argument;
 use crate::failure::Failure;
 use crate::film::{Facts, Film, FilmTime};
-use crate::maps::{MapInputs, Maps, with_maps, with_maps_once, world_files};
+use crate::maps::{MapInputs, Maps, with_maps, with_maps_once};
+use crate::optional_files::OptionalFiles;
 use crate::progress_line::ProgressLine;
 use crate::recording::FinishedRecording;
 use daemon::Robot;
@@ -17,7 +18,7 @@ use schedule::{Period, Timeline};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use waypoints::MissionPlanOptions;
-use world::{WorldFiles, WorldOptions};
+use world::WorldFiles;
 
 /// What became of the maps of a schedule state.
 struct Written {
@@ -33,7 +34,7 @@ pub(super) struct Job<'a> {
     pub(super) arguments: &'a Args,
     pub(super) robot: &'a Robot,
     pub(super) options: &'a MissionPlanOptions,
-    pub(super) world: Option<&'a WorldOptions>,
+    pub(super) optional: &'a OptionalFiles,
     pub(super) site: &'a Site<'a>,
     pub(super) progress: &'a ProgressLine,
     /// Where the files go, if they are asked for.
@@ -156,7 +157,7 @@ impl Job<'_> {
         film: Option<&mut Film>,
         place: Option<(&mut FolderBeside<'_>, &str)>,
     ) -> Result<Written, Failure> {
-        let Self { site, arguments, options, world, progress, .. } = *self;
+        let Self { site, arguments, options, optional, progress, .. } = *self;
         progress.stage("writing");
         if place.is_some() && (arguments.exact_footprints || probability.is_some()) {
             maps.unite_footprints(site);
@@ -181,8 +182,8 @@ impl Job<'_> {
         let mut world_diagnostics = Vec::new();
         if let Some((beside, directory)) = place {
             let write = |file| beside.write(directory, &[file]);
-            // A world is the whole building, whichever storeys have maps.
-            let WorldFiles { files, diagnostics } = world_files(&ExportInput { grids: maps.grids, ..input }, world);
+            // A world and a cloud are the whole building, whichever storeys have maps.
+            let WorldFiles { files, diagnostics } = optional.files(&ExportInput { grids: maps.grids, ..input })?;
             sums = export::each_file(&input, files, write).map_err(Failure::work)?;
             world_diagnostics = diagnostics;
         }

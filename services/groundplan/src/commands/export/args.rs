@@ -1,6 +1,9 @@
 //! Arguments of `export`.
 
-use crate::args::{OverwriteArgs, SiteArgs, WorldArgs};
+use crate::args::{CloudArgs, OverwriteArgs, SiteArgs, WorldArgs};
+use crate::failure::Failure;
+use crate::optional_files::OptionalFiles;
+use daemon::SiteConfig;
 use std::path::PathBuf;
 
 /// Arguments of `export`.
@@ -37,7 +40,21 @@ pub struct Args {
     #[command(flatten)]
     pub(super) world: WorldArgs,
 
+    /// The cloud.
+    #[command(flatten)]
+    pub(super) cloud: CloudArgs,
+
     /// The site.
     #[command(flatten)]
     pub(super) site: SiteArgs,
+}
+
+impl Args {
+    /// What is written beside the files of every output.
+    ///
+    /// # Errors
+    /// Options that cannot be used.
+    pub(super) fn optional_files(&self, config: &SiteConfig) -> Result<OptionalFiles, Failure> {
+        Ok(OptionalFiles { world: self.world.options(&config.world)?, cloud: self.cloud.options()? })
+    }
 }

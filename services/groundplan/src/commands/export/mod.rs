@@ -26,7 +26,7 @@ impl Run for Args {
             return watch::watch(self);
         }
         let config = self.site.config()?;
-        let world = self.world.options(&config.world)?;
+        let optional = self.optional_files(&config)?;
         let folder = self.overwrite.folder_at(&self.out)?;
         let (bus, mut waiter) = join(&config)?;
         let mut sets = Sets::of(&bus)?;
@@ -35,7 +35,7 @@ impl Run for Args {
             expectation.check()?;
             waiter.wait(POLL_INTERVAL).map_err(Failure::work)?;
         }
-        let files = sets.files(&config, world.as_ref())?;
+        let files = sets.files(&config, &optional)?;
         report_set_aside(folder.replace(&files).map_err(Failure::work)?);
         Ok(Outcome::silent())
     }

@@ -1,7 +1,7 @@
 //! The newest site set, and the files of it.
 
 use crate::failure::Failure;
-use crate::maps::world_files;
+use crate::optional_files::OptionalFiles;
 use bus::Bus;
 use daemon::SiteConfig;
 use export::{ExportFile, ExportInput};
@@ -9,7 +9,7 @@ use messages::{ContentHash, Diagnostic, GridSlotRecord, RobotProfile};
 use raster::Rasterizer;
 use site_view::{SiteSet, SiteSetReader, SiteViews};
 use tracing::warn;
-use world::{WorldFiles, WorldOptions};
+use world::WorldFiles;
 
 /// The newest site set with its mission plan.
 pub(super) struct Sets {
@@ -46,11 +46,7 @@ impl Sets {
     }
 
     /// The files of the samples, which belong together.
-    pub(super) fn files(
-        &mut self,
-        config: &SiteConfig,
-        world: Option<&WorldOptions>,
-    ) -> Result<Vec<ExportFile>, Failure> {
+    pub(super) fn files(&mut self, config: &SiteConfig, optional: &OptionalFiles) -> Result<Vec<ExportFile>, Failure> {
         let set: SiteSet<'_> = self.reader.set().ok_or_else(no_maps)?;
         let SiteViews { site, state: schedule_state, index, grids, mission_plan } =
             set.views().map_err(Failure::work)?;
@@ -77,7 +73,7 @@ impl Sets {
             exact_footprints: false,
             probability: None,
         };
-        let WorldFiles { files, diagnostics } = world_files(&input, world);
+        let WorldFiles { files, diagnostics } = optional.files(&input)?;
         for Diagnostic { code, entity, message, .. } in &diagnostics {
             let global_id = entity.as_ref().map(|e| e.global_id.as_str());
             warn!(code = code.name(), global_id, %message, "finding about the world");

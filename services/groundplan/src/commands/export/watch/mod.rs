@@ -34,13 +34,13 @@ const TICK: Duration = Duration::from_millis(200);
 /// A configuration or a folder that cannot be used at the start. What fails later is reported and tried again.
 pub(super) fn watch(arguments: &Args) -> Result<Outcome, Failure> {
     let config = arguments.site.config()?;
-    let world = arguments.world.options(&config.world)?;
+    let optional = arguments.optional_files(&config)?;
     let domain = config.domain().map_err(Failure::usage)?;
     let mut stop = StopSignal::listen(false).map_err(Failure::work)?;
     let folders = EpochFolders::at(&arguments.out, arguments.overwrite)?;
     let mut watch = Watch {
         fresh_file: FreshFile::beside(folders.link()),
-        writer: MapWriter::start(folders.clone(), config.clone(), world).map_err(Failure::work)?,
+        writer: MapWriter::start(folders.clone(), config.clone(), optional).map_err(Failure::work)?,
         folders,
         keep: arguments.keep.max(1),
         reported: BTreeSet::new(),

@@ -3,6 +3,7 @@
 use super::epoch_folders::EpochFolders;
 use crate::commands::export::sets::Sets;
 use crate::failure::Failure;
+use crate::optional_files::OptionalFiles;
 use bus::Bus;
 use daemon::SiteConfig;
 use site_view::MapsInUse;
@@ -12,7 +13,6 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
-use world::WorldOptions;
 
 /// Maps that could not be written are written again after this time.
 const RETRY_INTERVAL: Duration = Duration::from_secs(2);
@@ -47,12 +47,13 @@ impl MapWriter {
     ///
     /// # Errors
     /// The system refuses.
-    pub(super) fn start(folders: EpochFolders, config: SiteConfig, world: Option<WorldOptions>) -> io::Result<Self> {
+    pub(super) fn start(folders: EpochFolders, config: SiteConfig, optional: OptionalFiles) -> io::Result<Self> {
         let generation = Arc::new(Mutex::new(Generation::default()));
         // One look that waits is as good as many.
         let (looks, look) = sync_channel(1);
         let (result, results) = sync_channel(MAX_RESULTS);
-        let work = Work { generation: Arc::clone(&generation), look, folders, config, world, sets: None, last: None };
+        let work =
+            Work { generation: Arc::clone(&generation), look, folders, config, optional, sets: None, last: None };
         let thread = std::thread::Builder::new().name("map-writer".to_owned()).spawn(move || work.run(&result))?;
         Ok(Self { generation, looks, results, thread })
     }
@@ -99,7 +100,7 @@ struct Work {
     look: Receiver<()>,
     folders: EpochFolders,
     config: SiteConfig,
-    world: Option<WorldOptions>,
+    optional: OptionalFiles,
     sets: Option<Sets>,
     /// The epoch that is current, and where it failed when to try again.
     last: Option<(u64, Option<Instant>)>,
@@ -136,7 +137,7 @@ impl Work {
             return Ok(None);
         }
         self.last = Some((epoch, Some(Instant::now() + RETRY_INTERVAL)));
-        let files = sets.files(&self.config, self.world.as_ref())?;
+        let files = sets.files(&self.config, &self.optional)?;
         let folder = self.folders.write(epoch, &files)?;
         self.last = Some((epoch, None));
         let (site_hash, grids) = sets.grids()?;
