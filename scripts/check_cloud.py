@@ -145,8 +145,11 @@ def judge(points, normals, told, scans, simulation):
         wrong.append("points do not lie on the surfaces of the world, or look the wrong way")
     share, n = share_covered(scans, points, normals, told["spacing_m"])
     print(f"  surfaces that lidars see: {100 * share:.2f} % of {n} hits have points near")
-    if share < COVERED_GOAL:
+    if share < COVERED_GOAL and n > 0:
         wrong.append("surfaces that lidars see have no points")
+    if not scans:
+        print("  no scan poses: nothing to match")
+        return wrong
     errors = errors_of(scans, points, normals, random)
     within = (errors <= FOUND_M).mean()
     print(f"  small_gicp: {100 * within:.0f} % of {len(errors)} scans within {100 * FOUND_M:.0f} cm; median {np.median(errors):.4f} m, "

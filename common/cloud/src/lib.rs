@@ -23,7 +23,8 @@
 //!   face is steepest: their distance on the face is at most 1.74 times the spacing, and a face is not sampled twice.
 //! - A point is left out where the body of another element of the cloud lies 5 mm in front of it: what is buried or touched by
 //!   another body cannot be seen. Coincident faces that look the same way count once.
-//! - Normals look out of bodies, also of those whose faces are wound inwards; of surfaces that bound nothing as they are wound.
+//! - Normals look out of bodies, also of those whose faces are wound inwards. Of a surface that does not close they look out where a
+//!   line of the lattice meets it an even number of times, as if it did, and else as its faces are wound.
 //! - The same input gives the same bytes, on any number of threads.
 //!
 //! # Where

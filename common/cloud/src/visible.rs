@@ -98,10 +98,7 @@ fn points_along(bodies: &[Body<'_>], axis: usize, half: i32) -> Vec<Point> {
             let Some(normal) = unit_normal(&triangle) else { continue };
             let face = faces.len() as u32;
             let has_points = steepest(normal) == axis;
-            // A surface that bounds nothing hides nothing.
-            if has_points || mesh.closed {
-                seen.meet(half, |meeting| met.push(Met { meeting, face }));
-            }
+            seen.meet(half, |meeting| met.push(Met { meeting, face }));
             faces.push(Face { body: body as u32, sign, has_points, normal: normal.map(|n| n as f32) });
         }
     }
@@ -142,12 +139,21 @@ fn seen_on_line(met: &[Met], faces: &[Face], bodies: &[Body<'_>]) -> Vec<Candida
     for of_body in met.chunk_by(|a, b| faces[a.face as usize].body == faces[b.face as usize].body) {
         let body = faces[of_body[0].face as usize].body;
         let is_closed = bodies[body as usize].mesh.closed;
+        // Of a surface with gaps or with faces that are wound either way, a line that has no gap goes in and out by turns.
+        let goes_through = of_body.len().is_multiple_of(2);
         let (mut depth_of_body, mut from) = (0i32, 0);
-        for Met { meeting, face } in of_body {
+        for (place, Met { meeting, face }) in of_body.iter().enumerate() {
             let Face { sign, has_points, .. } = faces[*face as usize];
             let (before, depth) = (depth_of_body, meeting.depth);
             depth_of_body -= i32::from(sign);
             let looks = match (before == 0, depth_of_body == 0) {
+                _ if !is_closed && goes_through => {
+                    if place.is_multiple_of(2) {
+                        -1
+                    } else {
+                        1
+                    }
+                }
                 _ if !is_closed => i32::from(sign),
                 (true, _) => {
                     from = depth;
@@ -247,6 +253,17 @@ mod tests {
         open.triangles.remove(0);
         let of_wall = points_of(&[wall.clone(), open], 0.1).iter().filter(|point| point.element == 0).count();
         assert_eq!(of_wall, points_of(&[wall], 0.1).len());
+    }
+
+    #[test]
+    fn a_block_of_which_faces_are_wound_either_way_looks_outwards_all_the_same() {
+        let whole = block([0, 0, 0], [10_000; 3], false);
+        let mut mixed = whole.clone();
+        mixed.triangles.iter_mut().step_by(3).for_each(|t| t.swap(1, 2));
+        let seen = |block: Block| {
+            points_of(&[block], 0.1).iter().map(|p| (p.at_tenths, p.normal.map(|n| n as i32))).collect::<Vec<_>>()
+        };
+        assert_eq!(seen(mixed), seen(whole));
     }
 
     #[test]
