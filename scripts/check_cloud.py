@@ -173,6 +173,9 @@ def main():
         print(f"{options.out} cannot be read: {why}", file=sys.stderr)
         return 2
     print(f"{options.out}: {len(points)} points")
+    if len(points) == 0:
+        print("\n".join(f"FAIL {why}" for why in wrong) or "PASS: nothing to judge")
+        return 1 if wrong else 0
     wrong += judge(points, normals, told, scans, simulation)
     if options.self_test:
         middle = np.median(points[:, 0])

@@ -83,6 +83,7 @@ impl Structure {
             by_element[point.element as usize] += 1;
             by_class[usize::from(point.class)] += 1;
         }
+        let has_points = |class: &&Class| by_class[usize::from(class.id())] > 0;
         let class =
             |class: &Class| (class.name(), ClassOfPoints { id: class.id(), points: by_class[usize::from(class.id())] });
         let element = |(&element, points): (&u32, usize)| ElementOfPoints {
@@ -97,7 +98,7 @@ impl Structure {
             plan_time: input.schedule_state.head.plan_time().map(|time| time.to_string()),
             spacing_m: options.spacing_m(),
             points: points.len(),
-            classes: options.classes.iter().map(class).collect(),
+            classes: Class::ALL.iter().filter(|c| options.classes.contains(c) || has_points(c)).map(class).collect(),
             elements: elements.iter().zip(by_element).map(element).collect(),
             left_out: left_out.into_iter().map(|(element, why)| (global_id(element), why)).collect(),
         }

@@ -17,7 +17,8 @@
 //!
 //! # Guarantees
 //!
-//! - Only finished elements (`built` in the effective state) of the chosen classes have points. Glass has none, nor has a box
+//! - Only finished elements (`built` in the effective state) of the chosen classes have points; where none are chosen, of classes that
+//!   stay where they are, and coverings and footings. Glass has none, nor has a box
 //!   that stands in for a body: what a lidar would look for in vain makes a match worse than a gap. `structure.json` lists them.
 //! - Points lie on the faces, in the middle of the cells of a lattice with the spacing, seen along the axis of `map` to which the
 //!   face is steepest: their distance on the face is at most 1.74 times the spacing, and a face is not sampled twice.
@@ -72,7 +73,8 @@ pub fn files(input: &ExportInput<'_>, options: &CloudOptions) -> Result<Vec<Expo
 fn chosen(input: &ExportInput<'_>, options: &CloudOptions) -> (Vec<u32>, Vec<(u32, LeftOut)>) {
     let (mut chosen, mut left_out) = (Vec::new(), Vec::new());
     for (k, element) in input.site.elements.iter().enumerate() {
-        if !options.classes.contains(&element.class()) {
+        let is_entity = |entity: &&str| input.site.is_a(element, entity);
+        if !(options.classes.contains(&element.class()) || options.entities.iter().any(is_entity)) {
             continue;
         }
         let state = input.schedule_state.effective(k);

@@ -7,6 +7,8 @@ use grid::Class;
 pub struct CloudOptions {
     /// Classes of elements.
     pub(crate) classes: Vec<Class>,
+    /// Entities whose elements are among them, whatever their class.
+    pub(crate) entities: &'static [&'static str],
     /// Half the distance between points, in tenths of a millimetre.
     pub(crate) half_spacing_tenths: i32,
 }
@@ -39,6 +41,8 @@ impl CloudOptions {
     pub const MAX_POINTS: u64 = 40_000_000;
     /// Distance between points where none is given.
     pub const SPACING_M: f64 = 0.05;
+    /// Entities beside these classes, of the class `other`: what a lidar sees of slabs and walls that it covers, and what carries them.
+    pub const ENTITIES: [&str; 2] = ["IfcCovering", "IfcFooting"];
     /// Classes where none are given: what stays where it is, and what no one sees through.
     pub const CLASSES: [Class; 7] =
         [Class::Wall, Class::Column, Class::Stair, Class::Ramp, Class::CurtainWall, Class::Slab, Class::Beam];
@@ -56,12 +60,12 @@ impl CloudOptions {
             let known = Class::ALL.into_iter().find(|class| *class != Class::None && class.name() == name);
             known.ok_or_else(|| CloudOptionsError::Class { name: name.clone() })
         };
-        let classes = match classes {
-            [] => Self::CLASSES.to_vec(),
-            named => named.iter().map(class_of).collect::<Result<_, _>>()?,
+        let (classes, entities): (_, &[&str]) = match classes {
+            [] => (Self::CLASSES.to_vec(), &Self::ENTITIES),
+            named => (named.iter().map(class_of).collect::<Result<_, _>>()?, &[]),
         };
         let half_spacing_tenths = (spacing_m * f64::from(frames::TENTHS_PER_M) / 2.0).round() as i32;
-        Ok(Self { classes, half_spacing_tenths })
+        Ok(Self { classes, entities, half_spacing_tenths })
     }
 
     /// Distance between points in metres.

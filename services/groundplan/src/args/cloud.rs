@@ -15,7 +15,7 @@ pub struct CloudArgs {
     cloud_spacing: Option<f64>,
 
     /// Classes that have points, as classes.png has them; glass and boxes that stand in never do [default:
-    /// wall,column,stair,ramp,curtain_wall,slab,beam]
+    /// wall,column,stair,ramp,curtain_wall,slab,beam, with coverings and footings]
     #[arg(long, value_name = "CLASS", value_delimiter = ',', requires = "cloud")]
     cloud_classes: Vec<String>,
 }
