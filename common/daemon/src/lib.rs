@@ -8,7 +8,8 @@
 //!
 //! The rules of a daemon ([`Decide`]) write nothing and publish nothing. They say what is to be on disk, on the bus, in force and in the
 //! history ([`Decision`]), and [`Committed`] carries it out in that order. If a step fails, those before it are undone there, and what is
-//! in force stays: no rule has a way back of its own. What could not be committed is decided again at the next look.
+//! in force stays: no rule has a way back of its own. What came as a sample and could not be committed is decided again at the next
+//! look; a request is refused, and a revision is tried again after a while.
 //! Disk, clock and bus are drivers: `tests/site-simulator` runs the rules of a site on others.
 //!
 //! # Requests

@@ -5,6 +5,7 @@ use serde::Deserialize;
 use serde::de::Error;
 use std::collections::{BTreeMap, BTreeSet};
 use std::net::{Ipv4Addr, SocketAddr};
+use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
 /// What ros-bridge publishes in ROS 2, and takes from there.
@@ -242,6 +243,11 @@ pub struct QosConfig {
     pub lifespan_s: Option<f64>,
     /// A message is promised at least this often.
     pub deadline_s: Option<f64>,
+}
+
+impl QosConfig {
+    /// How many messages may be kept.
+    pub const DEPTHS: RangeInclusive<u8> = 1..=100;
 }
 
 #[cfg(test)]

@@ -35,8 +35,8 @@ pub enum StateError {
 
 /// A JSON file that is replaced whole: what was saved is there after a power cut, and never half.
 ///
-/// It is kept twice, as it is and sealed with its hash: one of the two may be removed or damaged, and nothing else is taken for
-/// what was saved. That both were removed is told. A file of an earlier version, which has no hash, is taken over.
+/// It is kept twice, as it is and sealed with its hash: what is damaged, or removed as it is, is mended from the sealed one. That both
+/// were removed is told. A file without the sealed one is taken over, as one of an earlier version.
 #[derive(Debug, Clone)]
 pub struct StateFile {
     pub(crate) file: KeptFile,

@@ -57,7 +57,7 @@ pub(super) fn with(profile: QosProfile, config: Option<&QosConfig>) -> QosProfil
         Some(false) => Durability::Volatile,
         None => profile.durability,
     };
-    let history = depth.map_or(profile.history, |depth| History::KeepLast { depth: usize::from(depth.max(1)) });
+    let history = depth.map_or(profile.history, |depth| History::KeepLast { depth: usize::from(depth) });
     // A time that is none is no promise.
     let time = |seconds: &Option<f64>| seconds.and_then(|s| Duration::try_from_secs_f64(s).ok());
     QosProfile {
