@@ -17,7 +17,7 @@ fn root() -> PathBuf {
 }
 
 /// Crates of the workspace that each crate may depend on.
-const ALLOWED: [(&str, &[&str]); 34] = [
+const ALLOWED: [(&str, &[&str]); 35] = [
     ("diagnostics", &[]),
     ("input-files", &[]),
     ("frames", &[]),
@@ -37,6 +37,7 @@ const ALLOWED: [(&str, &[&str]); 34] = [
     ("ingest", &["frames", "geometry", "grid", "messages", "ifc"]),
     ("tasks", &["diagnostics", "frames", "messages", "schedule-files"]),
     ("schedule", &["diagnostics", "frames", "messages", "schedule-files", "tasks"]),
+    ("ground", &["frames", "geometry", "messages"]),
     ("raster", &["diagnostics", "frames", "geometry", "grid", "messages"]),
     ("waypoints", &["diagnostics", "frames", "geometry", "grid", "messages"]),
     ("alignment", &["diagnostics", "frames", "geometry", "grid", "messages", "occupancy", "raster"]),
@@ -89,6 +90,7 @@ const ALLOWED: [(&str, &[&str]); 34] = [
             "frames",
             "geometry",
             "grid",
+            "ground",
             "ingest",
             "input-files",
             "messages",
@@ -110,7 +112,7 @@ const FENCED: [(&str, &[&str]); 20] = [
     ("ifc-lite-geometry", &["ifc"]),
     ("ifc-lite-processing", &["ifc"]),
     ("i_overlay", &["geometry"]),
-    ("i_triangle", &["convex"]),
+    ("i_triangle", &["convex", "geometry"]),
     ("nalgebra", &["alignment", "deviations", "frames", "ifc"]),
     ("parry3d-f64", &["convex", "geometry"]),
     ("image", &["alignment", "occupancy"]),

@@ -1,5 +1,6 @@
 //! Class and flags of elements from IFC type, predefined type and material.
 
+use crate::ground_class::ground_class_of;
 use grid::Class;
 use ifc::Element;
 use messages::element_flags;
@@ -39,12 +40,6 @@ const WHOLES_OF_BARS: [(&str, Class); 9] = [
 
 /// Classes of wholes that all parts have which have none of their own, whatever their entity.
 const GIVEN_TO_ALL: [Class; 3] = [Class::Window, Class::Stair, Class::Ramp];
-
-/// Entities on whose upward faces a robot may stand.
-const FLOORS: [&str; 6] = ["IfcSlab", "IfcRamp", "IfcRampFlight", "IfcFooting", "IfcPavement", "IfcCourse"];
-
-/// Entities of which no part is floor: a threshold or sill is a part of its door or window, whatever its entity.
-const NO_FLOORS: [&str; 2] = ["IfcDoor", "IfcWindow"];
 
 /// Words for glass in the languages of model authors, and words that only contain them.
 const GLASS: [&str; 8] = ["glass", "glas", "glazing", "verre", "vidrio", "vetro", "vitrage", "ガラス"];
@@ -118,7 +113,7 @@ fn stands(element: &Element) -> bool {
 pub(crate) fn flags_of(elements: &[Element], element: usize) -> u32 {
     let own = &elements[element];
     let mut flags = 0;
-    if is_floor(elements, element) {
+    if ground_class_of(elements, element).is_floor_of_maps() {
         flags |= element_flags::FLOOR;
     }
     if is_glass(&own.materials) {
@@ -130,24 +125,6 @@ pub(crate) fn flags_of(elements: &[Element], element: usize) -> u32 {
         flags |= element_flags::VERTICAL;
     }
     flags
-}
-
-fn is_floor(elements: &[Element], element: usize) -> bool {
-    let own = &elements[element];
-    if wholes(elements, element).any(|whole| NO_FLOORS.iter().any(|entity| is_a(&elements[whole], entity))) {
-        return false;
-    }
-    if is_a(own, "IfcCovering") {
-        return own.predefined_type == "FLOORING";
-    }
-    if is_a(own, "IfcBuildingElementPart") {
-        return whole_of(elements, element).is_some_and(|whole| is_floor_kind(&elements[whole]));
-    }
-    is_floor_kind(own)
-}
-
-fn is_floor_kind(element: &Element) -> bool {
-    FLOORS.iter().any(|entity| is_a(element, entity))
 }
 
 /// True for a footing and its parts.
@@ -166,13 +143,13 @@ fn is_vertical(element: &Element) -> bool {
 }
 
 /// The wholes of an element, nearest first.
-fn wholes(elements: &[Element], element: usize) -> impl Iterator<Item = usize> {
+pub(crate) fn wholes(elements: &[Element], element: usize) -> impl Iterator<Item = usize> {
     // The bound ends cycles in broken files.
     std::iter::successors(elements[element].whole, |&whole| elements[whole].whole).take(16)
 }
 
 /// The outermost whole that is not a part itself; `None` if the element is part of nothing.
-fn whole_of(elements: &[Element], element: usize) -> Option<usize> {
+pub(crate) fn whole_of(elements: &[Element], element: usize) -> Option<usize> {
     let is_part = |whole: &usize| is_a(&elements[*whole], "IfcBuildingElementPart");
     wholes(elements, element).find(|whole| !is_part(whole)).or_else(|| wholes(elements, element).last())
 }

@@ -60,6 +60,7 @@ mod federation;
 mod filled_openings;
 mod floor_levels;
 mod floor_samples;
+mod ground_class;
 mod input;
 mod merge;
 mod meshes;
@@ -76,6 +77,8 @@ mod spaces;
 mod split_levels;
 mod stairs;
 mod storeys;
+mod terrain;
+mod terrain_faults;
 mod walkable;
 
 pub use error::IngestError;
