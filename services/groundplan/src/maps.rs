@@ -3,9 +3,12 @@
 use crate::failure::Failure;
 use crate::progress_line::ProgressLine;
 use daemon::Robot;
-use export::ExportInput;
+use export::{ExportFile, ExportInput};
 use geometry::LazyFootprint;
-use messages::{ArchiveBuffer, Grid, Grids, HeldGrid, MapGrids, MissionPlan, ScheduleState, Site};
+use ground::SiteGround;
+use messages::{
+    ArchiveBuffer, Grid, Grids, Ground, GroundWriter, HeldGrid, MapGrids, MissionPlan, ScheduleState, Site,
+};
 use raster::Rasterizer;
 use waypoints::{MissionPlanInput, MissionPlanOptions, MissionPlanner, Start};
 use world::{WorldFiles, WorldOptions};
@@ -13,6 +16,23 @@ use world::{WorldFiles, WorldOptions};
 /// The files of the simulation world, if there is to be one.
 pub(crate) fn world_files(input: &ExportInput<'_>, options: Option<&WorldOptions>) -> WorldFiles {
     options.map_or_else(WorldFiles::default, |options| world::files(input, options))
+}
+
+/// The files of the walkable surface, if they are asked for.
+///
+/// # Errors
+/// A schedule state of another site, or a surface that cannot be.
+pub(crate) fn ground_files(
+    site: &Site<'_>,
+    schedule_state: &ScheduleState<'_>,
+    of_site: Option<&SiteGround>,
+) -> Result<Vec<ExportFile>, Failure> {
+    let Some(of_site) = of_site else { return Ok(Vec::new()) };
+    let mut ground = GroundWriter::default();
+    of_site.at(site, schedule_state, &mut ground).map_err(Failure::work)?;
+    let archive = ground.finish();
+    let ground = Ground::open(archive.bytes()).map_err(Failure::work)?;
+    Ok(export::ground_files(site, &ground))
 }
 
 /// Maps of all storeys at a schedule state.

@@ -61,6 +61,10 @@ pub struct Args {
     #[arg(long)]
     pub(super) with_geometry: bool,
 
+    /// Write the surface that can be walked or driven on too, terrain, ramps and stairs with floors: ground.ply, ground.json
+    #[arg(long)]
+    pub(super) with_ground: bool,
+
     /// Write exact footprints of all elements into semantic.json, which may take long and much room where they have much
     /// detail [default: exact ones of doors and floors; within 5 mm of structure, and a third of a cell of furniture and
     /// equipment]
@@ -103,6 +107,8 @@ Files in OUT (written whole or not at all, the same bytes for the same input):
   site-frame.json               the map frame; a later run into the same OUT keeps it
   world/                        with --world: world.sdf for Gazebo and other simulators, with meshes; lookup.json: what its
                                 models are, by GlobalId; doors.urdf; site.glb for viewers
+  ground.ply, ground.json       with --with-ground: the surface that can be walked or driven on as a mesh, for no robot in
+                                particular; what its numbers mean, its surfaces and where one gets between them
   storeys/<index>-<name>/
     planning.{pgm,yaml}         for global planning: 0 occupied, 254 free, 205 unknown or no floor
     localization.{pgm,yaml}     what a lidar sees of finished structure

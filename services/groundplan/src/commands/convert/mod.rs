@@ -18,6 +18,7 @@ pub use args::Args;
 use bus::{give_back_freed_memory, keep_freed_memory, share_heap};
 use daemon::WorldConfig;
 use export::{ProbabilityInput, SiteFrameFile};
+use ground::SiteGround;
 use ingest::SiteFrame;
 use jiff::tz::TimeZone;
 use messages::{ArchiveBuffer, Diagnostic, DiagnosticCode, DiagnosticRecord, ScheduleStateBuilder, Severity, Site};
@@ -85,11 +86,13 @@ impl Run for Args {
             let resolution_m = self.robot.resolution;
             let mut rasterizer = Rasterizer::with_progress(&site, &robot.profile, resolution_m, &slice_progress)
                 .map_err(Failure::work)?;
+            let ground = self.with_ground.then(|| SiteGround::of(&site));
             let job = Job {
                 arguments: self,
                 robot: &robot,
                 options: &options,
                 world: world.as_ref(),
+                ground: ground.as_ref(),
                 site: &site,
                 progress: &progress,
                 folder: folder.as_ref(),
@@ -149,8 +152,9 @@ impl Args {
         if self.mcap.is_some() && !matches!(requested_maps, RequestedMaps::EveryChange) {
             return Err(Failure::usage("--mcap records every change: give --date all"));
         }
-        if self.out.is_none() && (has_world || self.with_geometry) {
-            return Err(Failure::usage("--world and --with-geometry write into the output folder: give -o"));
+        if self.out.is_none() && (has_world || self.with_geometry || self.with_ground) {
+            let message = "--world, --with-geometry and --with-ground write into the output folder: give -o";
+            return Err(Failure::usage(message));
         }
         Ok(())
     }

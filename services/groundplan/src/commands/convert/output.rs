@@ -6,11 +6,12 @@ use crate::args::report_set_aside;
 use crate::date_argument;
 use crate::failure::Failure;
 use crate::film::{Facts, Film, FilmTime};
-use crate::maps::{MapInputs, Maps, with_maps, with_maps_once, world_files};
+use crate::maps::{MapInputs, Maps, ground_files, with_maps, with_maps_once, world_files};
 use crate::progress_line::ProgressLine;
 use crate::recording::FinishedRecording;
 use daemon::Robot;
 use export::{DatedFolder, ExportInput, FolderBeside, OutputFolder, ProbabilityInput};
+use ground::SiteGround;
 use messages::{ArchiveBuffer, ChosenGrids, ScheduleState, Site};
 use raster::Rasterizer;
 use schedule::{Period, Timeline};
@@ -34,6 +35,8 @@ pub(super) struct Job<'a> {
     pub(super) robot: &'a Robot,
     pub(super) options: &'a MissionPlanOptions,
     pub(super) world: Option<&'a WorldOptions>,
+    /// What the site alone says of the walkable surface, if that is to be written.
+    pub(super) ground: Option<&'a SiteGround>,
     pub(super) site: &'a Site<'a>,
     pub(super) progress: &'a ProgressLine,
     /// Where the files go, if they are asked for.
@@ -156,7 +159,7 @@ impl Job<'_> {
         film: Option<&mut Film>,
         place: Option<(&mut FolderBeside<'_>, &str)>,
     ) -> Result<Written, Failure> {
-        let Self { site, arguments, options, world, progress, .. } = *self;
+        let Self { site, arguments, options, world, ground, progress, .. } = *self;
         progress.stage("writing");
         if place.is_some() && (arguments.exact_footprints || probability.is_some()) {
             maps.unite_footprints(site);
@@ -182,7 +185,8 @@ impl Job<'_> {
         if let Some((beside, directory)) = place {
             let write = |file| beside.write(directory, &[file]);
             // A world is the whole building, whichever storeys have maps.
-            let WorldFiles { files, diagnostics } = world_files(&ExportInput { grids: maps.grids, ..input }, world);
+            let WorldFiles { mut files, diagnostics } = world_files(&ExportInput { grids: maps.grids, ..input }, world);
+            files.extend(ground_files(site, schedule_state, ground)?);
             sums = export::each_file(&input, files, write).map_err(Failure::work)?;
             world_diagnostics = diagnostics;
         }

@@ -33,6 +33,10 @@ pub struct Args {
     #[arg(long, value_name = "N", default_value_t = 5, requires = "watch")]
     pub(super) keep: usize,
 
+    /// Write the surface that can be walked or driven on too: ground.ply, ground.json
+    #[arg(long)]
+    pub(super) with_ground: bool,
+
     /// The world.
     #[command(flatten)]
     pub(super) world: WorldArgs,

@@ -35,7 +35,7 @@ impl Run for Args {
             expectation.check()?;
             waiter.wait(POLL_INTERVAL).map_err(Failure::work)?;
         }
-        let files = sets.files(&config, world.as_ref())?;
+        let files = sets.files(&config, world.as_ref(), self.with_ground)?;
         report_set_aside(folder.replace(&files).map_err(Failure::work)?);
         Ok(Outcome::silent())
     }

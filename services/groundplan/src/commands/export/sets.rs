@@ -1,10 +1,11 @@
 //! The newest site set, and the files of it.
 
 use crate::failure::Failure;
-use crate::maps::world_files;
+use crate::maps::{ground_files, world_files};
 use bus::Bus;
 use daemon::SiteConfig;
 use export::{ExportFile, ExportInput};
+use ground::SiteGround;
 use messages::{ContentHash, Diagnostic, GridSlotRecord, RobotProfile};
 use raster::Rasterizer;
 use site_view::{SiteSet, SiteSetReader, SiteViews};
@@ -16,6 +17,8 @@ pub(super) struct Sets {
     reader: SiteSetReader,
     /// Footprints are not on the bus: cutting gives the same again. With what it was made from.
     cut: Option<(CutInputs, Rasterizer)>,
+    /// What a site alone says of the walkable surface, with the hash of that site.
+    ground: Option<(ContentHash, SiteGround)>,
 }
 
 /// What footprints depend on.
@@ -28,7 +31,7 @@ struct CutInputs {
 
 impl Sets {
     pub(super) fn of(bus: &Bus) -> Result<Self, Failure> {
-        Ok(Self { reader: SiteSetReader::of(bus).map_err(Failure::work)?, cut: None })
+        Ok(Self { reader: SiteSetReader::of(bus).map_err(Failure::work)?, cut: None, ground: None })
     }
 
     /// Takes what has come. If the newest samples belong together, this is the epoch of their mission plan, which is
@@ -50,6 +53,7 @@ impl Sets {
         &mut self,
         config: &SiteConfig,
         world: Option<&WorldOptions>,
+        with_ground: bool,
     ) -> Result<Vec<ExportFile>, Failure> {
         let set: SiteSet<'_> = self.reader.set().ok_or_else(no_maps)?;
         let SiteViews { site, state: schedule_state, index, grids, mission_plan } =
@@ -77,11 +81,17 @@ impl Sets {
             exact_footprints: false,
             probability: None,
         };
-        let WorldFiles { files, diagnostics } = world_files(&input, world);
+        let WorldFiles { mut files, diagnostics } = world_files(&input, world);
         for Diagnostic { code, entity, message, .. } in &diagnostics {
             let global_id = entity.as_ref().map(|e| e.global_id.as_str());
             warn!(code = code.name(), global_id, %message, "finding about the world");
         }
+        let site_hash = site.content_hash();
+        if with_ground && self.ground.as_ref().is_none_or(|(of, _)| *of != site_hash) {
+            self.ground = Some((site_hash, SiteGround::of(&site)));
+        }
+        let ground = self.ground.as_ref().filter(|_| with_ground).map(|(_, ground)| ground);
+        files.extend(ground_files(&site, &schedule_state, ground)?);
         Ok(export::files(&input, files))
     }
 }

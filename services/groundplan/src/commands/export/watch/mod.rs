@@ -40,7 +40,8 @@ pub(super) fn watch(arguments: &Args) -> Result<Outcome, Failure> {
     let folders = EpochFolders::at(&arguments.out, arguments.overwrite)?;
     let mut watch = Watch {
         fresh_file: FreshFile::beside(folders.link()),
-        writer: MapWriter::start(folders.clone(), config.clone(), world).map_err(Failure::work)?,
+        writer: MapWriter::start(folders.clone(), config.clone(), world, arguments.with_ground)
+            .map_err(Failure::work)?,
         folders,
         keep: arguments.keep.max(1),
         reported: BTreeSet::new(),

@@ -47,12 +47,26 @@ impl MapWriter {
     ///
     /// # Errors
     /// The system refuses.
-    pub(super) fn start(folders: EpochFolders, config: SiteConfig, world: Option<WorldOptions>) -> io::Result<Self> {
+    pub(super) fn start(
+        folders: EpochFolders,
+        config: SiteConfig,
+        world: Option<WorldOptions>,
+        with_ground: bool,
+    ) -> io::Result<Self> {
         let generation = Arc::new(Mutex::new(Generation::default()));
         // One look that waits is as good as many.
         let (looks, look) = sync_channel(1);
         let (result, results) = sync_channel(MAX_RESULTS);
-        let work = Work { generation: Arc::clone(&generation), look, folders, config, world, sets: None, last: None };
+        let work = Work {
+            generation: Arc::clone(&generation),
+            look,
+            folders,
+            config,
+            world,
+            with_ground,
+            sets: None,
+            last: None,
+        };
         let thread = std::thread::Builder::new().name("map-writer".to_owned()).spawn(move || work.run(&result))?;
         Ok(Self { generation, looks, results, thread })
     }
@@ -100,6 +114,7 @@ struct Work {
     folders: EpochFolders,
     config: SiteConfig,
     world: Option<WorldOptions>,
+    with_ground: bool,
     sets: Option<Sets>,
     /// The epoch that is current, and where it failed when to try again.
     last: Option<(u64, Option<Instant>)>,
@@ -136,7 +151,7 @@ impl Work {
             return Ok(None);
         }
         self.last = Some((epoch, Some(Instant::now() + RETRY_INTERVAL)));
-        let files = sets.files(&self.config, self.world.as_ref())?;
+        let files = sets.files(&self.config, self.world.as_ref(), self.with_ground)?;
         let folder = self.folders.write(epoch, &files)?;
         self.last = Some((epoch, None));
         let (site_hash, grids) = sets.grids()?;
