@@ -4,9 +4,6 @@ use crate::contacts::{Contact, Contacts};
 use crate::surfaces::Surfaces;
 use messages::{GroundClass, GroundConnection, GroundConnectionRecord};
 
-/// Highest step between two surfaces that are connected, in metres: a little more than any riser of a stair.
-pub const MAX_STEP_M: f64 = 0.30;
-
 /// Steps along the border of two surfaces that differ by less are one connection, in tenths of a millimetre: 2 cm.
 const SAME_STEP: i32 = 200;
 

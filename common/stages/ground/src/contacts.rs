@@ -4,12 +4,14 @@
 //! is there at the height of the edge continues it, what is there a step higher or lower is where one can go to.
 
 use crate::box_tree::BoxTree;
-use crate::connections::MAX_STEP_M;
 use crate::plane::{Plane, covers};
-use crate::surfaces::SelectedFace;
+use crate::selected_face::SelectedFace;
 use frames::TENTHS_PER_M;
 use messages::GroundClass;
 use std::collections::HashMap;
+
+/// Highest step between two surfaces that are connected, in metres: a little more than any riser of a stair.
+pub const MAX_STEP_M: f64 = 0.30;
 
 /// How far outside of an edge is looked, in tenths of a millimetre: at it, and over a joint, a nosing, a gap of 5 cm.
 const PROBES: [f64; 3] = [5.0, 150.0, 500.0];

@@ -31,12 +31,13 @@ mod contacts;
 mod covers;
 mod overlap;
 mod plane;
+mod selected_face;
 mod site_ground;
 mod surfaces;
 mod upward_faces;
 mod visible_faces;
 
-pub use connections::MAX_STEP_M;
+pub use contacts::MAX_STEP_M;
 pub use site_ground::SiteGround;
 pub use upward_faces::MAX_SLOPE_RAD;
 

@@ -2,7 +2,8 @@
 
 use crate::box_tree::{Corners, corners_of, joined};
 use crate::contacts::Contacts;
-use crate::plane::{Triangle, double_area};
+use crate::plane::double_area;
+use crate::selected_face::SelectedFace;
 use frames::TENTHS_PER_M;
 use messages::{GroundClass, GroundFaceRecord, GroundSurfaceRecord, GroundWriter};
 use std::collections::HashMap;
@@ -12,15 +13,6 @@ const MIN_SURFACE_M2: f64 = 0.000_5;
 
 /// Smaller level faces of stairs and scaffolds are rims of stringers and ends of tubes.
 const MIN_TREAD_M2: f64 = 0.02;
-
-/// A face of a body that is there, or an uncovered part of one.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct SelectedFace {
-    pub(crate) triangle: Triangle,
-    pub(crate) slope_rad: f32,
-    pub(crate) body: u32,
-    pub(crate) class: GroundClass,
-}
 
 /// The surfaces, and the surface of each face.
 #[derive(Debug)]

@@ -193,7 +193,7 @@ mod tests {
     }
 
     #[test]
-    fn a_box_that_stands_in_carries_nobody() {
+    fn a_box_that_stands_in_is_no_ground() {
         let mut slab = element(&["IfcSlab"], "", "", None);
         slab.geometry.status = GeometryStatus::BoundingBox { why: String::new() };
         assert_eq!(class(slab), GroundClass::None);
