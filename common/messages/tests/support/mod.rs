@@ -396,7 +396,7 @@ fn walk_as(kind: ArchiveKind, bytes: &[u8]) -> Result<usize, ArchiveError> {
             let n_high = faces.filter(|f| ground.corners(f).iter().any(|c| c[2] > 0)).count();
             let classes = ground.bodies.iter().filter(|b| b.class.get() != GroundClass::None).count();
             let kinds = ground.connections.iter().filter(|c| c.kind.get() != GroundConnection::Step).count();
-            n_high + classes + kinds + usize::from(ground.head.max_slope_rad > 0.0)
+            ground.faces.len() + n_high + classes + kinds + usize::from(ground.head.max_slope_rad > 0.0)
         }
         ArchiveKind::Tasks => {
             let tasks = Tasks::open(bytes)?;

@@ -1,6 +1,5 @@
 //! Class and flags of elements from IFC type, predefined type and material.
 
-use crate::ground_class::ground_class_of;
 use grid::Class;
 use ifc::Element;
 use messages::element_flags;
@@ -109,13 +108,10 @@ fn stands(element: &Element) -> bool {
     z >= 2.0 * x.max(y)
 }
 
-/// Bits of [`element_flags`] by entity, type and material.
+/// Bits of [`element_flags`] by entity, type and material; whether it is floor follows from its ground class.
 pub(crate) fn flags_of(elements: &[Element], element: usize) -> u32 {
     let own = &elements[element];
     let mut flags = 0;
-    if ground_class_of(elements, element).is_floor_of_maps() {
-        flags |= element_flags::FLOOR;
-    }
     if is_glass(&own.materials) {
         flags |= element_flags::GLASS;
     }
@@ -165,6 +161,7 @@ fn is_glass(materials: &[String]) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::ground_class::ground_class_of;
 
     fn glass(materials: &[&str]) -> bool {
         is_glass(&materials.iter().map(|m| m.to_string()).collect::<Vec<_>>())
@@ -258,7 +255,7 @@ mod tests {
                 "#1={part};#2=IFCELEMENTASSEMBLY('a',$,$,$,$,#103,$,$,$,$);#3={whole};
                  #20={relation}('r',$,$,$,#2,(#1));#21={relation}('s',$,$,$,#3,(#2));"
             );
-            flags_of(&elements(&records, [1.0, 0.1, 0.02]), 0) & element_flags::FLOOR != 0
+            ground_class_of(&elements(&records, [1.0, 0.1, 0.02]), 0).is_floor_of_maps()
         };
         for relation in ["IFCRELAGGREGATES", "IFCRELNESTS"] {
             for whole in ["IFCDOOR", "IFCWINDOW"] {
@@ -270,7 +267,7 @@ mod tests {
             let of_floor = parts.map(|part| whole_of(part, "IFCSLAB('w',$,$,$,$,#103,$,$,$)", relation));
             assert_eq!(of_floor, [true, true, false, false, false], "{relation}");
         }
-        let own = |part: &str| flags_of(&elements(&format!("#1={part};"), [1.0; 3]), 0) & element_flags::FLOOR != 0;
+        let own = |part: &str| ground_class_of(&elements(&format!("#1={part};"), [1.0; 3]), 0).is_floor_of_maps();
         assert_eq!(parts.map(own), [true, true, false, false, false]);
     }
 }

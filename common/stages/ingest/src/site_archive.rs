@@ -93,7 +93,12 @@ fn add_elements(builder: &mut SiteBuilder, merged: &Merged, frame: SiteFrame) {
                 (None, element_flags::FAILED)
             }
         };
-        let ground = if body.is_some() { ground_class_of(elements, index) } else { GroundClass::None };
+        let class =
+            if flags & element_flags::FAILED == 0 { ground_class_of(elements, index) } else { GroundClass::None };
+        if class.is_floor_of_maps() {
+            flags |= element_flags::FLOOR;
+        }
+        let ground = if body.is_some() { class } else { GroundClass::None };
         if let Some(body) = body {
             finish_terrain(builder, ground, (body.first_part, body.n_parts), source, &element.id);
         }
