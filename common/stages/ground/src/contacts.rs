@@ -22,8 +22,9 @@ pub(crate) const FLUSH: f64 = 10.0;
 /// Distance of the places along an edge, in tenths of a millimetre; more where they would be too many.
 const SPACING: f64 = 1_000.0;
 
-/// Most places of all edges.
+/// Most places of all edges, and of one: of edges longer than 400 m they lie farther apart.
 const MAX_PLACES: f64 = 2e6;
+const MAX_PLACES_OF_ONE: f64 = 4_096.0;
 
 /// A place on the border of a face beside which another face lies.
 #[derive(Debug, Clone, Copy)]
@@ -56,7 +57,7 @@ impl Contacts {
         let planes: Vec<Plane> = faces.iter().map(|f| Plane::of(&f.triangle)).collect();
         let mut all = Vec::new();
         for border in &borders {
-            let n_places = (border.length / spacing).ceil().max(1.0);
+            let n_places = (border.length / spacing).ceil().clamp(1.0, MAX_PLACES_OF_ONE);
             for k in 0..n_places as usize {
                 let at = border.at((k as f64 + 0.5) / n_places);
                 let Some((other, step, is_flush)) = beside(border, at, faces, &planes, &tree) else { continue };

@@ -103,7 +103,8 @@ fn simplify(builder: &mut SiteBuilder, (first_part, n_parts): (u32, u32), source
     let message = format!(
         "terrain of #{} simplified from {n_before} to {n_after} triangles, at most {:.4} m off",
         id.step_id,
-        max_error.ceil() * metres(1)
+        // The bound itself is rounded up by less than a micrometre.
+        (max_error - 1e-2).max(0.0).ceil() * metres(1)
     );
     tell(builder, source, id, Severity::Info, DiagnosticCode::TerrainSimplified, message);
 }
