@@ -43,12 +43,12 @@ fn check(model: &Path) -> Result<String, String> {
     let (exported, converted) = (live.home.path().join("exported"), live.home.path().join("converted"));
     let model = live.home.path().join("demo.ifc");
     let mut convert: Vec<&dyn AsRef<std::ffi::OsStr>> =
-        vec![&"convert", &model, &"-o", &converted, &"--schedule", &rules, &"--world"];
+        vec![&"convert", &model, &"-o", &converted, &"--schedule", &rules, &"--world", &"--with-ground"];
     if let Some(date) = walk.last() {
         convert.extend([&"--date" as &dyn AsRef<std::ffi::OsStr>, date]);
     }
     let converted_well = groundplan(&convert).status.success();
-    let output = live.run(&[&"export", &exported, &"--world"]);
+    let output = live.run(&[&"export", &exported, &"--world", &"--with-ground"]);
     live.down();
     match (converted_well, output.status.success()) {
         (false, _) => return Ok("is no map, for convert either".to_owned()),

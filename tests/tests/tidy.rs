@@ -17,7 +17,7 @@ fn root() -> PathBuf {
 }
 
 /// Crates of the workspace that each crate may depend on.
-const ALLOWED: [(&str, &[&str]); 35] = [
+const ALLOWED: [(&str, &[&str]); 36] = [
     ("diagnostics", &[]),
     ("input-files", &[]),
     ("frames", &[]),
@@ -38,6 +38,7 @@ const ALLOWED: [(&str, &[&str]); 35] = [
     ("ingest", &["frames", "geometry", "grid", "messages", "ifc"]),
     ("tasks", &["diagnostics", "frames", "messages", "schedule-files"]),
     ("schedule", &["diagnostics", "frames", "messages", "schedule-files", "tasks"]),
+    ("ground", &["frames", "geometry", "messages"]),
     ("raster", &["diagnostics", "frames", "geometry", "grid", "messages"]),
     ("waypoints", &["diagnostics", "frames", "geometry", "grid", "messages"]),
     ("alignment", &["diagnostics", "frames", "geometry", "grid", "messages", "occupancy", "raster"]),
@@ -91,6 +92,7 @@ const ALLOWED: [(&str, &[&str]); 35] = [
             "frames",
             "geometry",
             "grid",
+            "ground",
             "ingest",
             "input-files",
             "messages",
@@ -112,7 +114,7 @@ const FENCED: [(&str, &[&str]); 20] = [
     ("ifc-lite-geometry", &["ifc"]),
     ("ifc-lite-processing", &["ifc"]),
     ("i_overlay", &["geometry"]),
-    ("i_triangle", &["convex"]),
+    ("i_triangle", &["convex", "geometry"]),
     ("nalgebra", &["alignment", "deviations", "frames", "ifc"]),
     ("parry3d-f64", &["convex", "geometry"]),
     ("image", &["alignment", "occupancy"]),

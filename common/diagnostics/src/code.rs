@@ -79,6 +79,8 @@ codes! {
     SequenceDangling = "sequence_dangling",
     /// A sequence of a type of the author's own.
     SequenceUserDefined = "sequence_user_defined",
+    /// Earthworks that are cut out of terrain, which is not done.
+    EarthworksNotCut = "earthworks_not_cut",
     /// Openings that leave nothing of a body.
     SwallowedByOpenings = "swallowed_by_openings",
     /// A task with two calendars.
@@ -95,6 +97,8 @@ codes! {
     TaskNestedTwice = "task_nested_twice",
     /// Tasks that are nested in themselves.
     TaskNestingCircle = "task_nesting_circle",
+    /// Terrain of which triangles are left out.
+    TerrainIncomplete = "terrain_incomplete",
     /// The time of a task that is not in the file.
     TaskTimeMissing = "task_time_missing",
     /// A task that recurs.
@@ -131,6 +135,10 @@ codes! {
     SpaceWithoutBody = "space_without_body",
     /// A measure of a stair that its body contradicts.
     StairMeasureImplausible = "stair_measure_implausible",
+    /// Terrain that has faces which carry nobody, or lie above each other.
+    TerrainFacesUnusable = "terrain_faces_unusable",
+    /// Terrain that is held with fewer triangles than the file has.
+    TerrainSimplified = "terrain_simplified",
 
     // Linking schedule files with the site: `tasks`.
     /// A link whose task does not say what it does with the element.

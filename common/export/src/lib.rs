@@ -64,6 +64,7 @@
 //!
 //! - colours of `semantic.png`: `src/pictures.rs`
 //! - deviations: BCF topics: `src/deviations/topics.rs`
+//! - ground: its mesh and its document: `src/ground.rs`
 //! - latitude and longitude: `src/geographic.rs`
 
 mod assumed_rooms;
@@ -74,6 +75,7 @@ mod diagnostics;
 mod door_report;
 mod folders;
 mod geographic;
+mod ground;
 mod image;
 mod input;
 mod json;
@@ -106,6 +108,7 @@ pub use deviations::{
 };
 pub use door_report::{each_door, reason_text};
 pub use folders::{storey_folder, sums};
+pub use ground::{GroundDocument, ground_files};
 pub use input::{ExportFile, ExportInput, ProbabilityInput};
 pub use json::text as json_text;
 pub use manifest::{DatedFolder, DatesManifest, Manifest, schedule_ignored, status_of, with_manifest};

@@ -12,6 +12,7 @@
 
 mod body_shape;
 mod clusters;
+mod decimated;
 mod floor_faces;
 mod footprint;
 mod mesh;
@@ -25,8 +26,10 @@ mod slab;
 mod slopes;
 mod surfaces;
 mod treads;
+mod triangulated;
 
 pub use body_shape::BodyShape;
+pub use decimated::{Decimated, decimated};
 pub use floor_faces::{floor_faces, upward_triangles};
 pub use footprint::{Footprint, LazyFootprint, SlabCut, footprint};
 pub use mesh::{MeshView, is_closed, unit_normal};
@@ -39,3 +42,4 @@ pub use slab::{Slab, clip_to_slab};
 pub use slopes::ramp_faces;
 pub use surfaces::{SurfacePoint, Surfaces, surface_points};
 pub use treads::{Tread, treads};
+pub use triangulated::triangulated;

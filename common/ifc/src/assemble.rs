@@ -15,8 +15,8 @@ use crate::representations::{Bodies, Body};
 use crate::spatial::Storeys;
 use crate::units::LengthUnit;
 use crate::{
-    Element, Geometry, Model, Opening, Progress, ReadError, ReadOptions, Source, Space, SpaceBoundary, Stage, doors,
-    geometry, georeference, memberships, schedule, spatial, stairs, units,
+    Element, Geometry, GeometryStatus, Model, Opening, Progress, ReadError, ReadOptions, Source, Space, SpaceBoundary,
+    Stage, Terrain, doors, geometry, georeference, memberships, schedule, spatial, stairs, units,
 };
 use diagnostics::{DiagnosticCode, Report, Severity};
 
@@ -43,10 +43,13 @@ pub(crate) fn model(
             // Reinforcement is built at a date, but lies inside what it reinforces: it is not meshed.
             body: if product.class.is("IfcReinforcingElement") {
                 Body::default()
+            } else if product.class.is_ground() {
+                bodies.of_ground(&product.record)
             } else {
                 bodies.of_product(&product.record)
             },
             openings: voids.get(&product.record.id).map_or(&[], Vec::as_slice),
+            is_ground: product.class.is_ground(),
             cuts: product.class.is("IfcOpeningElement"),
             doors: doors.get(&product.record.id).map_or(&[], Vec::as_slice),
         })
@@ -79,6 +82,8 @@ pub(crate) fn model(
     let mut spaces: Vec<Space> =
         products.spaces.iter().map(|p| reader.space(p, &wholes, geometry(p.record.id))).collect();
     memberships::add(file, &relations, &products, &mut elements, &mut spaces, report);
+    let terrains = products.terrains.iter().map(|p| reader.terrain(p, geometry(p.record.id)));
+    let terrains = terrains.filter(|terrain| terrain.geometry.status != GeometryStatus::None).collect();
     let openings = products.openings.iter().map(|p| reader.opening(p, geometry(p.record.id))).collect();
     let schedule = schedule::read(file, &relations, &products, &storeys, report);
     Ok(Model {
@@ -89,6 +94,7 @@ pub(crate) fn model(
         elements,
         spaces,
         openings,
+        terrains,
         boundaries: boundaries(&relations, &products),
         schedule,
     })
@@ -207,6 +213,7 @@ impl Reader<'_, '_, '_> {
             ifc_type: product.class.lineage[0],
             supertypes: product.class.lineage.clone(),
             predefined_type: self.predefined_type(record),
+            object_type: self.object_type(record),
             storey: self.storeys.of(record.id),
             space: relations.container.get(&record.id).and_then(|id| self.products.space_idx.get(id).copied()),
             whole: relations.whole.get(&record.id).and_then(element),
@@ -217,6 +224,15 @@ impl Reader<'_, '_, '_> {
             stair: stair.then(|| stairs::read(self.file, record, self.unit_m)).flatten(),
             properties: self.psets.of(record.id, relations),
             materials: self.materials.of(record.id, relations),
+        }
+    }
+
+    fn terrain(&self, product: &Product<'_, '_>, geometry: Geometry) -> Terrain {
+        Terrain {
+            id: product.id.clone(),
+            ifc_type: product.class.lineage[0],
+            predefined_type: self.predefined_type(&product.record),
+            geometry,
         }
     }
 
@@ -242,7 +258,7 @@ impl Reader<'_, '_, '_> {
         }
     }
 
-    /// ObjectType of the occurrence, else the name of its type.
+    /// ObjectType of the occurrence, else the name of its type; of elements and spaces.
     fn object_type(&self, record: &Record<'_>) -> String {
         let type_record = self.relations.type_of.get(&record.id).and_then(|&id| self.file.record(id));
         let text = |record: &Record<'_>, name: &str| {

@@ -11,13 +11,14 @@ const CHAIN_MAX: usize = 64;
 const DEPTH_MAX: usize = 16;
 
 /// Items of which the work and the faces follow from the numbers of their records.
-const BOUNDED: [&str; 16] = [
+const BOUNDED: [&str; 17] = [
     "IFCEXTRUDEDAREASOLID",
     "IFCFACETEDBREP",
     "IFCFACETEDBREPWITHVOIDS",
     "IFCFACEBASEDSURFACEMODEL",
     "IFCSHELLBASEDSURFACEMODEL",
     "IFCTRIANGULATEDFACESET",
+    "IFCTRIANGULATEDIRREGULARNETWORK",
     "IFCPOLYGONALFACESET",
     "IFCHALFSPACESOLID",
     "IFCBOXEDHALFSPACE",

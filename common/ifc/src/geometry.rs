@@ -13,7 +13,7 @@ use crate::kernel::{File, ItemMesh, MeshRequest, Meshed, Patch, Record, mesh as 
 use crate::prism_axes::axis_of;
 use crate::product_body::ProductBody;
 use crate::units::{self, LengthUnit};
-use crate::{Geometry, GeometryStatus, MeshPart, Progress, ReadError, ReadOptions, Stage, substitutes};
+use crate::{Geometry, GeometryStatus, MeshPart, Progress, ReadError, ReadOptions, Stage, substitutes, terrain_faces};
 use diagnostics::{DiagnosticCode, Named, Report, Severity};
 use nalgebra::{Affine3, Point3, Vector3};
 
@@ -40,6 +40,7 @@ pub(crate) fn mesh(
     let mut patch = Patch::new(file);
     units::pin(file, unit, &mut patch);
     substitutes::apply(file, &mut patch);
+    terrain_faces::correct(file, products, &mut patch, report);
     let mut extents = Extents::new(file, unit.metres);
     let items_of_openings: FxHashMap<u32, &[u32]> =
         products.iter().filter(|p| p.cuts).map(|p| (p.record.id, p.body.items.as_slice())).collect();

@@ -85,6 +85,7 @@ mod segments;
 mod spatial;
 mod stairs;
 mod substitutes;
+mod terrain_faces;
 #[cfg(test)]
 mod testing;
 mod units;
@@ -97,7 +98,7 @@ pub use kernel::{MeshPool, mesh_task};
 pub use memberships::MEMBERSHIP_SETS;
 pub use model::{
     Door, DoorPanel, Element, Geometry, GeometryStatus, Georeference, MapConversion, MeshPart, Model, Opening,
-    Placement, Property, PropertyValue, Source, Space, SpaceBoundary, Stair, Storey,
+    Placement, Property, PropertyValue, Source, Space, SpaceBoundary, Stair, Storey, Terrain,
 };
 pub use options::{Isolation, Progress, ReadOptions, Stage};
 pub use schedule::{

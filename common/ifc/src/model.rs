@@ -22,6 +22,8 @@ pub struct Model {
     pub spaces: Vec<Space>,
     /// All IfcOpeningElement that void an element, by GlobalId.
     pub openings: Vec<Opening>,
+    /// Shapes of IfcSite, IfcRoad and IfcRoadPart themselves, each by GlobalId.
+    pub terrains: Vec<Terrain>,
     /// IfcRelSpaceBoundary: which elements bound which spaces; indices into `spaces` and `elements`, sorted, unique.
     pub boundaries: Vec<SpaceBoundary>,
     /// Tasks, calendars, and what the tasks work on.
@@ -92,6 +94,8 @@ pub struct Element {
     pub supertypes: Vec<&'static str>,
     /// PredefinedType of the occurrence, else of its type; ObjectType where that says USERDEFINED; empty if absent.
     pub predefined_type: String,
+    /// ObjectType, else the name of its type; empty if absent.
+    pub object_type: String,
     /// Index of the storey that contains it, through aggregates, nests, and hosts of openings it fills.
     pub storey: Option<usize>,
     /// Index of the space that contains it directly.
@@ -279,6 +283,19 @@ pub struct Opening {
     pub host: Option<usize>,
     /// Index of the element that fills it.
     pub filling: Option<usize>,
+    /// Its body.
+    pub geometry: Geometry,
+}
+
+/// The shape of an IfcSite, IfcRoad or IfcRoadPart: ground that is no element.
+#[derive(Debug)]
+pub struct Terrain {
+    /// Identity.
+    pub id: Named,
+    /// Entity name as the schema spells it, e.g. `IfcSite`.
+    pub ifc_type: &'static str,
+    /// PredefinedType; empty if absent.
+    pub predefined_type: String,
     /// Its body.
     pub geometry: Geometry,
 }

@@ -1,7 +1,8 @@
 //! Selects the representations of a product that are its body.
 //!
 //! `Body`, else `Facetation`, else `Body-Fallback`, else every representation in a model context that is not known to be
-//! something else. The kernel has a rule of its own, by RepresentationType; where it would choose otherwise it is shown
+//! something else. Of terrain and roads also what is named as a surface, or has faces under the name of something else: no two
+//! exporters call it the same. The kernel has a rule of its own, by RepresentationType; where it would choose otherwise it is shown
 //! other records.
 
 use rustc_hash::FxHashMap;
@@ -25,6 +26,9 @@ const NOT_BODY: [&str; 14] = [
     "surface",
     "symbol",
 ];
+
+/// Identifiers that do name the faces of terrain where it has no body, in this order.
+const GROUND_NAMES: [&str; 4] = ["surface", "footprint", "profile", "reference"];
 
 /// Types that have no faces.
 const CURVES: [&str; 8] =
@@ -84,15 +88,24 @@ impl<'f, 'a> Bodies<'f, 'a> {
 
     /// The body of a product; one without items if it has none.
     pub(crate) fn of_product(&mut self, product: &Record<'_>) -> Body {
+        self.of_shape(product, choose_body)
+    }
+
+    /// The body of terrain, a road or earthworks.
+    pub(crate) fn of_ground(&mut self, product: &Record<'_>) -> Body {
+        self.of_shape(product, choose_ground)
+    }
+
+    fn of_shape(&mut self, product: &Record<'_>, rule: fn(Vec<Representation>) -> Vec<Representation>) -> Body {
         let Some(shape) = product.at(6).reference() else { return Body::default() };
         if !self.known.contains_key(&shape) {
-            let body = self.choose(shape);
+            let body = self.choose(shape, rule);
             self.known.insert(shape, body);
         }
         self.known[&shape].clone()
     }
 
-    fn choose(&mut self, shape: u32) -> Body {
+    fn choose(&mut self, shape: u32, rule: fn(Vec<Representation>) -> Vec<Representation>) -> Body {
         let Some(record) = self.file.record(shape) else { return Body::default() };
         let all: Vec<Representation> =
             record.at(2).references().into_iter().filter_map(|id| self.representation(id)).collect();
@@ -101,7 +114,7 @@ impl<'f, 'a> Bodies<'f, 'a> {
         let boxes = all.iter().filter(is_box).flat_map(|r| r.items.iter().copied()).collect();
         let candidates: Vec<Representation> =
             all.into_iter().filter(|r| !r.items.is_empty() && !CURVES.contains(&r.kind.as_str())).collect();
-        let chosen = choose_body(candidates);
+        let chosen = rule(candidates);
         let items = chosen.iter().flat_map(|r| r.items.iter().copied()).collect();
         Body { items, boxes, chosen, of_kernel, shape }
     }
@@ -136,6 +149,17 @@ fn choose_body(candidates: Vec<Representation>) -> Vec<Representation> {
         }
     }
     candidates.into_iter().filter(|r| !r.drawn && !NOT_BODY.contains(&r.identifier.as_str())).collect()
+}
+
+fn choose_ground(candidates: Vec<Representation>) -> Vec<Representation> {
+    let body = choose_body(candidates.clone());
+    if !body.is_empty() {
+        return body;
+    }
+    let named = |wanted: &str| -> Vec<Representation> {
+        candidates.iter().filter(|r| !r.drawn && r.identifier == wanted).cloned().collect()
+    };
+    GROUND_NAMES.iter().map(|wanted| named(wanted)).find(|chosen| !chosen.is_empty()).unwrap_or_default()
 }
 
 /// The kernel's rule: by type, by identifier where the type is blank; mapped ones only where there is nothing else.

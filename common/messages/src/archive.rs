@@ -78,8 +78,8 @@ impl Preamble {
 /// Makes a site archive of an earlier version readable, if its records are those of this one; true if it was one. The content hash
 /// stays, because it is that of what follows the preamble; what is no such archive stays as it is.
 ///
-/// Such a site has its frame, bodies and rooms. It may lack contacts, zones and groups, and which floors are assumed, and its diagnostics may have the codes of
-/// others: it serves until its models are read again.
+/// Such a site has its frame, bodies and rooms. It may lack contacts, zones and groups, terrain and classes of ground, and which
+/// floors are assumed, and its diagnostics may have the codes of others: it serves until its models are read again.
 pub fn upgrade_site(archive: &mut ArchiveBuffer) -> bool {
     let Some(preamble) = archive.bytes_mut().get_mut(..size_of::<Preamble>()) else { return false };
     let preamble: &mut Preamble = bytemuck::from_bytes_mut(preamble);

@@ -26,6 +26,8 @@ macro_rules! every_kind {
             AlignmentEvidence = 9 "alignment-evidence",
             /// Tasks of schedule files, linked to a site.
             Tasks = 10 "tasks",
+            /// The surface that can be walked or driven on at a plan time.
+            Ground = 11 "ground",
         }
     };
 }

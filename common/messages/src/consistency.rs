@@ -1,8 +1,8 @@
 //! Checks that archives belong to the same site.
 
 use crate::{
-    Deviations, EdgeKind, Grid, Grids, MissionPlan, NONE, NodeKind, RouteEdgeRecord, RouteNodeRecord, ScheduleState,
-    Site, Tasks,
+    Deviations, EdgeKind, Grid, Grids, Ground, GroundBodyRecord, MissionPlan, NONE, NodeKind, RouteEdgeRecord,
+    RouteNodeRecord, ScheduleState, Site, Tasks,
 };
 
 /// Archives that speak of different sites.
@@ -26,6 +26,21 @@ impl ScheduleState<'_> {
             && self.n_elements() == site.elements.len()
             && self.spaces.len() == site.spaces.len();
         check(belongs, "schedule state")
+    }
+}
+
+impl Ground<'_> {
+    /// Checks that the ground is that of this site: after that every body of it has its element or terrain.
+    ///
+    /// # Errors
+    /// Another site's hash, or records that the site does not have.
+    pub fn check_site(&self, site: &Site<'_>) -> Result<(), OtherSite> {
+        let has = |b: &GroundBodyRecord| match (b.element, b.terrain) {
+            (element, NONE) => (element as usize) < site.elements.len(),
+            (NONE, terrain) => (terrain as usize) < site.terrains.len(),
+            _ => false,
+        };
+        check(self.head.site_hash == site.content_hash() && self.bodies.iter().all(has), "ground")
     }
 }
 

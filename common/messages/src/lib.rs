@@ -16,6 +16,7 @@
 //! | `slam-map` | [`SlamMap`] | [`SlamMapBuilder`] | the robot |
 //! | `alignment` | [`Alignment`] | [`AlignmentBuilder`] | slam-align |
 //! | `deviations` | [`Deviations`] | [`DeviationsBuilder`] | slam-align |
+//! | none | [`Ground`] | [`GroundWriter`] | `groundplan` |
 //! | none | [`AlignmentEvidence`] | [`AlignmentEvidenceBuilder`] | slam-align, `groundplan align` |
 //!
 //! Beside an archive travels its [`SampleHeader`]: data of the publication, not of the content. Daemons report
@@ -58,6 +59,8 @@ mod deviations;
 mod diagnostic_record;
 mod grid_archive;
 mod grids;
+mod ground;
+mod ground_records;
 mod local_poses;
 mod map_grids;
 mod mission_plan;
@@ -107,6 +110,8 @@ pub use diagnostic_record::DiagnosticRecord;
 pub use diagnostics::{Diagnostic, DiagnosticCode, Named, Report, Severity};
 pub use grid_archive::{BlockHashes, FLOOR_ASSUMED, FLOOR_BUILT, Grid, GridHead, GridLayers, GridWriter, copy_changed};
 pub use grids::{DoorPassage, DoorPassageRecord, GridSlotRecord, Grids, GridsBuilder, GridsHead, RegionRecord};
+pub use ground::{Ground, GroundWriter};
+pub use ground_records::*;
 pub use local_poses::{LocalPoseRecord, LocalPoses, LocalPosesHead, LocalPosesParts, OutlineRingRecord, flat, part_at};
 pub use map_grids::{ChosenGrids, MapGrids};
 pub use mission_plan::{MissionPlan, MissionPlanBuilder};

@@ -29,7 +29,7 @@ declare_archive! {
         pub map_storeys: many(5, MapStoreyRecord),
         /// Elements, in file order.
         pub elements: many(6, ElementRecord),
-        /// Mesh parts of elements and spaces.
+        /// Mesh parts of elements, spaces and terrains.
         pub parts: many(7, PartRecord),
         /// Vertices in `map`, tenths of a millimetre.
         pub vertices: many(8, [i32; 3]),
@@ -59,6 +59,8 @@ declare_archive! {
         pub diagnostics: many(19, DiagnosticRecord),
         /// Which elements touch which spaces by geometry, sorted: for spaces without boundaries.
         pub contacts: many(20, BoundaryRecord),
+        /// Shapes of sites and roads themselves, in file order.
+        pub terrains: if_any(23, TerrainRecord),
         /// The tasks: those of the models, unless others stand in for them.
         pub schedule: group(WorkSchedule, WorkScheduleRecords),
         /// All texts.
@@ -127,6 +129,11 @@ impl<'a> Site<'a> {
         self.meshes(element.first_part, element.n_parts)
     }
 
+    /// The meshes of a terrain.
+    pub fn terrain_meshes(&self, terrain: &TerrainRecord) -> impl Iterator<Item = MeshView<'a>> + Clone + use<'a> {
+        self.meshes(terrain.first_part, terrain.n_parts)
+    }
+
     /// The meshes of a space.
     pub fn space_meshes(&self, space: &SpaceRecord) -> impl Iterator<Item = MeshView<'a>> + Clone + use<'a> {
         self.meshes(space.first_part, space.n_parts)
@@ -182,6 +189,8 @@ impl<'a> Site<'a> {
     fn check_tags(&self) -> Result<(), ArchiveError> {
         check_tags(self.map_storeys.iter().map(|s| s.floor), "kind of floor")?;
         check_tags(self.elements.iter().map(|e| e.class), "class")?;
+        check_tags(self.elements.iter().map(|e| e.ground), "ground class")?;
+        check_tags(self.terrains.iter().map(|t| t.ground), "ground class")?;
         check_tags(self.doors.iter().map(|d| d.clear_width_from), "source of a clear width")?;
         check_tags(self.attributes.iter().map(|a| a.kind), "kind of attribute")?;
         check_diagnostics(self.diagnostics)?;
@@ -202,7 +211,10 @@ impl<'a> Site<'a> {
             if all <= section as u64 { Ok(()) } else { Err(ArchiveError::Index { what }) }
         };
         let (elements, spaces) = (self.elements, self.spaces);
-        let parts = || elements.iter().map(|e| e.n_parts).chain(spaces.iter().map(|s| s.n_parts));
+        let parts = || {
+            let terrains = self.terrains.iter().map(|t| t.n_parts);
+            elements.iter().map(|e| e.n_parts).chain(spaces.iter().map(|s| s.n_parts)).chain(terrains)
+        };
         let attributes = || elements.iter().map(|e| e.n_attributes).chain(spaces.iter().map(|s| s.n_attributes));
         check(&mut parts(), self.parts.len(), "a mesh part")?;
         check(&mut self.parts.iter().map(|p| p.n_vertices), self.vertices.len(), "a vertex")?;
@@ -240,7 +252,8 @@ impl<'a> Site<'a> {
         let storeys = self.map_storeys.iter().flat_map(|s| s.bounds_tenths.iter().chain([&s.floor_z_tenths]));
         let spaces = self.spaces.iter().flat_map(|s| [&s.floor_z_tenths, &s.height_tenths]);
         let openings = self.openings.iter().flat_map(|o| [&o.bottom_z_tenths, &o.top_z_tenths]);
-        let mut records = elements.chain(storeys).chain(spaces).chain(openings);
+        let terrains = self.terrains.iter().flat_map(|t| t.min_tenths.iter().chain(&t.max_tenths));
+        let mut records = elements.chain(terrains).chain(storeys).chain(spaces).chain(openings);
         let axes = |d: &DoorRecord| d.hanging.along.iter().chain(&d.hanging.towards).all(|a| a.abs() <= 1.001);
         let boxes = self.openings.iter().map(|o| &o.plan).chain(self.doors.iter().map(|d| &d.passage));
         // Grids are laid around them.
@@ -286,6 +299,12 @@ impl<'a> Site<'a> {
             }),
             "a space",
         )?;
+        check(
+            self.terrains
+                .iter()
+                .all(|t| fits(t.first_part, t.n_parts, self.parts.len()) && (t.source as usize) < files),
+            "a terrain",
+        )?;
         check(self.rings.iter().all(|r| fits(r.first_point, r.n_points, self.points.len())), "a ring")?;
         check(self.openings.iter().all(|o| optional(o.host, elements) && optional(o.filling, elements)), "an opening")?;
         check(
@@ -328,7 +347,8 @@ impl<'a> Site<'a> {
             .chain(self.texts.listed().iter().copied())
             .chain(self.doors.iter().map(|d| d.operation))
             .chain(self.panels.iter().flat_map(|p| [p.operation, p.position]))
-            .chain(self.openings.iter().map(|o| o.global_id));
+            .chain(self.openings.iter().map(|o| o.global_id))
+            .chain(self.terrains.iter().flat_map(|t| [t.global_id, t.name, t.ifc_type]));
         let mut all = storeys.chain(map_storeys).chain(elements).chain(spaces).chain(attributes).chain(diagnostics);
         let whole = |text: Text| self.texts.has(text);
         if all.all(whole) && others.chain(self.materials.iter().copied()).all(whole) {

@@ -1,5 +1,6 @@
 //! Records of the `site` archive.
 
+use crate::ground_records::GroundClass;
 use crate::tag::Tag;
 use crate::{Text, TextList};
 use bytemuck::{CheckedBitPattern, NoUninit, Pod, Zeroable};
@@ -165,14 +166,46 @@ pub struct ElementRecord {
     pub flags: u32,
     /// Its class.
     pub class: Tag<Class>,
+    /// What its upward faces are to whoever walks or drives on them.
+    pub ground: Tag<GroundClass>,
     /// Zero.
-    pub reserved: [u8; 3],
+    pub reserved: [u8; 2],
 }
 const _: () = assert!(size_of::<ElementRecord>() == 128);
 
+/// Ground that is no element: the shape of an IfcSite, an IfcRoad or a part of one. It is there at every plan time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Zeroable, Pod)]
+#[repr(C)]
+pub struct TerrainRecord {
+    /// STEP id in its file.
+    pub step_id: u64,
+    /// GlobalId.
+    pub global_id: Text,
+    /// Name.
+    pub name: Text,
+    /// Entity name, e.g. `IfcSite`.
+    pub ifc_type: Text,
+    /// Lower corner of its body.
+    pub min_tenths: [i32; 3],
+    /// Upper corner of its body.
+    pub max_tenths: [i32; 3],
+    /// First of its mesh parts.
+    pub first_part: u32,
+    /// Number of its mesh parts.
+    pub n_parts: u32,
+    /// Index of its file.
+    pub source: u32,
+    /// What its faces are.
+    pub ground: Tag<GroundClass>,
+    /// Zero.
+    pub reserved: [u8; 3],
+}
+const _: () = assert!(size_of::<TerrainRecord>() == 72);
+
 /// Bits of [`ElementRecord::flags`].
 pub mod element_flags {
-    /// Its upward faces are floor: slab, flooring, ramp, footing, or a part of one.
+    /// Maps take its upward faces for floor: [`crate::GroundClass::is_floor_of_maps`] of its class. It is a bit of its own because
+    /// sites that an earlier version kept have no classes, and maps are drawn of them.
     pub const FLOOR: u32 = 1;
     /// It lets light through: a lidar does not see it.
     pub const GLASS: u32 = 2;

@@ -1,30 +1,60 @@
-//! Files of an output folder that are written where they are asked for: the simulation world, the cloud of structure.
+//! Files of an output folder that are written where they are asked for: the simulation world, the cloud of structure, the ground.
 
 use crate::failure::Failure;
 use cloud::CloudOptions;
-use export::ExportInput;
+use export::{ExportFile, ExportInput};
+use ground::SiteGround;
+use messages::{ContentHash, Ground, GroundWriter};
+use std::sync::{Mutex, PoisonError};
 use world::{WorldFiles, WorldOptions};
 
 /// Files that are written beside those of every output, where they are asked for.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug)]
 pub(crate) struct OptionalFiles {
-    /// The simulation world.
-    pub(crate) world: Option<WorldOptions>,
-    /// The points of what stands.
-    pub(crate) cloud: Option<CloudOptions>,
+    world: Option<WorldOptions>,
+    cloud: Option<CloudOptions>,
+    with_ground: bool,
+    /// What the site alone says of its ground, with the hash of that site: dates select from it.
+    site_ground: Mutex<Option<(ContentHash, SiteGround)>>,
 }
 
 impl OptionalFiles {
+    /// A world and a cloud with options, and the ground, where there are to be any.
+    pub(crate) fn new(world: Option<WorldOptions>, cloud: Option<CloudOptions>, with_ground: bool) -> Self {
+        Self { world, cloud, with_ground, site_ground: Mutex::default() }
+    }
+
+    /// True if there are to be any of them.
+    pub(crate) fn are_asked_for(&self) -> bool {
+        self.world.is_some() || self.cloud.is_some() || self.with_ground
+    }
+
     /// The files, and what is to be told about the world.
     ///
     /// # Errors
-    /// A cloud of too many points.
+    /// A cloud of too many points, a schedule state of another site.
     pub(crate) fn files(&self, input: &ExportInput<'_>) -> Result<WorldFiles, Failure> {
-        let Self { world, cloud } = self;
-        let mut made = world.as_ref().map(|options| world::files(input, options)).unwrap_or_default();
-        if let Some(options) = cloud {
+        let mut made = self.world.as_ref().map(|options| world::files(input, options)).unwrap_or_default();
+        if let Some(options) = &self.cloud {
             made.files.extend(cloud::files(input, options).map_err(Failure::work)?);
         }
+        if self.with_ground {
+            made.files.extend(self.ground_files(input)?);
+        }
         Ok(made)
+    }
+
+    fn ground_files(&self, input: &ExportInput<'_>) -> Result<Vec<ExportFile>, Failure> {
+        let (site, site_hash) = (input.site, input.site.content_hash());
+        let mut kept = self.site_ground.lock().unwrap_or_else(PoisonError::into_inner);
+        let (_, site_ground) = match kept.take().filter(|(of, _)| *of == site_hash) {
+            Some(same) => kept.insert(same),
+            None => kept.insert((site_hash, SiteGround::of(site))),
+        };
+        let mut ground = GroundWriter::default();
+        site_ground.at(site, input.schedule_state, &mut ground).map_err(Failure::work)?;
+        let archive = ground.finish();
+        let ground = Ground::open(archive.bytes()).map_err(Failure::work)?;
+        Ok(export::ground_files(site, &ground))
     }
 }

@@ -208,6 +208,16 @@ impl<'a> File<'a> {
         Some(String::from_utf8_lossy(bytes.get(behind..=close)?).into_owned())
     }
 
+    /// The keyword of a record, and the bytes of its arguments with their parentheses.
+    pub(crate) fn bytes_of(&self, id: u32) -> Option<(&'a str, &'a [u8])> {
+        let (start, end) = self.index.range_of(id)?;
+        let record: &'a [u8] = &self.bytes[start..end];
+        let behind = record.get(memchr::memchr(b'=', record)? + 1..)?.trim_ascii_start();
+        let open = memchr::memchr(b'(', behind)?;
+        let close = memchr::memrchr(b')', behind)?;
+        Some((std::str::from_utf8(behind[..open].trim_ascii()).ok()?, behind.get(open..=close)?))
+    }
+
     /// Metres per length unit as the kernel understands the file.
     pub(crate) fn kernel_unit_m(&self) -> f64 {
         self.index.decoder(self.bytes).length_unit_scale()

@@ -74,6 +74,22 @@ pub(crate) fn site() -> ArchiveBuffer {
     b.sources.push(SourceRecord { file: text, ..Zeroable::zeroed() });
     b.panels.push(DoorPanelRecord { operation: text, ..Zeroable::zeroed() });
     b.stairs.push(Zeroable::zeroed());
+    b.vertices.extend([[0, 0, 0], [90_000, 0, 0], [0, 90_000, 500]]);
+    b.triangles.push([0, 1, 2]);
+    b.parts.push(PartRecord {
+        first_vertex: 4,
+        n_vertices: 3,
+        first_triangle: 4,
+        n_triangles: 1,
+        ..Zeroable::zeroed()
+    });
+    b.terrains.push(TerrainRecord {
+        global_id: text,
+        first_part: 1,
+        n_parts: 1,
+        ground: GroundClass::Terrain.into(),
+        ..Zeroable::zeroed()
+    });
     b.schedule = work_schedule(text);
     b.finish()
 }
@@ -196,6 +212,59 @@ pub(crate) fn mission_plan() -> ArchiveBuffer {
     b.finish()
 }
 
+/// Two surfaces of an element and a terrain, with a step between them.
+pub(crate) fn ground() -> ArchiveBuffer {
+    let head = GroundHead {
+        site_hash: ContentHash::from_bits(1),
+        schedule_state_hash: ContentHash::from_bits(2),
+        plan_time_s: 3,
+        max_slope_rad: 0.6,
+    };
+    let face = |first: u32, surface: u32, class: GroundClass| GroundFaceRecord {
+        vertices: [first, first + 1, first + 2],
+        body: surface,
+        surface,
+        class: class.into(),
+        ..Zeroable::zeroed()
+    };
+    let surface = |first_face: u32, class: GroundClass| GroundSurfaceRecord {
+        area_m2: 0.5,
+        max_tenths: [20_000, 10_000, 1_000],
+        first_face,
+        n_faces: 1,
+        class: class.into(),
+        ..Zeroable::zeroed()
+    };
+    let body = |element: u32, terrain: u32, class: GroundClass| GroundBodyRecord {
+        element,
+        terrain,
+        class: class.into(),
+        reserved: [0; 3],
+    };
+    GroundWriter {
+        head,
+        bodies: vec![body(0, NONE, GroundClass::Floor), body(NONE, 0, GroundClass::Terrain)],
+        vertices: vec![
+            [0, 0, 0],
+            [10_000, 0, 0],
+            [10_000, 10_000, 0],
+            [10_000, 0, 1_000],
+            [20_000, 0, 1_000],
+            [10_000, 10_000, 1_000],
+        ],
+        faces: vec![face(0, 0, GroundClass::Floor), face(3, 1, GroundClass::Terrain)],
+        surfaces: vec![surface(0, GroundClass::Floor), surface(1, GroundClass::Terrain)],
+        connections: vec![GroundConnectionRecord {
+            surfaces: [0, 1],
+            at_tenths: [10_000, 5_000, 0],
+            step_tenths: 1_000,
+            length_m: 1.0,
+            kind: GroundConnection::Step.into(),
+        }],
+    }
+    .finish()
+}
+
 pub(crate) fn slam_map() -> ArchiveBuffer {
     let head = SlamMapHead { resolution_m: 0.05, origin: [1.0, 2.0, 0.1], width: 3, height: 2 };
     SlamMap::write(&head, &[0, 100, -1, 50, 0, 0])
@@ -280,6 +349,7 @@ pub(crate) fn whole(kind: ArchiveKind) -> ArchiveBuffer {
         ArchiveKind::Deviations => deviations(),
         ArchiveKind::AlignmentEvidence => alignment_evidence(),
         ArchiveKind::Tasks => tasks(),
+        ArchiveKind::Ground => ground(),
     }
 }
 
@@ -319,6 +389,14 @@ fn walk_as(kind: ArchiveKind, bytes: &[u8]) -> Result<usize, ArchiveError> {
             let n_cells = evidence.head.width as usize * evidence.head.height as usize;
             let n_known = (0..n_cells).filter(|k| evidence.is_known(*k)).count();
             evidence.poses.len() + usize::from(evidence.accepted().is_some()) + n_known
+        }
+        ArchiveKind::Ground => {
+            let ground = Ground::open(bytes)?;
+            let faces = ground.surfaces.iter().flat_map(|s| ground.faces_of(s));
+            let n_high = faces.filter(|f| ground.corners(f).iter().any(|c| c[2] > 0)).count();
+            let classes = ground.bodies.iter().filter(|b| b.class.get() != GroundClass::None).count();
+            let kinds = ground.connections.iter().filter(|c| c.kind.get() != GroundConnection::Step).count();
+            ground.faces.len() + n_high + classes + kinds + usize::from(ground.head.max_slope_rad > 0.0)
         }
         ArchiveKind::Tasks => {
             let tasks = Tasks::open(bytes)?;

@@ -22,6 +22,7 @@ KINDS: dict[str, int] = {
     "deviations": 8,
     "alignment-evidence": 9,
     "tasks": 10,
+    "ground": 11,
 }
 INPUT_HASHES: list[tuple[str, Any]] = [
     ("site", "<u8"),
@@ -235,4 +236,7 @@ ALIGNMENT_EVIDENCE_SECTIONS: dict[str, tuple[int, Any]] = {
 TASKS_SECTIONS: dict[str, tuple[int, Any]] = {
     "periods_s": (35, ("<u4", (2,))),
     "strings": (2, "u1"),
+}
+GROUND_SECTIONS: dict[str, tuple[int, Any]] = {
+    "vertices": (3, ("<i4", (3,))),
 }

@@ -40,12 +40,6 @@ const WHOLES_OF_BARS: [(&str, Class); 9] = [
 /// Classes of wholes that all parts have which have none of their own, whatever their entity.
 const GIVEN_TO_ALL: [Class; 3] = [Class::Window, Class::Stair, Class::Ramp];
 
-/// Entities on whose upward faces a robot may stand.
-const FLOORS: [&str; 6] = ["IfcSlab", "IfcRamp", "IfcRampFlight", "IfcFooting", "IfcPavement", "IfcCourse"];
-
-/// Entities of which no part is floor: a threshold or sill is a part of its door or window, whatever its entity.
-const NO_FLOORS: [&str; 2] = ["IfcDoor", "IfcWindow"];
-
 /// Words for glass in the languages of model authors, and words that only contain them.
 const GLASS: [&str; 8] = ["glass", "glas", "glazing", "verre", "vidrio", "vetro", "vitrage", "ガラス"];
 const NOT_GLASS: [&str; 8] = ["wool", "wolle", "fibre", "fiber", "faser", "vezel", "foam", "reinforced"];
@@ -114,13 +108,10 @@ fn stands(element: &Element) -> bool {
     z >= 2.0 * x.max(y)
 }
 
-/// Bits of [`element_flags`] by entity, type and material.
+/// Bits of [`element_flags`] by entity, type and material; whether it is floor follows from its ground class.
 pub(crate) fn flags_of(elements: &[Element], element: usize) -> u32 {
     let own = &elements[element];
     let mut flags = 0;
-    if is_floor(elements, element) {
-        flags |= element_flags::FLOOR;
-    }
     if is_glass(&own.materials) {
         flags |= element_flags::GLASS;
     }
@@ -130,24 +121,6 @@ pub(crate) fn flags_of(elements: &[Element], element: usize) -> u32 {
         flags |= element_flags::VERTICAL;
     }
     flags
-}
-
-fn is_floor(elements: &[Element], element: usize) -> bool {
-    let own = &elements[element];
-    if wholes(elements, element).any(|whole| NO_FLOORS.iter().any(|entity| is_a(&elements[whole], entity))) {
-        return false;
-    }
-    if is_a(own, "IfcCovering") {
-        return own.predefined_type == "FLOORING";
-    }
-    if is_a(own, "IfcBuildingElementPart") {
-        return whole_of(elements, element).is_some_and(|whole| is_floor_kind(&elements[whole]));
-    }
-    is_floor_kind(own)
-}
-
-fn is_floor_kind(element: &Element) -> bool {
-    FLOORS.iter().any(|entity| is_a(element, entity))
 }
 
 /// True for a footing and its parts.
@@ -166,13 +139,13 @@ fn is_vertical(element: &Element) -> bool {
 }
 
 /// The wholes of an element, nearest first.
-fn wholes(elements: &[Element], element: usize) -> impl Iterator<Item = usize> {
+pub(crate) fn wholes(elements: &[Element], element: usize) -> impl Iterator<Item = usize> {
     // The bound ends cycles in broken files.
     std::iter::successors(elements[element].whole, |&whole| elements[whole].whole).take(16)
 }
 
 /// The outermost whole that is not a part itself; `None` if the element is part of nothing.
-fn whole_of(elements: &[Element], element: usize) -> Option<usize> {
+pub(crate) fn whole_of(elements: &[Element], element: usize) -> Option<usize> {
     let is_part = |whole: &usize| is_a(&elements[*whole], "IfcBuildingElementPart");
     wholes(elements, element).find(|whole| !is_part(whole)).or_else(|| wholes(elements, element).last())
 }
@@ -188,6 +161,7 @@ fn is_glass(materials: &[String]) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::ground_class::ground_class_of;
 
     fn glass(materials: &[&str]) -> bool {
         is_glass(&materials.iter().map(|m| m.to_string()).collect::<Vec<_>>())
@@ -281,7 +255,7 @@ mod tests {
                 "#1={part};#2=IFCELEMENTASSEMBLY('a',$,$,$,$,#103,$,$,$,$);#3={whole};
                  #20={relation}('r',$,$,$,#2,(#1));#21={relation}('s',$,$,$,#3,(#2));"
             );
-            flags_of(&elements(&records, [1.0, 0.1, 0.02]), 0) & element_flags::FLOOR != 0
+            ground_class_of(&elements(&records, [1.0, 0.1, 0.02]), 0).is_floor_of_maps()
         };
         for relation in ["IFCRELAGGREGATES", "IFCRELNESTS"] {
             for whole in ["IFCDOOR", "IFCWINDOW"] {
@@ -293,7 +267,7 @@ mod tests {
             let of_floor = parts.map(|part| whole_of(part, "IFCSLAB('w',$,$,$,$,#103,$,$,$)", relation));
             assert_eq!(of_floor, [true, true, false, false, false], "{relation}");
         }
-        let own = |part: &str| flags_of(&elements(&format!("#1={part};"), [1.0; 3]), 0) & element_flags::FLOOR != 0;
+        let own = |part: &str| ground_class_of(&elements(&format!("#1={part};"), [1.0; 3]), 0).is_floor_of_maps();
         assert_eq!(parts.map(own), [true, true, false, false, false]);
     }
 }

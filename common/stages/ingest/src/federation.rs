@@ -154,6 +154,11 @@ fn placement_warning(parts: &[FederatedFile<'_>], index: usize, reference: usize
 /// Lower and upper corner of all bodies of a model, moved; `None` without bodies.
 fn bounds(model: &Model, motion: &UprightRigid3<World, World>) -> Option<Corners> {
     let bodies = model.elements.iter().map(|e| &e.geometry).chain(model.spaces.iter().map(|s| &s.geometry));
+    // Terrain reaches far: it tells where a file lies only if there is nothing else in it.
+    bounds_of(bodies, motion).or_else(|| bounds_of(model.terrains.iter().map(|t| &t.geometry), motion))
+}
+
+fn bounds_of<'a>(bodies: impl Iterator<Item = &'a Geometry>, motion: &UprightRigid3<World, World>) -> Option<Corners> {
     let mut range: Option<Corners> = None;
     for p in bodies.flat_map(Geometry::points_m) {
         let p = motion.apply(p);

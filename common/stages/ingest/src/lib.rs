@@ -27,8 +27,11 @@
 //! - Lift shafts, risers and pits, known by their names or the lift in them (`src/shafts.rs`), are on no map storey. A model
 //!   without floor faces, spaces and walls has no floor (`no_floor`).
 //! - What replaces a body that could not be meshed may stop a robot, but never carry one: a bounding box is no floor.
-//! - Terrain that the model holds as an element is an obstacle where the ground rises into the slab; the shape of the site
-//!   itself is none.
+//! - What is ground is decided once (`src/ground_class.rs`): floor of maps follows from it, and the stage `ground` makes its
+//!   surface from it. Terrain that is an element is also an obstacle on maps where it rises into the slab; the shape of the site
+//!   or a road itself is ground alone.
+//! - Terrain of 50,000 triangles, or of more than two for each cell of 5 cm, is simplified (`src/terrain.rs`): by at most a
+//!   centimetre in height, and a diagnostic tells from how many triangles to how many, and how far off it is at most.
 //! - Which elements touch a space is judged by boxes, on every site, because schedules also come from files that ingest does
 //!   not know: so a space is blocked too often rather than too rarely.
 //! - Measures of a stair that its body contradicts are replaced by those of the body, with a warning.
@@ -42,6 +45,7 @@
 //! - frame of the map: `src/site_frame.rs`, `services/ifc-ingest/src/site_store.rs`, `services/ifc-ingest/src/service.rs`
 //! - opening of a wall in plan: `src/openings.rs`
 //! - space: elements that touch one without boundaries: `src/contacts.rs`
+//! - ground: classes of elements; terrain that is none: `src/ground_class.rs`, `src/terrain.rs`
 //! - stair: which measures count: `src/stairs.rs`, `common/geometry/src/treads.rs`
 
 mod assumed_rooms;
@@ -60,6 +64,7 @@ mod federation;
 mod filled_openings;
 mod floor_levels;
 mod floor_samples;
+mod ground_class;
 mod input;
 mod merge;
 mod meshes;
@@ -76,6 +81,8 @@ mod spaces;
 mod split_levels;
 mod stairs;
 mod storeys;
+mod terrain;
+mod terrain_faults;
 mod walkable;
 
 pub use error::IngestError;

@@ -6,7 +6,7 @@ use crate::federation::{FederatedFile, Federation, federate, same_body};
 use crate::input::{FilePlacement, SourceFile};
 use crate::schedule_merge::{self, ScheduleSources};
 use frames::{UprightRigid3, World};
-use ifc::{Diagnostic, Element, Geometry, LinkTarget, Model};
+use ifc::{Diagnostic, DiagnosticCode, Element, Geometry, LinkTarget, Model, Severity, Terrain};
 
 /// All files as one model in the first file's world, and which file each thing comes from.
 #[derive(Debug)]
@@ -14,6 +14,7 @@ pub(crate) struct Merged {
     pub(crate) model: Model,
     pub(crate) element_source: Vec<u32>,
     pub(crate) space_source: Vec<u32>,
+    pub(crate) terrain_source: Vec<u32>,
     pub(crate) storey_source: Vec<u32>,
     pub(crate) schedule_sources: ScheduleSources,
     pub(crate) schemas: Vec<(String, f64)>,
@@ -60,6 +61,7 @@ impl Merged {
             schedule_sources,
             element_source: vec![0; model.elements.len()],
             space_source: vec![0; model.spaces.len()],
+            terrain_source: vec![0; model.terrains.len()],
             storey_source: vec![0; model.storeys.len()],
             schemas: vec![(model.source.schema.clone(), model.source.length_unit_m)],
             diagnostics: diagnostics.into_iter().map(|d| (0, d)).collect(),
@@ -82,7 +84,8 @@ impl Merged {
     }
 
     fn append(&mut self, file: &SourceFile, other: Model, source: u32, prefer_last: bool) -> Result<(), IngestError> {
-        let Model { elements, spaces, storeys, openings, boundaries, schedule, .. } = other;
+        let Model { elements, spaces, storeys, openings, terrains, boundaries, schedule, .. } = other;
+        self.add_terrains(terrains, source);
         let storey_at = merged_indices(&self.model.storeys, &storeys, |s| &s.id.global_id);
         let element_at = merged_indices(&self.model.elements, &elements, |e| &e.id.global_id);
         let space_at = merged_indices(&self.model.spaces, &spaces, |s| &s.id.global_id);
@@ -134,6 +137,23 @@ impl Merged {
         Ok(())
     }
 
+    /// Files of one project often share the site: of shapes with one GlobalId the first counts, and another one is told.
+    fn add_terrains(&mut self, terrains: Vec<Terrain>, source: u32) {
+        for terrain in terrains {
+            let known = self.model.terrains.iter().find(|t| t.id.global_id == terrain.id.global_id);
+            if known.is_some_and(|known| !same_body(&known.geometry, &terrain.geometry)) {
+                let message = format!("an earlier file has another shape of this {}, which counts", terrain.ifc_type);
+                let (severity, code) = (Severity::Warning, DiagnosticCode::TerrainIncomplete);
+                let diagnostic = Diagnostic { severity, code, entity: Some(terrain.id.clone()), source: None, message };
+                self.diagnostics.push((source, diagnostic));
+            }
+            if known.is_none() {
+                self.model.terrains.push(terrain);
+                self.terrain_source.push(source);
+            }
+        }
+    }
+
     /// An element that an earlier file has, too.
     fn replace(
         &mut self,
@@ -176,7 +196,8 @@ fn move_model(model: &mut Model, motion: &UprightRigid3<World, World>) {
         }
     }
     let spaces = model.spaces.iter_mut().map(|s| &mut s.geometry);
-    for geometry in spaces.chain(model.openings.iter_mut().map(|o| &mut o.geometry)) {
+    let terrains = model.terrains.iter_mut().map(|t| &mut t.geometry);
+    for geometry in spaces.chain(model.openings.iter_mut().map(|o| &mut o.geometry)).chain(terrains) {
         move_body(geometry, motion);
     }
     for storey in &mut model.storeys {

@@ -5,6 +5,7 @@ use crate::classify::{class_of, flags_of};
 use crate::contacts::add_contacts;
 use crate::diagnostics::add_diagnostic;
 use crate::door_parts::join_parts_of_doors;
+use crate::ground_class::ground_class_of;
 use crate::input::SourceFile;
 use crate::merge::Merged;
 use crate::meshes::{MeshedBody, OutOfRange, add_body};
@@ -14,6 +15,7 @@ use crate::site_frame::SiteFrame;
 use crate::site_storeys::add_storeys;
 use crate::spaces::add_spaces;
 use crate::stairs::add_stairs;
+use crate::terrain::{add_terrains, finish_terrain};
 use ifc::{Diagnostic, DiagnosticCode, GeometryStatus, Named, Severity};
 use messages::*;
 use sha2::{Digest, Sha256};
@@ -25,6 +27,7 @@ pub(crate) fn site_of(files: &[SourceFile], merged: &Merged, frame: SiteFrame) -
     add_head(&mut builder, merged, frame);
     add_sources(&mut builder, files, merged);
     add_elements(&mut builder, merged, frame);
+    add_terrains(&mut builder, merged, frame);
     join_parts_of_doors(&mut builder, merged);
     add_stairs(&mut builder, merged);
     let floors = add_spaces(&mut builder, merged, frame);
@@ -90,11 +93,18 @@ fn add_elements(builder: &mut SiteBuilder, merged: &Merged, frame: SiteFrame) {
                 (None, element_flags::FAILED)
             }
         };
+        let class =
+            if flags & element_flags::FAILED == 0 { ground_class_of(elements, index) } else { GroundClass::None };
+        if class.is_floor_of_maps() {
+            flags |= element_flags::FLOOR;
+        }
+        let ground = if body.is_some() { class } else { GroundClass::None };
+        if let Some(body) = body {
+            finish_terrain(builder, ground, (body.first_part, body.n_parts), source, &element.id);
+        }
         match &element.geometry.status {
-            // A box may stop a robot, but it must not carry one: its top is no floor.
-            GeometryStatus::BoundingBox { .. } => {
-                flags = flags & !element_flags::FLOOR | element_flags::BOUNDING_BOX;
-            }
+            // A box may stop a robot, but it must not carry one: its top is no ground.
+            GeometryStatus::BoundingBox { .. } => flags |= element_flags::BOUNDING_BOX,
             GeometryStatus::Failed { .. } => flags |= element_flags::FAILED,
             GeometryStatus::None | GeometryStatus::Meshed => {}
         }
@@ -129,7 +139,8 @@ fn add_elements(builder: &mut SiteBuilder, merged: &Merged, frame: SiteFrame) {
             source,
             step_id: element.id.step_id,
             class: class_of(elements, index).into(),
-            reserved: [0; 3],
+            ground: ground.into(),
+            reserved: [0; 2],
             flags,
         };
         builder.elements.push(record);

@@ -2,7 +2,7 @@
 
 use crate::classify::is_a;
 use frames::{Map, UprightRigid3, World};
-use ifc::{Diagnostic, DiagnosticCode, Element, Model, Severity};
+use ifc::{Diagnostic, DiagnosticCode, Element, Geometry, Model, Severity};
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
 /// Walls within this angle of each other count as one direction.
@@ -99,7 +99,10 @@ fn direction_and_length(wall: &Element) -> Option<(f64, f64)> {
 
 /// Zero, or what brings the lower corner of a far building near the origin, in whole 100 m.
 fn shift(model: &Model, turn: &UprightRigid3<Map, World>) -> [f64; 2] {
-    let boxes: Vec<[[f64; 2]; 2]> = model.elements.iter().filter_map(|e| plan_box(e, turn)).collect();
+    let mut boxes: Vec<[[f64; 2]; 2]> = model.elements.iter().filter_map(|e| plan_box(&e.geometry, turn)).collect();
+    if boxes.is_empty() {
+        boxes = model.terrains.iter().filter_map(|t| plan_box(&t.geometry, turn)).collect();
+    }
     let middle = |k: usize| {
         let mut all: Vec<f64> = boxes.iter().map(|b| (b[0][k] + b[1][k]) / 2.0).collect();
         all.sort_by(f64::total_cmp);
@@ -116,9 +119,9 @@ fn shift(model: &Model, turn: &UprightRigid3<Map, World>) -> [f64; 2] {
     })
 }
 
-fn plan_box(element: &Element, turn: &UprightRigid3<Map, World>) -> Option<[[f64; 2]; 2]> {
+fn plan_box(geometry: &Geometry, turn: &UprightRigid3<Map, World>) -> Option<[[f64; 2]; 2]> {
     let mut range: Option<[[f64; 2]; 2]> = None;
-    for p in element.geometry.points_m() {
+    for p in geometry.points_m() {
         let [x, y, _] = turn.apply(p);
         let r = range.get_or_insert([[x, y], [x, y]]);
         *r = [[r[0][0].min(x), r[0][1].min(y)], [r[1][0].max(x), r[1][1].max(y)]];

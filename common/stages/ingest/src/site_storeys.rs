@@ -1,7 +1,7 @@
 //! Storeys of the site: what they are found from in its elements and rooms, and their records.
 
 use crate::assumed_rooms::mark_assumed_rooms;
-use crate::classify::{is_a, is_footing, is_landing};
+use crate::classify::{is_a, is_landing};
 use crate::diagnostics::add_diagnostic;
 use crate::floor_levels::FloorFaces;
 use crate::merge::Merged;
@@ -14,8 +14,8 @@ use geometry::{Bounds, MeshView, Slab, clip_to_slab, ramp_faces, upward_triangle
 use grid::Class;
 use ifc::{Diagnostic, DiagnosticCode, Severity};
 use messages::{
-    ElementRecord, FloorKind, MapStoreyRecord, NONE, RobotProfile, SiteBuilder, StoreyRecord, element_flags,
-    space_flags,
+    ElementRecord, FloorKind, GroundClass, MapStoreyRecord, NONE, RobotProfile, SiteBuilder, StoreyRecord,
+    element_flags, space_flags,
 };
 
 /// A storey's grid contains what of bodies lies between these heights above its floor, independent of the robot.
@@ -34,7 +34,7 @@ pub(crate) fn add_storeys(
     frame: SiteFrame,
 ) -> Vec<Option<SpaceFloor>> {
     let shafts = take_shafts(builder, merged, &mut floors);
-    let faces = floor_faces_of(builder, merged);
+    let faces = floor_faces_of(builder);
     let (mut mapped, outcomes) = find_storeys(builder, merged, (&floors, &faces), frame);
     let n_left_out = find_levels(builder, merged, &floors, &mut mapped, &outcomes);
     if n_left_out > 0 {
@@ -85,7 +85,7 @@ fn find_storeys(
             let height = storey.placement_z_m.or(storey.elevation_m);
             let own = || bodies().filter(move |(_, e)| e.storey == k as u32);
             let (footings, floors): (Vec<_>, Vec<_>) =
-                own().filter(is_floor).partition(|(element, _)| is_footing(&merged.model.elements, *element));
+                own().filter(is_floor).partition(|(_, e)| e.ground == GroundClass::Foundation);
             let tops = |elements: Vec<(usize, &ElementRecord)>| -> Vec<i32> {
                 let mut tops: Vec<i32> = elements.iter().map(|(_, e)| e.max_tenths[2]).collect();
                 tops.sort_unstable();
@@ -122,7 +122,7 @@ fn find_levels(
     let is_level = |k: usize, e: &ElementRecord| {
         e.has(element_flags::FLOOR)
             && !e.has(element_flags::VERTICAL)
-            && !is_footing(elements, k)
+            && e.ground != GroundClass::Foundation
             && !is_landing(elements, k)
     };
     let level_faces = records().filter(|(k, e)| is_level(*k, e)).flat_map(|(_, e)| meshes(e));
@@ -166,11 +166,10 @@ fn levels_left_out(n: usize) -> Diagnostic {
 }
 
 /// Upward faces of all floor elements.
-fn floor_faces_of(builder: &SiteBuilder, merged: &Merged) -> FloorFaces {
+fn floor_faces_of(builder: &SiteBuilder) -> FloorFaces {
     let mut faces = FloorFaces::default();
-    for (index, element) in builder.elements.iter().enumerate().filter(|(_, e)| e.has(element_flags::FLOOR)) {
-        let is_footing = is_footing(&merged.model.elements, index);
-        let list = if is_footing { &mut faces.footings } else { &mut faces.slabs };
+    for element in builder.elements.iter().filter(|e| e.has(element_flags::FLOOR)) {
+        let list = if element.ground == GroundClass::Foundation { &mut faces.footings } else { &mut faces.slabs };
         for mesh in builder.meshes(element.first_part, element.n_parts) {
             list.extend(upward_triangles(mesh, RobotProfile::DEFAULT.max_slope_rad));
         }

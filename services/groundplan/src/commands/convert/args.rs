@@ -67,6 +67,10 @@ pub struct Args {
     #[arg(long)]
     pub(super) exact_footprints: bool,
 
+    /// Write the surface that can be walked or driven on too, terrain, ramps and stairs with floors: ground.ply, ground.json
+    #[arg(long)]
+    pub(super) with_ground: bool,
+
     /// The world.
     #[command(flatten)]
     pub(super) world: WorldArgs,
@@ -109,6 +113,8 @@ Files in OUT (written whole or not at all, the same bytes for the same input):
                                 models are, by GlobalId; doors.urdf; site.glb for viewers
   cloud/                        with --cloud: structure.{pcd,ply}: the surfaces of what stands finished as points with normals,
                                 for lidars that look in three dimensions; structure.json: their elements, by GlobalId
+  ground.ply, ground.json       with --with-ground: the surface that can be walked or driven on as a mesh, for no robot in
+                                particular; what its numbers mean, its surfaces and where one gets between them
   storeys/<index>-<name>/
     planning.{pgm,yaml}         for global planning: 0 occupied, 254 free, 205 unknown or no floor
     localization.{pgm,yaml}     what a lidar sees of finished structure

@@ -57,7 +57,7 @@ impl Run for Args {
         let robot = self.robot.robot()?;
         let mut options = self.waypoint_options()?;
         let optional =
-            OptionalFiles { world: self.world.options(&WorldConfig::default())?, cloud: self.cloud.options()? };
+            OptionalFiles::new(self.world.options(&WorldConfig::default())?, self.cloud.options()?, self.with_ground);
         let schedule = ScheduleInput::read(&self.schedule)?;
         let requested_maps = self.requested_maps(schedule.site_zone())?;
         let folder = self.out.as_deref().map(|out| self.overwrite.folder_at(out)).transpose()?;
@@ -151,9 +151,9 @@ impl Args {
         if self.mcap.is_some() && !matches!(requested_maps, RequestedMaps::EveryChange) {
             return Err(Failure::usage("--mcap records every change: give --date all"));
         }
-        let OptionalFiles { world, cloud } = optional;
-        if self.out.is_none() && (world.is_some() || cloud.is_some() || self.with_geometry) {
-            return Err(Failure::usage("--world, --cloud and --with-geometry write into the output folder: give -o"));
+        if self.out.is_none() && (optional.are_asked_for() || self.with_geometry) {
+            let message = "--world, --cloud, --with-ground and --with-geometry write into the output folder: give -o";
+            return Err(Failure::usage(message));
         }
         Ok(())
     }

@@ -36,6 +36,10 @@ pub struct Args {
     #[arg(long, value_name = "N", default_value_t = 5, requires = "watch")]
     pub(super) keep: usize,
 
+    /// Write the surface that can be walked or driven on too: ground.ply, ground.json
+    #[arg(long)]
+    pub(super) with_ground: bool,
+
     /// The world.
     #[command(flatten)]
     pub(super) world: WorldArgs,
@@ -55,6 +59,6 @@ impl Args {
     /// # Errors
     /// Options that cannot be used.
     pub(super) fn optional_files(&self, config: &SiteConfig) -> Result<OptionalFiles, Failure> {
-        Ok(OptionalFiles { world: self.world.options(&config.world)?, cloud: self.cloud.options()? })
+        Ok(OptionalFiles::new(self.world.options(&config.world)?, self.cloud.options()?, self.with_ground))
     }
 }

@@ -1,0 +1,76 @@
+#!/usr/bin/env python3
+"""Reads ground.ply as a mesh tool does, and compares it with ground.json beside it.
+
+    python3 scripts/check_ground.py OUT...    judge the folders that `groundplan convert --with-ground` or `export --with-ground` wrote
+
+Needs trimesh and numpy. Prints a line of JSON for each folder: faces, area in plan, area by class. Exit codes: 0 all agree, 1 one does
+not, 2 a folder cannot be read.
+
+Every face looks up, is no steeper than it says, has a class, an element and a surface of ground.json; surfaces have the area that is
+said there, and their faces are of their class.
+"""
+import json
+import pathlib
+import sys
+
+import numpy as np
+import trimesh
+
+AREA_M2 = 1e-3
+SLOPE_RAD = 2e-3
+
+
+def check(folder):
+    document = json.loads((folder / "ground.json").read_text())
+    mesh = trimesh.load(folder / "ground.ply", process=False)
+    columns = mesh.metadata["_ply_raw"]["face"]["data"]
+    of_face = {name: np.asarray(columns[name]).reshape(-1) for name in ("class", "slope", "element", "surface")}
+    corners = mesh.vertices[mesh.faces]
+    u, v = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    normals = np.cross(u, v)
+    plan_m2 = normals[:, 2] / 2
+    slope = np.arccos(np.clip(normals[:, 2] / np.linalg.norm(normals, axis=1), -1, 1))
+    names = {entry["id"]: entry["name"] for entry in document["classes"]}
+    faults = []
+
+    def expect(is_so, what):
+        if not is_so:
+            faults.append(what)
+
+    expect((plan_m2 > 0).all(), "a face does not look up")
+    # A sliver of less than a square decimetre has no slope that its rounded corners would tell.
+    large = plan_m2 > 0.01
+    expect((np.abs(slope - of_face["slope"])[large] < SLOPE_RAD).all(), "a slope is not that of its face")
+    expect((of_face["slope"] <= document["max_slope_rad"] + 1e-6).all(), "a face is steeper than the limit")
+    expect(of_face["element"].max(initial=-1) < len(document["elements"]), "an element is not listed")
+    for index, surface in enumerate(document["surfaces"]):
+        own = of_face["surface"] == index
+        expect(own.sum() == surface["n_faces"], f"surface {index} has another number of faces")
+        expect(abs(plan_m2[own].sum() - surface["area_m2"]) < AREA_M2, f"surface {index} has another area")
+        expect({names.get(k) for k in of_face["class"][own]} == {surface["class"]}, f"surface {index} has another class")
+    expect(of_face["element"].min(initial=0) >= 0, "a face has no element")
+    classes = [document["elements"][k]["class"] for k in of_face["element"]]
+    expect([names[k] for k in of_face["class"]] == classes, "a face has another class than its element")
+    by_class = {}
+    for k, area in zip(of_face["class"], plan_m2):
+        by_class[names[k]] = by_class.get(names[k], 0.0) + float(area)
+    return faults, {"faces": len(mesh.faces), "area_m2": float(plan_m2.sum()), "classes": by_class}
+
+
+def main():
+    code = 0
+    for folder in map(pathlib.Path, sys.argv[1:]):
+        try:
+            faults, counted = check(folder)
+        except (OSError, ValueError, KeyError) as error:
+            print(f"{folder}: cannot be read: {error}", file=sys.stderr)
+            return 2
+        for fault in faults:
+            print(f"{folder}: {fault}", file=sys.stderr)
+            code = 1
+        print(json.dumps(counted))
+    return code
+
+
+if __name__ == "__main__":
+    sys.exit(main())
