@@ -1,6 +1,6 @@
 //! Arguments of `export`.
 
-use crate::args::{OverwriteArgs, SiteArgs, WorldArgs};
+use crate::args::{OverwriteArgs, SiteOfRobotArgs, WorldArgs};
 use std::path::PathBuf;
 
 /// Arguments of `export`.
@@ -39,5 +39,5 @@ pub struct Args {
 
     /// The site.
     #[command(flatten)]
-    pub(super) site: SiteArgs,
+    pub(super) site: SiteOfRobotArgs,
 }
