@@ -124,9 +124,10 @@ impl Live {
     }
 
     /// The processes of the daemons, by name.
-    fn processes(&self) -> BTreeMap<&'static str, u32> {
+    fn processes(&self) -> BTreeMap<String, u32> {
         let board = StatusBoard::of(self.root.path());
-        let process = |process: SiteProcess| Some((process.name(), board.report::<IgnoredAny>(process)?.process_id));
+        let process =
+            |process: SiteProcess| Some((process.to_string(), board.report::<IgnoredAny>(process)?.process_id));
         let config = SiteConfig::read(&self.config).unwrap();
         let begun = Instant::now();
         loop {

@@ -60,6 +60,29 @@ with groundplan.Bus(sys.argv[1], sys.argv[2]) as bus:
     wait_for(lambda verdict: "rasterize" in (verdict.reason or "") and not verdict.may_drive)
 "#;
 
+/// Says of which robot profile the maps of two robots are, that they may be used, and what comes without a name.
+const ROBOTS: &str = r#"
+import sys, time, groundplan
+
+said = []
+for robot in ["lift", "scan"]:
+    with groundplan.Bus(sys.argv[1], sys.argv[2], robot=robot) as bus:
+        reader, ends = groundplan.SiteReader(bus), time.monotonic() + 60
+        said.append(reader.wait(60).index.robot_name)
+        while not reader.verdict().may_drive:
+            assert time.monotonic() < ends, reader.verdict()
+            time.sleep(0.05)
+try:
+    groundplan.SiteReader(groundplan.Bus(sys.argv[1], sys.argv[2]))
+except groundplan.BusGone as gone:
+    said.append(str(gone))
+try:
+    groundplan.Bus(sys.argv[1], sys.argv[2], robot="Lift 1")
+except ValueError as error:
+    said.append(str(error))
+print("; ".join(said), flush=True)
+"#;
+
 /// Joins with one reader after the other until there is no place; says how many have one, and why the next has none.
 const CROWD: &str = r#"
 import sys, groundplan
@@ -129,6 +152,26 @@ fn a_robot_in_python_has_no_map_when_a_daemon_falls_silent() {
     // It may have been killed for its silence, and be another process now.
     let _ = Command::new("kill").args(["-CONT", &process]).status().unwrap();
     live.wait_until_healthy();
+    live.down();
+}
+
+#[test]
+fn each_robot_in_python_has_maps_of_its_own() {
+    if python().is_none() {
+        return;
+    }
+    let profiles = tempfile::tempdir().unwrap();
+    let mut tables = String::new();
+    for (robot, profile) in [("lift", "tall"), ("scan", "low")] {
+        let path = profiles.path().join(format!("{profile}.toml"));
+        std::fs::write(&path, format!("name = \"{profile}\"\n")).unwrap();
+        tables += &format!("[[robots]]\nname = {robot:?}\nprofile = {path:?}\nresolution_m = 0.1\n");
+    }
+    let mut live = Live::of(&support::demo_model(), &tables);
+    let (mut program, said) = started(&live, ROBOTS);
+    assert!(program.wait().unwrap().success());
+    assert!(said.starts_with("tall; low; the bus has no ") && said.contains("robot=\"lift\""), "{said}");
+    assert!(said.contains("'Lift 1' is no name of a robot"), "{said}");
     live.down();
 }
 

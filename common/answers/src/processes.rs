@@ -15,8 +15,8 @@ const LONG_S: f64 = 3.0;
 /// A process as the caller finds it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SeenProcess {
-    /// As of its process.
-    pub name: &'static str,
+    /// As of its process; behind it the robot whose it is, of a site with several.
+    pub name: String,
     /// True if it lives.
     pub is_alive: bool,
     /// The last that it reported; `None` if it never did.
@@ -52,7 +52,7 @@ pub struct SeenReport {
 pub struct ProcessAnswer {
     /// As of its process; documents have it as a key.
     #[serde(skip)]
-    pub name: &'static str,
+    pub name: String,
     /// True if its process lives.
     pub alive: bool,
     /// Its process; 0 if it left.
@@ -240,7 +240,7 @@ mod tests {
             busy: Some(("drawing".to_owned(), Duration::from_secs(4))),
         };
         let seen = |is_alive, report| {
-            let answer = ProcessAnswer::of(SeenProcess { name: "rasterize", is_alive, report });
+            let answer = ProcessAnswer::of(SeenProcess { name: "rasterize".to_owned(), is_alive, report });
             (answer.health().name(), answer.words().unwrap_or_default(), answer.text())
         };
         let (health, words, text) = seen(true, Some(report.clone()));

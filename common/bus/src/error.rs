@@ -1,6 +1,8 @@
 //! Error types of the bus, one per operation.
 
+use crate::limits::MAX_ROBOTS;
 use crate::names::{Daemon, TopicName};
+use crate::robot_name::RobotName;
 use messages::{ArchiveError, LAYOUT_VERSION, SampleError};
 use std::path::PathBuf;
 
@@ -32,6 +34,34 @@ pub enum DomainError {
         root: PathBuf,
         /// A file in it.
         other: PathBuf,
+    },
+    /// Two robots of one name.
+    #[error("two robots have the name `{robot}`")]
+    RobotTwice {
+        /// The name.
+        robot: RobotName,
+    },
+    /// More robots than there may be.
+    #[error("{n_robots} robots are named, and a site can have {MAX_ROBOTS}")]
+    ManyRobots {
+        /// As given.
+        n_robots: usize,
+    },
+    /// A robot that the site does not have.
+    #[error("{}", no_such_robot(*robot, robots))]
+    NoSuchRobot {
+        /// As given.
+        robot: RobotName,
+        /// The names of those that it has; empty for one without a name.
+        robots: String,
+    },
+    /// A daemon of a robot must know which.
+    #[error("{daemon} is of one robot of the site, and none is named: it has {robots}")]
+    NoRobotNamed {
+        /// The daemon.
+        daemon: Daemon,
+        /// The names of the robots.
+        robots: String,
     },
     /// A file of the domain cannot be read, written or locked.
     #[error("the bus's `{}` cannot be used", path.display())]
@@ -150,6 +180,13 @@ fn access_hint(groups: &[String]) -> String {
     }
 }
 
+fn no_such_robot(robot: RobotName, robots: &str) -> String {
+    match robots {
+        "" => format!("the site has no robot `{robot}`: its only robot has no name"),
+        robots => format!("the site has no robot `{robot}`: it has {robots}"),
+    }
+}
+
 /// What a user without the right to command is told to do.
 fn control_hint(group: &str) -> String {
     if group.is_empty() {
@@ -169,6 +206,14 @@ pub enum PortError {
         daemon: Daemon,
         /// For what.
         topic: TopicName,
+    },
+    /// Each robot has its own, and none is named.
+    #[error("`{what}` is of one robot of the site, and none is named: it has {robots}")]
+    NoRobotNamed {
+        /// Which topic or command.
+        what: String,
+        /// The names of the robots.
+        robots: String,
     },
     /// The end is for the bus's own user.
     #[error("`{what}` is for {owner} alone, to whom the bus belongs")]

@@ -5,6 +5,7 @@ use crate::bounded_queue::push_bounded;
 use crate::error::{PortError, PublishError};
 use crate::limits::STATUS_BUFFER;
 use crate::names::{Daemon, TopicName};
+use crate::robot_name::{OfRobot, RobotName};
 use messages::{ArchiveBuffer, SampleHeader, StatusRecord};
 use std::collections::{BTreeMap, VecDeque};
 use std::fmt;
@@ -48,8 +49,9 @@ struct Shared {
 
 #[derive(Default)]
 struct State {
-    topics: BTreeMap<TopicName, TopicState>,
-    heartbeats: Vec<Weak<Heartbeats>>,
+    topics: BTreeMap<OfRobot<TopicName>, TopicState>,
+    /// Of the site, and of each robot.
+    heartbeats: Vec<(Option<RobotName>, Weak<Heartbeats>)>,
     is_full: bool,
     /// Loans that are given until one fails.
     n_loans_until_failure: Option<usize>,
@@ -128,7 +130,7 @@ impl InProcessBus {
         self.0.lock().n_loans_until_death = n;
     }
 
-    pub(crate) fn topic_writer(&self, topic: TopicName) -> Result<TopicWriter, PortError> {
+    pub(crate) fn topic_writer(&self, topic: OfRobot<TopicName>) -> Result<TopicWriter, PortError> {
         let mut state = self.0.lock();
         let topic_state = state.topics.entry(topic).or_default();
         if topic_state.has_publisher {
@@ -138,7 +140,7 @@ impl InProcessBus {
         Ok(TopicWriter { bus: Arc::clone(&self.0), topic, is_lent: AtomicBool::new(false), samples: Mutex::default() })
     }
 
-    pub(crate) fn topic_reader(&self, topic: TopicName) -> TopicReader {
+    pub(crate) fn topic_reader(&self, topic: OfRobot<TopicName>) -> TopicReader {
         let mut state = self.0.lock();
         let topic_state = state.topics.entry(topic).or_default();
         let slot = Arc::new(Mutex::new(topic_state.last.clone()));
@@ -148,22 +150,22 @@ impl InProcessBus {
         TopicReader { slot }
     }
 
-    pub(crate) fn status_target(&self) -> StatusTarget {
-        StatusTarget { bus: Arc::clone(&self.0) }
+    pub(crate) fn status_target(&self, robot: Option<RobotName>) -> StatusTarget {
+        StatusTarget { bus: Arc::clone(&self.0), robot }
     }
 
-    pub(crate) fn status_source(&self) -> StatusSource {
+    pub(crate) fn status_source(&self, robot: Option<RobotName>) -> StatusSource {
         let heartbeats = Arc::default();
         let mut state = self.0.lock();
-        state.heartbeats.retain(|heartbeats| heartbeats.strong_count() > 0);
-        state.heartbeats.push(Arc::downgrade(&heartbeats));
+        state.heartbeats.retain(|(_, heartbeats)| heartbeats.strong_count() > 0);
+        state.heartbeats.push((robot, Arc::downgrade(&heartbeats)));
         StatusSource { heartbeats }
     }
 
     /// Why a daemon has no ends of commands here.
-    pub(crate) fn no_commands(daemon: Daemon) -> PortError {
+    pub(crate) fn no_commands(daemon: OfRobot<Daemon>) -> PortError {
         let reason = "a bus inside one process has no commands".to_owned();
-        PortError::Refused { what: format!("command/{daemon}"), reason }
+        PortError::Refused { what: daemon.command(), reason }
     }
 }
 
@@ -194,7 +196,7 @@ impl State {
 /// The publishing end of a topic.
 pub(crate) struct TopicWriter {
     bus: Arc<Shared>,
-    topic: TopicName,
+    topic: OfRobot<TopicName>,
     is_lent: AtomicBool,
     /// What it published. The memory of a sample that is held by nobody else is lent again with the bytes in it, as in shared
     /// memory.
@@ -205,7 +207,7 @@ impl TopicWriter {
     /// Memory for a sample of `length` bytes.
     pub(crate) fn loan(&self, length: usize) -> Result<Loan<'_>, PublishError> {
         if self.is_lent.swap(true, Ordering::AcqRel) {
-            return Err(PublishError::LoanedOut { topic: self.topic });
+            return Err(PublishError::LoanedOut { topic: self.topic.what });
         }
         // From here on a failure gives the loan back.
         let mut loan = Loan { writer: self, memory: ArchiveBuffer::default() };
@@ -308,6 +310,7 @@ impl TopicSample {
 /// The sending end of the status stream.
 pub(crate) struct StatusTarget {
     bus: Arc<Shared>,
+    robot: Option<RobotName>,
 }
 
 impl StatusTarget {
@@ -317,7 +320,8 @@ impl StatusTarget {
         if state.is_full {
             return false;
         }
-        for heartbeats in state.heartbeats.iter().filter_map(Weak::upgrade) {
+        let own = state.heartbeats.iter().filter(|(robot, _)| *robot == self.robot);
+        for heartbeats in own.filter_map(|(_, heartbeats)| heartbeats.upgrade()) {
             push_bounded(&mut heartbeats.lock().unwrap_or_else(PoisonError::into_inner), record, STATUS_BUFFER);
         }
         true
@@ -403,7 +407,7 @@ mod tests {
     fn full_memory_refuses_loans_and_heartbeats_until_there_is_room() {
         let bus = InProcessBus::new();
         let (states, subscriber) = (publisher(&bus), subscriber(&bus));
-        let (status, heartbeats) = (bus.status_target(), bus.status_source());
+        let (status, heartbeats) = (bus.status_target(None), bus.status_source(None));
         let record: StatusRecord = bytemuck::Zeroable::zeroed();
         publish(&states, 1).unwrap();
         bus.set_full(true);

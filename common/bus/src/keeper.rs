@@ -6,6 +6,7 @@ use crate::file_lock::{FileIdentity, Lock};
 use crate::generation::Place;
 use crate::held_files::HeldFiles;
 use crate::ipc;
+use crate::robot_name::RobotName;
 use crate::signal::Signal;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use std::path::PathBuf;
@@ -26,6 +27,7 @@ pub struct Keeper {
     /// First: services go before their generation is removed.
     services: Option<ipc::Services>,
     place: Place,
+    robots: Vec<RobotName>,
     generation: u64,
     held_files: HeldFiles,
     _sweeper: Sweeper,
@@ -69,7 +71,7 @@ impl Keeper {
                 lock.ok_or_else(|| DomainError::KeeperRuns { root: self.place.root().display().to_string() })?;
         }
         let generation = self.place.next_number(Some(self.generation))?;
-        let services = ipc::Services::create(&self.place, generation)?;
+        let services = ipc::Services::create(&self.place, generation, &self.robots)?;
         self.held_files = HeldFiles::of(&self.place, generation, &self.lock)?;
         self.place.keep_others_out()?;
         self.place.announce(generation)?;
@@ -83,7 +85,7 @@ impl Keeper {
     /// A bus of another user, another keeper, no room in shared memory, files that cannot be written.
     pub fn start(domain: &Domain) -> Result<Self, DomainError> {
         domain.require_own()?;
-        let place = &domain.place;
+        let (place, robots) = (&domain.place, domain.robots().to_vec());
         place.make_root()?;
         let lock = place.lock_as_keeper()?;
         let lock = lock.ok_or_else(|| DomainError::KeeperRuns { root: place.root().display().to_string() })?;
@@ -94,7 +96,7 @@ impl Keeper {
         let taken_over = match current {
             Some(generation) if place.has_members(generation)? => {
                 // Nothing is repaired in place, whichever service cannot be opened.
-                ipc::Services::create(place, generation).ok().map(|services| (services, generation))
+                ipc::Services::create(place, generation, &robots).ok().map(|services| (services, generation))
             }
             _ => None,
         };
@@ -102,14 +104,14 @@ impl Keeper {
             Some(found) => found,
             None => {
                 let generation = place.next_number(current)?;
-                (ipc::Services::create(place, generation)?, generation)
+                (ipc::Services::create(place, generation, &robots)?, generation)
             }
         };
         let held_files = HeldFiles::of(place, generation, &lock)?;
         place.keep_others_out()?;
         place.announce(generation)?;
         let place = place.clone();
-        let keeper = Self { services: Some(services), place, generation, held_files, _sweeper: sweeper, lock };
+        let keeper = Self { services: Some(services), place, robots, generation, held_files, _sweeper: sweeper, lock };
         // What cannot be removed now is no reason to be without a bus: the next tick tries it again, and says so.
         let _ = keeper.remove_others();
         Ok(keeper)

@@ -9,6 +9,7 @@
 //! | processes that send commands to a daemon at once | 16 |
 //! | clients of each socket of the relay | 64, the last 16 of them for users who have none yet |
 //! | of them, of one user | 16 |
+//! | named robots of a site, because their daemons are readers of the same topics | 4 |
 //! | bytes of outdated samples that clients of one user of the relay have not taken for 10 s | 256 MiB |
 //!
 //! Guests are robots' programs: those that join as [`Daemon::Robot`](crate::Daemon::Robot), and those of the package for Python.
@@ -36,6 +37,12 @@ pub(crate) const MAX_NODES: usize = 64;
 
 /// Places of every topic and event service that guests leave to daemons and commands; `common/python` has the same number.
 pub(crate) const KEPT_PLACES: usize = 12;
+
+/// Named robots of a site. Each has 4 daemons and 1 program, which are readers of `site` and `schedule-state`.
+pub const MAX_ROBOTS: usize = 4;
+
+/// Bytes of the name of a robot.
+pub(crate) const MAX_ROBOT_NAME_BYTES: usize = 32;
 
 /// Clients of each socket of the relay.
 pub(crate) const MAX_CONNECTIONS: usize = 64;

@@ -7,6 +7,7 @@ use crate::ipc;
 use crate::names::{Daemon, TopicName};
 use crate::relay_link::{CommandLink, CopiedSample, RelayLink, RelayedCommand, StatusSubscription, TopicSubscription};
 use crate::reply_kind::ReplyKind;
+use crate::robot_name::{OfRobot, RobotName};
 use crate::waiter::Source;
 use messages::{SampleHeader, StatusRecord};
 use std::sync::Arc;
@@ -37,7 +38,7 @@ impl Link {
         }
     }
 
-    pub(crate) fn topic_target(&self, topic: TopicName, length: usize) -> Result<TopicTarget, PortError> {
+    pub(crate) fn topic_target(&self, topic: OfRobot<TopicName>, length: usize) -> Result<TopicTarget, PortError> {
         Ok(match self {
             Self::Member(member) => TopicTarget::Memory(ipc::TopicWriter::open(member, topic, length)?),
             Self::Relay(relay) => return Err(relay.owner_only(topic.to_string())),
@@ -45,42 +46,44 @@ impl Link {
         })
     }
 
-    pub(crate) fn topic_source(&self, topic: TopicName) -> Result<TopicSource, PortError> {
+    pub(crate) fn topic_source(&self, topic: OfRobot<TopicName>) -> Result<TopicSource, PortError> {
         Ok(match self {
             Self::Member(member) => TopicSource::Memory(ipc::TopicReader::open(member, topic)?),
-            Self::Relay(relay) => TopicSource::Relay(relay.subscribe(topic)),
+            Self::Relay(relay) => TopicSource::Relay(relay.subscribe(topic.what)),
             Self::InProcess(bus) => TopicSource::InProcess(bus.topic_reader(topic)),
         })
     }
 
-    pub(crate) fn status_target(&self) -> Result<StatusTarget, PortError> {
+    /// The sending end of the status stream of the site, or of a robot.
+    pub(crate) fn status_target(&self, robot: Option<RobotName>) -> Result<StatusTarget, PortError> {
         Ok(match self {
-            Self::Member(member) => StatusTarget::Memory(ipc::StatusTarget::open(member)?),
+            Self::Member(member) => StatusTarget::Memory(ipc::StatusTarget::open(member, robot)?),
             Self::Relay(relay) => return Err(relay.owner_only("status")),
-            Self::InProcess(bus) => StatusTarget::InProcess(bus.status_target()),
+            Self::InProcess(bus) => StatusTarget::InProcess(bus.status_target(robot)),
         })
     }
 
-    pub(crate) fn status_source(&self) -> Result<StatusSource, PortError> {
+    /// The receiving end of the status stream of the site, or of a robot; a relay has both in one.
+    pub(crate) fn status_source(&self, robot: Option<RobotName>) -> Result<StatusSource, PortError> {
         Ok(match self {
-            Self::Member(member) => StatusSource::Memory(ipc::StatusSource::open(member)?),
+            Self::Member(member) => StatusSource::Memory(ipc::StatusSource::open(member, robot)?),
             Self::Relay(relay) => StatusSource::Relay(relay.subscribe_status()),
-            Self::InProcess(bus) => StatusSource::InProcess(bus.status_source()),
+            Self::InProcess(bus) => StatusSource::InProcess(bus.status_source(robot)),
         })
     }
 
-    pub(crate) fn command_server(&self, daemon: Daemon) -> Result<ipc::Server, PortError> {
+    pub(crate) fn command_server(&self, daemon: OfRobot<Daemon>) -> Result<ipc::Server, PortError> {
         match self {
             Self::Member(member) => ipc::Server::open(member, daemon),
-            Self::Relay(relay) => Err(relay.owner_only(format!("command/{daemon}"))),
+            Self::Relay(relay) => Err(relay.owner_only(daemon.command())),
             Self::InProcess(_) => Err(InProcessBus::no_commands(daemon)),
         }
     }
 
-    pub(crate) fn command_target(&self, daemon: Daemon) -> Result<CommandTarget, PortError> {
+    pub(crate) fn command_target(&self, daemon: OfRobot<Daemon>) -> Result<CommandTarget, PortError> {
         Ok(match self {
             Self::Member(member) => CommandTarget::Memory(ipc::Client::open(member, daemon)?),
-            Self::Relay(relay) => CommandTarget::Relay(relay.commands(daemon)?),
+            Self::Relay(relay) => CommandTarget::Relay(relay.commands(daemon.what)?),
             Self::InProcess(_) => return Err(InProcessBus::no_commands(daemon)),
         })
     }

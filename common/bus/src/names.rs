@@ -50,6 +50,14 @@ impl Daemon {
         !matches!(self, Self::Robot | Self::Groundplan)
     }
 
+    /// True for daemons of which each robot has its own. The others are there once, for all robots of a site.
+    pub fn is_of_robot(self) -> bool {
+        match self {
+            Self::Rasterize | Self::WaypointGen | Self::SlamAlign | Self::Robot | Self::RosBridge => true,
+            Self::IfcIngest | Self::ScheduleEval | Self::Groundplan | Self::Web => false,
+        }
+    }
+
     /// Its name, as of its process.
     pub fn name(self) -> &'static str {
         match self {
@@ -157,6 +165,11 @@ impl TopicName {
             Self::Alignment => ArchiveKind::Alignment,
             Self::Deviations => ArchiveKind::Deviations,
         }
+    }
+
+    /// True for topics of which each robot has its own: those that its daemons publish.
+    pub fn is_of_robot(self) -> bool {
+        self.producer().is_of_robot()
     }
 
     /// The only daemon that publishes it.

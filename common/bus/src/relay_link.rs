@@ -4,6 +4,7 @@ mod ends;
 mod inbox;
 
 use crate::accounts::user_text;
+use crate::domain::Domain;
 use crate::error::{DomainError, PortError};
 use crate::names::{Daemon, TopicName};
 use crate::relay_access::connect;
@@ -17,7 +18,6 @@ use rustix::net::SendFlags;
 use std::io;
 use std::os::fd::{AsFd, BorrowedFd};
 use std::os::unix::net::UnixStream;
-use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
@@ -45,7 +45,8 @@ pub(crate) struct RelayLink {
 
 impl RelayLink {
     /// Connects to the relay of a bus that belongs to another user.
-    pub(crate) fn connect(root: &Path, folder: &Path, owner: u32) -> Result<Arc<Self>, DomainError> {
+    pub(crate) fn connect(domain: &Domain, owner: u32) -> Result<Arc<Self>, DomainError> {
+        let folder = domain.relay_folder();
         let socket = connect(folder, owner)?;
         let failed = |reason: io::Error| DomainError::NoRelay {
             owner: user_text(owner),
@@ -54,16 +55,20 @@ impl RelayLink {
         };
         socket.set_write_timeout(Some(SEND_TIMEOUT)).map_err(failed)?;
         let mut writer = FrameWriter::default();
-        writer.begin(ToRelay::hello().frame());
+        writer.begin(ToRelay::hello(domain.robot()).frame());
         // One that is refused at once may find its socket closed; the reason is there nevertheless.
         let _ = writer.flush(&socket, SendFlags::empty());
         let mut inbox = Inbox::default();
         let first = first_frame(&socket, &mut inbox.reader).map_err(failed)?;
         let FromRelay::Welcome { generation, may_command, control_group } = first else {
             return Err(match first {
-                FromRelay::Refused(Refusal::NoBus) => DomainError::NoKeeper { root: root.display().to_string() },
+                FromRelay::Refused(Refusal::NoBus) => {
+                    DomainError::NoKeeper { root: domain.place.root().display().to_string() }
+                }
                 FromRelay::Refused(Refusal::Version(found)) => DomainError::Version { found },
-                FromRelay::Refused(Refusal::Full(reason)) => failed(io::Error::other(reason)),
+                FromRelay::Refused(Refusal::Full(reason) | Refusal::NoRobot(reason)) => {
+                    failed(io::Error::other(reason))
+                }
                 FromRelay::Refused(Refusal::CannotJoin(reason)) => {
                     failed(io::Error::other(format!("it cannot join the bus: {reason}")))
                 }
@@ -303,7 +308,8 @@ mod tests {
         let heard = std::thread::scope(|scope| {
             let relay = scope.spawn(|| listen(&listener));
             let own = rustix::process::geteuid().as_raw();
-            let link = RelayLink::connect(folder.path(), folder.path(), own).unwrap();
+            let domain = Domain::shared("gplink_", "/dev/shm/gplink").unwrap().with_relay(folder.path()).unwrap();
+            let link = RelayLink::connect(&domain, own).unwrap();
             // What holds up the words to the relay holds up who else would subscribe.
             let held_up = link.writer.lock().unwrap();
             let linked = Arc::clone(&link);
@@ -319,6 +325,6 @@ mod tests {
             drop(link);
             relay.join().unwrap()
         });
-        assert_eq!(heard, [ToRelay::hello(), ToRelay::Subscribe(TOPIC), ToRelay::Unsubscribe(TOPIC)]);
+        assert_eq!(heard, [ToRelay::hello(None), ToRelay::Subscribe(TOPIC), ToRelay::Unsubscribe(TOPIC)]);
     }
 }

@@ -38,12 +38,13 @@ impl StatusWriter {
 
 /// The receiving end; a late one gets what is sent from now on. Who falls behind loses the oldest.
 pub struct StatusReader {
-    port: StatusSource,
+    /// Streams of daemons that have nothing in common.
+    ports: Vec<StatusSource>,
 }
 
 impl StatusReader {
-    pub(crate) fn new(port: StatusSource) -> Self {
-        Self { port }
+    pub(crate) fn new(ports: Vec<StatusSource>) -> Self {
+        Self { ports }
     }
 
     /// The next heartbeat; `None` if there is none.
@@ -51,6 +52,11 @@ impl StatusReader {
     /// # Errors
     /// The bus library refuses.
     pub fn take(&self) -> Result<Option<StatusRecord>, ReceiveError> {
-        self.port.receive()
+        for port in &self.ports {
+            if let Some(record) = port.receive()? {
+                return Ok(Some(record));
+            }
+        }
+        Ok(None)
     }
 }

@@ -4,6 +4,7 @@ use crate::error::WaitError;
 use crate::ipc::Membership;
 use crate::names::Daemon;
 use crate::relay_link::RelayLink;
+use crate::robot_name::OfRobot;
 use crate::signal::Signal;
 use crate::wakeup::{EventService, Wakeup};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
@@ -68,7 +69,7 @@ pub(crate) enum Source {
 /// The only place where a participant blocks. It also delivers last samples to late joiners: they get none while the
 /// process does not call this.
 pub struct Waiter {
-    daemon: Daemon,
+    own: EventService,
     source: Source,
     wake_up: Arc<Signal>,
     stop: Arc<Signal>,
@@ -76,9 +77,9 @@ pub struct Waiter {
 }
 
 impl Waiter {
-    pub(crate) fn new(daemon: Daemon, source: Source) -> io::Result<Self> {
+    pub(crate) fn new(daemon: OfRobot<Daemon>, source: Source) -> io::Result<Self> {
         let (wake_up, stop) = (Arc::new(Signal::new()?), Arc::new(Signal::new()?));
-        Ok(Self { daemon, source, wake_up, stop, stop_on: Vec::new() })
+        Ok(Self { own: EventService::Of(daemon), source, wake_up, stop, stop_on: Vec::new() })
     }
 
     /// Wakes this waiter, for instance when a worker is done.
@@ -150,7 +151,7 @@ impl Waiter {
         let mut late_joiners = false;
         for ((name, event_port), _) in event_ports.iter().zip(&ready[2..]).filter(|(_, notified)| **notified) {
             let wakeups = event_port.take();
-            let own = *name == EventService::Of(self.daemon);
+            let own = *name == self.own;
             // A daemon receives its own events too.
             late_joiners |= own && wakeups.any(&[Wakeup::LateJoiner]);
             wake.commands |= own && wakeups.any(&[Wakeup::Command]);

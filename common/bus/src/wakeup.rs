@@ -1,21 +1,23 @@
-//! Wake-up events: one event service per daemon and one for the status stream.
+//! Wake-up events: one event service per daemon and one for each status stream.
 
 use crate::names::Daemon;
+use crate::robot_name::{OfRobot, RobotName, below_robot};
 
 /// The event services of a domain.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum EventService {
     /// Events of a daemon: samples that it published, late joiners, commands to it, replies of it.
-    Of(Daemon),
-    /// The status stream.
-    Status,
+    Of(OfRobot<Daemon>),
+    /// The status stream of the site, or of a robot.
+    Status(Option<RobotName>),
 }
 
 impl EventService {
-    pub(crate) fn text(self) -> &'static str {
+    /// The name of its service.
+    pub(crate) fn text(self) -> String {
         match self {
-            Self::Of(daemon) => daemon.name(),
-            Self::Status => "status",
+            Self::Of(OfRobot { robot, what }) => below_robot(robot, &format!("event/{what}")),
+            Self::Status(robot) => below_robot(robot, "event/status"),
         }
     }
 }

@@ -1,13 +1,12 @@
 //! The configuration of a site: a TOML file that all its daemons read; `config/site.toml` explains every key.
 
-use crate::failure::Failure;
-use crate::known_places::{KnownPlaces, PointInRoom};
+use crate::robot_config::{AlignConfig, NamedRobotConfig, RobotConfig, WaypointConfig, check_robots, separate_bridges};
 use crate::ros_config::RosConfig;
 use crate::web_config::WebConfig;
-use bus::{Domain, DomainError};
+use bus::{Domain, DomainError, RobotName};
 use input_files::{MAX_CONFIGURATION_BYTES, read_regular_text};
 use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use serde::Deserialize;
 use std::path::{Path, PathBuf};
 
 /// More threads than this are a mistake.
@@ -44,6 +43,16 @@ pub struct SiteConfig {
     /// The robot.
     #[serde(default)]
     pub robot: RobotConfig,
+    /// Robots with names, in the place of one without: each has maps of its own, and what `robot`, `waypoints`, `align` and `ros`
+    /// say in its table.
+    #[serde(default)]
+    pub robots: Vec<NamedRobotConfig>,
+    /// The named robot that this is the configuration of; `None` for a site as a whole, and for a robot without a name.
+    #[serde(skip)]
+    pub robot_name: Option<RobotName>,
+    /// The state folder of the site: `state`, but for a named robot, whose own lies in it.
+    #[serde(skip)]
+    pub site_state: PathBuf,
     /// The waypoints.
     #[serde(default)]
     pub waypoints: WaypointConfig,
@@ -102,111 +111,6 @@ pub struct ScheduleConfig {
     pub links: Option<PathBuf>,
     /// Plan time until another is set; without one everything is built.
     pub plan_time: Option<String>,
-}
-
-/// The robot.
-#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct RobotConfig {
-    /// Robot profile, as for `groundplan convert --robot`.
-    pub profile: Option<PathBuf>,
-    /// Metres per cell.
-    pub resolution_m: f64,
-}
-
-/// The waypoints.
-#[derive(Debug, Clone, Default, PartialEq, Eq, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct WaypointConfig {
-    /// What is planned and how, as for `groundplan convert --waypoints`.
-    pub options: Option<PathBuf>,
-}
-
-/// The robot's own map, and where it lies in the model's.
-#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct AlignConfig {
-    /// A map that the robot saved, for sites where it does not publish one.
-    pub map: Option<PathBuf>,
-    /// Index of the map storey that the robot is on; all are tried if left out.
-    pub storey: Option<u32>,
-    /// About where the robot's map lies.
-    pub hint: Option<PoseHint>,
-    /// Room in which the robot's map began (x and y are 0), by number, name or GlobalId.
-    pub start_room: Option<String>,
-    /// Points of the robot's map, each with the room that it lies in.
-    pub at: Vec<PointInRoom>,
-    /// Height of the floor under the robot in the model's map, in metres.
-    pub elevation_m: Option<f64>,
-    /// Stair, ramp or lift that the robot took last, by name or GlobalId.
-    pub portal: Option<String>,
-    /// Metres by which the pose may change, at the middle of the SLAM map, without confirmation.
-    pub max_jump_m: f64,
-    /// The same for its yaw, in degrees.
-    pub max_jump_deg: f64,
-    /// Largest standard deviation of the middle of the SLAM map, in metres, of a pose that may be used.
-    pub max_uncertainty_m: f64,
-    /// The same of its yaw, in degrees.
-    pub max_uncertainty_deg: f64,
-    /// True if what the robot sees before its time counts from then on: maps show it, planned states stay.
-    pub apply: bool,
-}
-
-/// A guess of `map_from_slam`.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct PoseHint {
-    /// Metres.
-    pub x_m: f64,
-    /// Metres.
-    pub y_m: f64,
-    /// Degrees.
-    pub yaw_deg: f64,
-    /// How far off the middle of the SLAM map may be, in metres.
-    #[serde(default = "PoseHint::radius_m")]
-    pub radius_m: f64,
-    /// How far off the yaw may be, in degrees.
-    #[serde(default = "PoseHint::radius_deg")]
-    pub radius_deg: f64,
-}
-
-impl AlignConfig {
-    /// Keys whose numbers cannot be used, with the reason.
-    pub fn faults(&self) -> Vec<(&'static str, String)> {
-        let distances = [
-            ("align.max_jump_m", self.max_jump_m),
-            ("align.max_jump_deg", self.max_jump_deg),
-            ("align.max_uncertainty_m", self.max_uncertainty_m),
-            ("align.max_uncertainty_deg", self.max_uncertainty_deg),
-        ];
-        let unusable = distances.into_iter().filter(|(_, value)| !(value.is_finite() && *value >= 0.0));
-        let told = |(key, value)| (key, format!("{value} is no distance: it must be 0 or more"));
-        let is_hint_usable = self.hint.is_none_or(|hint| {
-            [hint.x_m, hint.y_m, hint.yaw_deg].iter().all(|value| value.is_finite())
-                && [hint.radius_m, hint.radius_deg].iter().all(|radius| radius.is_finite() && *radius > 0.0)
-        });
-        let hint = || ("align.hint", "its numbers must be finite, and its radii more than 0".to_owned());
-        unusable.map(told).chain((!is_hint_usable).then(hint)).collect()
-    }
-
-    /// Refuses numbers that cannot be used.
-    ///
-    /// # Errors
-    /// The first of them.
-    pub fn check(&self) -> Result<(), Failure> {
-        let fault = self.faults().into_iter().next();
-        fault.map_or(Ok(()), |(key, why)| Err(format!("{key}: {why}").into()))
-    }
-}
-
-impl PoseHint {
-    fn radius_m() -> f64 {
-        2.0
-    }
-
-    fn radius_deg() -> f64 {
-        20.0
-    }
 }
 
 /// The simulation world.
@@ -292,59 +196,23 @@ impl Default for RelayConfig {
     }
 }
 
-impl Default for RobotConfig {
-    fn default() -> Self {
-        Self { profile: None, resolution_m: 0.05 }
-    }
-}
-
-impl Default for AlignConfig {
-    fn default() -> Self {
-        Self {
-            map: None,
-            storey: None,
-            hint: None,
-            start_room: None,
-            at: Vec::new(),
-            elevation_m: None,
-            portal: None,
-            max_jump_m: 0.10,
-            max_jump_deg: 1.0,
-            max_uncertainty_m: 0.10,
-            max_uncertainty_deg: 1.0,
-            apply: false,
-        }
-    }
-}
-
-impl AlignConfig {
-    /// What is known of where the robot is.
-    pub fn known_places(&self) -> KnownPlaces {
-        let start = self.start_room.clone().map(PointInRoom::start);
-        KnownPlaces {
-            rooms: start.into_iter().chain(self.at.iter().cloned()).collect(),
-            elevation_m: self.elevation_m,
-            portal: self.portal.clone(),
-        }
-    }
-}
-
 impl SiteConfig {
     /// Threads that each daemon computes with; 0: as many as the machine has cores.
     pub fn n_threads(&self) -> usize {
         self.threads.map_or(0, usize::from)
     }
 
-    /// The bus.
+    /// The bus, as the robot has it that this is the configuration of.
     ///
     /// # Errors
     /// A prefix or folder that does not fit.
     pub fn domain(&self) -> Result<Domain, DomainError> {
-        let domain = Domain::shared(&self.bus.prefix, &self.bus.root)?;
-        match &self.relay.folder {
-            Some(folder) => domain.with_relay(folder),
-            None => Ok(domain),
+        let mut domain = Domain::shared(&self.bus.prefix, &self.bus.root)?;
+        if let Some(folder) = &self.relay.folder {
+            domain = domain.with_relay(folder)?;
         }
+        let domain = domain.with_robots(self.robots.iter().map(|robot| robot.name))?;
+        self.robot_name.map_or(Ok(domain.clone()), |robot| domain.of_robot(robot))
     }
 
     /// Reads a configuration.
@@ -361,12 +229,16 @@ impl SiteConfig {
         let home = file.parent().unwrap_or(Path::new("/")).to_owned();
         let parsed = Self::parse(&text, &home);
         let toml = |path: &Path, source| ConfigError::Toml { path: path.to_owned(), source: Box::new(source) };
-        let config = parsed.map_err(|source| toml(path, source))?;
-        let Some(options) = config.ros.options.clone() else { return Ok(Self { file, ..config }) };
-        let text = read_regular_text(&options, MAX_CONFIGURATION_BYTES)
-            .map_err(|source| ConfigError::Io { path: options.clone(), source })?;
-        let ros = config.ros.with_options(&text).map_err(|source| toml(&options, source))?;
-        Ok(Self { file, ros, ..config })
+        let mut config = parsed.map_err(|source| toml(path, source))?;
+        let of_robots = config.robots.iter_mut().map(|robot| &mut robot.ros);
+        for ros in std::iter::once(&mut config.ros).chain(of_robots) {
+            let Some(options) = ros.options.clone() else { continue };
+            let text = read_regular_text(&options, MAX_CONFIGURATION_BYTES)
+                .map_err(|source| ConfigError::Io { path: options.clone(), source })?;
+            *ros = ros.with_options(&text).map_err(|source| toml(&options, source))?;
+        }
+        separate_bridges(&mut config.robots).map_err(|source| toml(path, source))?;
+        Ok(Self { file, ..config })
     }
 
     /// The configuration that a text says; its paths count from `home`.
@@ -375,6 +247,7 @@ impl SiteConfig {
     /// No TOML of these keys.
     pub fn parse(text: &str, home: &Path) -> Result<Self, toml::de::Error> {
         let mut config: Self = toml::from_str(text)?;
+        check_robots(&config.robots, text)?;
         if let Some(threads) = config.threads
             && !(1..=MAX_THREADS).contains(&threads)
         {
@@ -396,9 +269,11 @@ impl SiteConfig {
             &mut config.web.key,
             &mut config.clock.synchronised_while,
         ];
-        for path in paths.chain(optional.into_iter().flatten()) {
+        let of_robots = config.robots.iter_mut().flat_map(NamedRobotConfig::paths);
+        for path in paths.chain(optional.into_iter().flatten()).chain(of_robots) {
             *path = home.join(&*path);
         }
+        config.site_state = config.state.clone();
         Ok(config)
     }
 }

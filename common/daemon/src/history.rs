@@ -5,7 +5,10 @@
 //! daemons do not mix.
 
 use crate::caller::Caller;
+use crate::config::SiteConfig;
+use crate::robots_config::robot_states;
 use crate::state::StateError;
+use bus::RobotName;
 use clap::ValueEnum;
 use jiff::Timestamp;
 use serde::{Deserialize, Serialize};
@@ -86,9 +89,70 @@ pub struct HistoryEntry {
     pub by: Option<Caller>,
     /// A sentence for people, without a full stop.
     pub summary: String,
+    /// The robot with a name whose daemon it was; `None` for what is the site's.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub robot: Option<String>,
 }
 
-/// The history of a site.
+/// The history of a site with all its robots: each robot with a name has files of its own, in its own state folder.
+#[derive(Debug, Clone)]
+pub struct SiteHistory {
+    of_site: History,
+    of_robots: Vec<(RobotName, History)>,
+}
+
+impl SiteHistory {
+    /// Of a site and the robots that it has.
+    pub fn of(config: &SiteConfig) -> Self {
+        let of_robots = robot_states(&config.site_state, &config.robot_names());
+        let of_robots = of_robots.into_iter().map(|(robot, state)| (robot, History::at(&state))).collect();
+        Self { of_site: History::at(&config.site_state), of_robots }
+    }
+
+    /// All entries, from old to new, and the number of lines that are none.
+    ///
+    /// # Errors
+    /// Files that cannot be read.
+    pub fn read(&self) -> Result<(Vec<HistoryEntry>, usize), StateError> {
+        let (mut entries, mut n_damaged) = self.of_site.read()?;
+        for (robot, history) in &self.of_robots {
+            let (of_robot, n) = history.read()?;
+            entries.extend(of_robot.into_iter().map(|entry| entry.of_robot(*robot)));
+            n_damaged += n;
+        }
+        // What happened at one moment stays in its order.
+        entries.sort_by_key(|entry| entry.at);
+        Ok((entries, n_damaged))
+    }
+
+    /// The newest lines, for a relay to pass on; none where the files cannot be read.
+    pub fn newest_lines(&self) -> Vec<u8> {
+        if self.of_robots.is_empty() {
+            return self.of_site.newest_lines();
+        }
+        let (entries, _) = self.read().unwrap_or_default();
+        let (mut lines, mut n_bytes) = (Vec::new(), 0);
+        for entry in entries.iter().rev() {
+            let Ok(mut line) = serde_json::to_vec(entry) else { continue };
+            line.push(b'\n');
+            n_bytes += line.len();
+            if n_bytes > MAX_PASSED_ON_BYTES {
+                break;
+            }
+            lines.push(line);
+        }
+        lines.reverse();
+        lines.concat()
+    }
+}
+
+impl HistoryEntry {
+    fn of_robot(self, robot: RobotName) -> Self {
+        Self { robot: Some(robot.to_string()), ..self }
+    }
+}
+
+/// The history of a site, or of a robot with a name.
 #[derive(Debug, Clone)]
 pub struct History {
     folder: PathBuf,
@@ -112,7 +176,7 @@ impl History {
         let HistoryEvent { kind, by, summary } = event;
         let month = at.strftime("%Y-%m").to_string();
         let path = self.folder.join(format!("{month}.jsonl"));
-        self.append(&path, &HistoryEntry { at, kind, by, summary })
+        self.append(&path, &HistoryEntry { at, kind, by, summary, robot: None })
             .map_err(|source| StateError::Io { path: path.clone(), source })
     }
 

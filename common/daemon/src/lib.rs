@@ -60,6 +60,7 @@ mod log;
 mod machine_time;
 mod map_reports;
 mod mesh_process;
+mod observed_tables;
 mod process_report;
 mod progress;
 mod replaced_file;
@@ -67,7 +68,9 @@ mod reported_progress;
 mod request;
 mod request_queue;
 mod requests;
+mod robot_config;
 mod robot_file;
+mod robots_config;
 mod ros_config;
 mod run;
 mod save;
@@ -93,16 +96,13 @@ mod work_watch;
 pub use caller::Caller;
 pub use client::{Answer, Client, ClientError, OpenRequest, RequestTimeouts, ask};
 pub use committed::{Committed, Disk, StateFolder};
-pub use config::{
-    AlignConfig, BusConfig, ClockConfig, ConfigError, LogConfig, LogFormat, PoseHint, RobotConfig, ScheduleConfig,
-    SiteConfig, WaypointConfig, WorldConfig,
-};
+pub use config::{BusConfig, ClockConfig, ConfigError, LogConfig, LogFormat, ScheduleConfig, SiteConfig, WorldConfig};
 pub use config_file::{ConfigFileError, read_parsed};
 pub use config_key::line_of_key;
 pub use decision::{AnswerOnce, AnswerTo, Decide, Decision, Now, Occasion, Outputs};
 pub use failure::{Failure, chain};
 pub use file_text::FileText;
-pub use history::{History, HistoryEntry, HistoryEvent, HistoryKind, parse_history};
+pub use history::{History, HistoryEntry, HistoryEvent, HistoryKind, SiteHistory, parse_history};
 pub use input::{Input, NoInput, not_an_input};
 pub use kept_file::KeptFile;
 pub use known_places::{KnownPlaces, PointInRoom};
@@ -111,6 +111,7 @@ pub use log::{Log, LogError};
 pub use machine_time::{Clock, MachineClock, MachineTime};
 pub use map_reports::{hear_daemons, next_state};
 pub use mesh_process::{in_mesh_process, run_mesh_process};
+pub use observed_tables::{ObservedPair, ObservedRow, ObservedTables};
 pub use process_report::ProcessReport;
 pub use progress::{Progress, Reporter};
 pub use replaced_file::{folder_of, replace_file, write_durably};
@@ -122,7 +123,9 @@ pub use requests::{
     Revision, RevisionEffect, RosBridgeRequest, ScheduleAnswer, ScheduleRequest, ScheduleVerdict, SearchState,
     WaypointAnswer, WaypointRequest, WebRequest, checked_rate,
 };
+pub use robot_config::{AlignConfig, NamedRobotConfig, PoseHint, RobotConfig, WaypointConfig};
 pub use robot_file::{Robot, RobotFileError};
+pub use robots_config::RobotChoiceError;
 pub use ros_config::{
     FoxgloveConfig, Nav2Config, Nav2Pause, QosConfig, RosConfig, RosOutput, RosServiceMapping, SimTimeConfig,
 };

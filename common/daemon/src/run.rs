@@ -9,7 +9,7 @@ use crate::service_loop::{Reload, ServiceLoop};
 use crate::state::StateError;
 use crate::state_version::{StateVersionError, claim_state};
 use crate::stop::{ReloadSignal, StopSignal};
-use bus::Daemon;
+use bus::{Daemon, RobotName};
 use clap::{CommandFactory, FromArgMatches, Parser};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -22,6 +22,10 @@ pub struct Arguments {
     /// Configuration of the site, see config/site.toml
     #[arg(long, value_name = "FILE")]
     pub config: PathBuf,
+
+    /// The robot whose daemon this is, of a site with several
+    #[arg(long, value_name = "NAME")]
+    pub robot_name: Option<RobotName>,
 
     /// Stop when standard input ends, so that the daemon ends with the process that started it
     #[arg(long)]
@@ -53,11 +57,15 @@ pub fn run_with<S: Service + 'static>(
         eprintln!("{daemon}: {}", chain(why));
         ExitCode::from(2)
     };
-    let config = match SiteConfig::read(&arguments.config) {
-        Ok(config) => config,
+    let site = match SiteConfig::read(&arguments.config) {
+        Ok(site) => site,
         Err(why) => return unusable(&why),
     };
-    let log = match Log::start(&config.log) {
+    let config = match own_config(daemon, &site, arguments.robot_name) {
+        Ok(config) => config,
+        Err(why) => return unusable(why.as_ref()),
+    };
+    let log = match Log::start_for(&config.log, config.robot_name) {
         Ok(log) => log,
         Err(why) => return unusable(&why),
     };
@@ -77,6 +85,17 @@ pub fn run_with<S: Service + 'static>(
             error!(service = daemon.name(), error = chain(failure.as_ref()), "cannot go on");
             ExitCode::FAILURE
         }
+    }
+}
+
+/// The configuration of a daemon: of one robot for daemons of which each robot has its own.
+fn own_config(daemon: Daemon, site: &SiteConfig, robot: Option<RobotName>) -> Result<SiteConfig, Failure> {
+    match (daemon, robot) {
+        // The page shows one robot.
+        (Daemon::Web, _) => Ok(site.of_robot(robot.or(site.web.robot))?),
+        _ if daemon.is_of_robot() => Ok(site.of_robot(robot)?),
+        (_, Some(_)) => Err("--robot-name: this daemon is there once for all robots of a site".into()),
+        (_, None) => Ok(site.clone()),
     }
 }
 

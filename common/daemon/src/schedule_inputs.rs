@@ -6,6 +6,7 @@ use crate::config_file::ConfigFileError;
 use crate::failure::Failure;
 use crate::file_text::FileText;
 use crate::kept_file::KeptFile;
+use crate::observed_tables::{ObservedTables, observed_tables_file};
 use crate::reported_progress::{ReportedProgress, mended};
 use crate::save::Save;
 use crate::sealed_file::sealed_content;
@@ -28,7 +29,7 @@ pub fn rules_in_force<R: Default, E: Error + Send + Sync + 'static>(
     parse: impl Fn(&str) -> Result<R, E>,
 ) -> Result<R, Failure> {
     let configured = FileText::configured("rules", config.schedule.rules.as_deref(), &parse);
-    let kept = would_be_in_force(&config.state, SettingKey::Rules, configured)?;
+    let kept = would_be_in_force(&config.site_state, SettingKey::Rules, configured)?;
     kept.value().as_ref().map_or_else(|| Ok(R::default()), |file| Ok(file.parse("rules", &parse)?))
 }
 
@@ -45,8 +46,13 @@ pub fn saving_observed(state: &Path, table: Vec<u8>) -> Save {
 ///
 /// # Errors
 /// The file system refuses.
-pub fn mend_progress(state: &Path) -> io::Result<Option<String>> {
-    let findings = [ReportedProgress::at(state).mend()?, mended(&KeptFile::at(state, OBSERVED_TABLE))?];
+pub fn mend_progress(config: &SiteConfig) -> io::Result<Option<String>> {
+    let state = &config.site_state;
+    let observed = match config.robots.is_empty() {
+        true => KeptFile::at(state, OBSERVED_TABLE),
+        false => observed_tables_file(state),
+    };
+    let findings = [ReportedProgress::at(state).mend()?, mended(&observed)?];
     let findings: Vec<String> = findings.into_iter().flatten().collect();
     Ok((!findings.is_empty()).then(|| findings.join("; ")))
 }
@@ -59,14 +65,15 @@ pub fn read_progress(path: &Path) -> io::Result<Vec<u8>> {
     read_regular_file(path, MAX_TABLE_BYTES)
 }
 
-/// Progress that is in force, of both sources, as `parse` reads a table.
+/// Progress that is in force, of both sources, as `parse` reads a table; of robots with names that of all of them.
 ///
 /// # Errors
 /// A table that cannot be read or parsed, with its name.
 pub fn progress_in_force<A, E: Error + Send + Sync + 'static>(
-    state: &Path,
+    config: &SiteConfig,
     parse: impl Fn(&[u8]) -> Result<Vec<A>, E>,
 ) -> Result<[Vec<A>; 2], ConfigFileError> {
+    let state = &config.site_state;
     let read = |path: PathBuf| {
         let bytes = match sealed_content(&path) {
             // Earlier versions wrote no columns where nothing was reported.
@@ -77,7 +84,16 @@ pub fn progress_in_force<A, E: Error + Send + Sync + 'static>(
         };
         parse(&bytes).map_err(|source| ConfigFileError::Content { what: "progress", path, source: source.into() })
     };
-    let failed = |source| ConfigFileError::Io { what: "progress", path: state.to_owned(), source };
+    let failed = |source| ConfigFileError::Io { what: "progress", path: state.clone(), source };
     let [reported, _] = ReportedProgress::at(state).tables().map_err(failed)?;
-    Ok([reported.map_or_else(|| Ok(Vec::new()), read)?, read(state.join(OBSERVED_TABLE))?])
+    let reported = reported.map_or_else(|| Ok(Vec::new()), read)?;
+    if config.robots.is_empty() {
+        return Ok([reported, read(state.join(OBSERVED_TABLE))?]);
+    }
+    let (what, path) = ("observed progress", observed_tables_file(state).path());
+    let tables = ObservedTables::load(state, &config.robot_names());
+    let tables = tables.map_err(|source| ConfigFileError::Io { what, path: path.clone(), source })?;
+    let observed = parse(&tables.in_force());
+    let observed = observed.map_err(|source| ConfigFileError::Content { what, path, source: source.into() })?;
+    Ok([reported, observed])
 }

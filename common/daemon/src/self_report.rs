@@ -2,9 +2,10 @@
 
 use crate::failure::Failure;
 use crate::service::{CurrentActivity, Standing};
+use crate::site_process::SiteProcess;
 use crate::status_board::{BoardEntry, OutputStamp, Report};
 use crate::work_watch::Busy;
-use bus::{Daemon, DomainError, Stamp, StatusWriter, TopicName};
+use bus::{Daemon, DomainError, RobotName, Stamp, StatusWriter, TopicName};
 use messages::StatusRecord;
 use std::collections::{BTreeMap, VecDeque};
 use std::path::Path;
@@ -39,11 +40,12 @@ pub(crate) struct SelfReport {
 }
 
 impl SelfReport {
-    pub(crate) fn of(daemon: Daemon, activity: CurrentActivity, bus_root: &Path) -> Self {
+    /// Of a daemon, of a robot with a name if it is one of a robot.
+    pub(crate) fn of(daemon: Daemon, robot: Option<RobotName>, activity: CurrentActivity, bus_root: &Path) -> Self {
         Self {
             daemon,
             activity,
-            entry: BoardEntry::new(bus_root, daemon),
+            entry: BoardEntry::new(bus_root, SiteProcess::of(robot, daemon)),
             failed: None,
             no_bus: None,
             refused_configuration: None,
@@ -228,7 +230,7 @@ mod tests {
     #[test]
     fn what_stands_is_told_until_it_is_cured_and_a_failed_event_until_one_succeeds() {
         let root = tempfile::tempdir().unwrap();
-        let mut own = SelfReport::of(Daemon::ScheduleEval, CurrentActivity::default(), root.path());
+        let mut own = SelfReport::of(Daemon::ScheduleEval, None, CurrentActivity::default(), root.path());
         let mut told = |change: &dyn Fn(&mut SelfReport)| {
             change(&mut own);
             own.send(None, None);

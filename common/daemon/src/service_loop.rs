@@ -81,7 +81,14 @@ pub(crate) struct Reload {
 impl Reload {
     /// Reads the configuration, if it can be applied while the daemon runs.
     fn read(&mut self) -> Result<Box<SiteConfig>, Failure> {
-        let config = SiteConfig::read(&self.path)?;
+        let site = SiteConfig::read(&self.path)?;
+        if site.robot_names() != self.config.robot_names() {
+            return Err("the robots of a site cannot change while daemons run: restart them".into());
+        }
+        let config = match self.config.robot_name {
+            Some(robot) => site.of_robot(Some(robot))?,
+            None => site,
+        };
         if config.bus != self.config.bus || config.state != self.config.state {
             return Err("the bus and the state folder cannot change while daemons run: restart them".into());
         }
@@ -119,7 +126,7 @@ impl<R: Request> ServiceLoop<R> {
         activity: CurrentActivity,
         reload: Reload,
     ) -> Result<Self, Failure> {
-        let mut report = SelfReport::of(R::DAEMON, activity.clone(), &reload.config.bus.root);
+        let mut report = SelfReport::of(R::DAEMON, reload.config.robot_name, activity.clone(), &reload.config.bus.root);
         report.set(service.standing(), serde_json::to_value(service.facts())?);
         let n_threads = reload.config.n_threads();
         let ServiceThread { jobs, outcomes } = service_thread::start(R::DAEMON.name(), n_threads, service)?;

@@ -1,14 +1,16 @@
 //! The processes of a site that report on its status board.
 
 use crate::config::SiteConfig;
-use bus::Daemon;
+use bus::{Daemon, RobotName};
 use std::fmt;
 
 /// A process of a site.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum SiteProcess {
-    /// A participant of the bus.
+    /// A participant of the bus, of the site or of a robot without a name.
     Daemon(Daemon),
+    /// The daemon of a robot with a name.
+    OfRobot(RobotName, Daemon),
     /// Creates the bus and removes resources of dead participants.
     Keeper,
     /// Serves users other than the bus's own.
@@ -18,18 +20,40 @@ pub enum SiteProcess {
 impl SiteProcess {
     /// All that `groundplan up` starts and starts again for a site, in the order of the start.
     pub fn supervised(config: &SiteConfig) -> impl Iterator<Item = Self> + use<> {
-        let daemons = Daemon::SUPERVISED.into_iter().map(Self::Daemon);
-        let bridge = config.ros.enabled.then_some(Self::Daemon(Daemon::RosBridge));
+        let (of_robots, of_site): (Vec<Daemon>, Vec<Daemon>) =
+            Daemon::SUPERVISED.into_iter().partition(|daemon| daemon.is_of_robot());
+        let of_site: Vec<Self> = of_site.into_iter().map(Self::Daemon).collect();
+        let of_robots = config.of_each_robot().into_iter().flat_map(move |robot| {
+            let bridge = robot.ros.enabled.then_some(Daemon::RosBridge);
+            let daemons: Vec<Self> =
+                of_robots.iter().copied().chain(bridge).map(|daemon| Self::of(robot.robot_name, daemon)).collect();
+            daemons
+        });
         let web = config.web.enabled.then_some(Self::Daemon(Daemon::Web));
-        std::iter::once(Self::Keeper).chain(daemons).chain(bridge).chain(web).chain(std::iter::once(Self::Relay))
+        std::iter::once(Self::Keeper).chain(of_site).chain(of_robots).chain(web).chain(std::iter::once(Self::Relay))
     }
 
-    /// Its name, as of its process or its command.
-    pub fn name(self) -> &'static str {
+    /// A daemon as a robot has it.
+    pub fn of(robot: Option<RobotName>, daemon: Daemon) -> Self {
+        match robot {
+            Some(robot) if daemon.is_of_robot() => Self::OfRobot(robot, daemon),
+            _ => Self::Daemon(daemon),
+        }
+    }
+
+    /// The robot with a name whose it is.
+    pub fn robot(self) -> Option<RobotName> {
         match self {
-            Self::Daemon(daemon) => daemon.name(),
-            Self::Keeper => "keeper",
-            Self::Relay => "relay",
+            Self::OfRobot(robot, _) => Some(robot),
+            Self::Daemon(_) | Self::Keeper | Self::Relay => None,
+        }
+    }
+
+    /// The participant of the bus that it is.
+    pub fn daemon(self) -> Option<Daemon> {
+        match self {
+            Self::Daemon(daemon) | Self::OfRobot(_, daemon) => Some(daemon),
+            Self::Keeper | Self::Relay => None,
         }
     }
 }
@@ -42,6 +66,11 @@ impl From<Daemon> for SiteProcess {
 
 impl fmt::Display for SiteProcess {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
+        match self {
+            Self::Daemon(daemon) => f.write_str(daemon.name()),
+            Self::OfRobot(robot, daemon) => write!(f, "{daemon}@{robot}"),
+            Self::Keeper => f.write_str("keeper"),
+            Self::Relay => f.write_str("relay"),
+        }
     }
 }

@@ -11,7 +11,7 @@
 use crate::config::SiteConfig;
 use crate::site_process::SiteProcess;
 use crate::work_watch::Busy;
-use bus::{Daemon, Domain, DomainError, ReportKind, Stamp};
+use bus::{Daemon, Domain, DomainError, ReportKind, RobotName, Stamp};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use site_view::SILENT_AFTER;
@@ -85,6 +85,8 @@ impl<F> Report<F> {
 #[derive(Debug, Clone)]
 pub struct StatusBoard {
     folder: PathBuf,
+    /// The robot with a name whose daemons are meant.
+    robot: Option<RobotName>,
     relayed: Option<Domain>,
 }
 
@@ -94,7 +96,18 @@ type BoardCopy = BTreeMap<String, (bool, Option<Report>)>;
 impl StatusBoard {
     /// The board beside a bus.
     pub fn of(bus_root: &Path) -> Self {
-        Self { folder: bus_root.join("board"), relayed: None }
+        Self { folder: bus_root.join("board"), robot: None, relayed: None }
+    }
+
+    /// The board of a site of this user, where daemons of a robot are those of the robot that the configuration is of.
+    pub fn of_own(config: &SiteConfig) -> Self {
+        Self { robot: config.robot_name, ..Self::of(&config.bus.root) }
+    }
+
+    /// The same board, where daemons of a robot are those of this one.
+    #[must_use]
+    pub fn of_robot(&self, robot: Option<RobotName>) -> Self {
+        Self { robot, ..self.clone() }
     }
 
     /// The board of a site as this user may see it.
@@ -104,12 +117,20 @@ impl StatusBoard {
     pub fn of_site(config: &SiteConfig) -> Result<Self, DomainError> {
         let domain = config.domain()?;
         let is_relayed = bus::relayed_report(&domain, ReportKind::Status)?.is_some();
-        Ok(Self { relayed: is_relayed.then_some(domain), ..Self::of(&config.bus.root) })
+        Ok(Self { relayed: is_relayed.then_some(domain), ..Self::of_own(config) })
     }
 
-    /// The whole board, for a relay to pass on.
-    pub fn to_bytes(&self) -> Vec<u8> {
-        let processes = Daemon::ALL.into_iter().map(SiteProcess::from).chain([SiteProcess::Keeper, SiteProcess::Relay]);
+    /// The whole board, for a relay to pass on: of a site with these named robots.
+    pub fn to_bytes(&self, robots: &[RobotName]) -> Vec<u8> {
+        let unnamed = robots.is_empty().then_some(None);
+        let owners: Vec<Option<RobotName>> = unnamed.into_iter().chain(robots.iter().copied().map(Some)).collect();
+        let of_site = |daemon: &Daemon| !daemon.is_of_robot();
+        let of_robots = owners.into_iter().flat_map(|robot| {
+            let daemons = Daemon::ALL.into_iter().filter(|daemon| daemon.is_of_robot());
+            daemons.map(move |daemon| SiteProcess::of(robot, daemon))
+        });
+        let of_site = Daemon::ALL.into_iter().filter(of_site).map(SiteProcess::from);
+        let processes = of_site.chain(of_robots).chain([SiteProcess::Keeper, SiteProcess::Relay]);
         let entry = |process: SiteProcess| (process.to_string(), (self.is_alive(process), self.report(process)));
         let copy: BoardCopy = processes.map(entry).collect();
         serde_json::to_vec(&copy).unwrap_or_default()
@@ -118,14 +139,21 @@ impl StatusBoard {
     /// The processes of the site: those that are supervised by its configuration, and ros-bridge and groundplan-web where they run
     /// without being in it (`groundplan up --ros`, `--web`).
     pub fn processes(&self, config: &SiteConfig) -> impl Iterator<Item = SiteProcess> + use<> {
-        let optional = [(config.ros.enabled, Daemon::RosBridge), (config.web.enabled, Daemon::Web)];
-        let unasked = optional.map(|(is_asked, daemon)| (!is_asked && self.is_alive(daemon)).then_some(daemon.into()));
-        SiteProcess::supervised(config).chain(unasked.into_iter().flatten())
+        let bridges = config
+            .of_each_robot()
+            .into_iter()
+            .map(|robot| (robot.ros.enabled, SiteProcess::of(robot.robot_name, Daemon::RosBridge)));
+        let optional = bridges.chain([(config.web.enabled, Daemon::Web.into())]);
+        let unasked: Vec<SiteProcess> = optional
+            .filter(|(is_asked, process)| !is_asked && self.is_alive(*process))
+            .map(|(_, process)| process)
+            .collect();
+        SiteProcess::supervised(config).chain(unasked)
     }
 
     /// The last report of a process; `None` if there is none that can be read.
     pub fn report<F: DeserializeOwned>(&self, process: impl Into<SiteProcess>) -> Option<Report<F>> {
-        let process = process.into();
+        let process = self.meant(process);
         if let Some(domain) = &self.relayed {
             return report_of(&copy_of(domain)?, process);
         }
@@ -145,12 +173,20 @@ impl StatusBoard {
 
     /// True if the process lives: the kernel drops its lock however it dies.
     pub fn is_alive(&self, process: impl Into<SiteProcess>) -> bool {
-        let process = process.into();
+        let process = self.meant(process);
         if let Some(domain) = &self.relayed {
-            return copy_of(domain).is_some_and(|copy| copy.get(process.name()).is_some_and(|entry| entry.0));
+            return copy_of(domain).is_some_and(|copy| copy.get(&process.to_string()).is_some_and(|entry| entry.0));
         }
         let lock = File::open(self.file(process, "lock"));
         lock.is_ok_and(|file| matches!(file.try_lock_shared(), Err(TryLockError::WouldBlock)))
+    }
+
+    /// A daemon of a robot is that of the robot whose board this is.
+    fn meant(&self, process: impl Into<SiteProcess>) -> SiteProcess {
+        match process.into() {
+            SiteProcess::Daemon(daemon) => SiteProcess::of(self.robot, daemon),
+            process => process,
+        }
     }
 
     fn file(&self, process: SiteProcess, kind: &str) -> PathBuf {
@@ -164,7 +200,7 @@ fn copy_of(domain: &Domain) -> Option<BoardCopy> {
 }
 
 fn report_of<F: DeserializeOwned>(copy: &BoardCopy, process: SiteProcess) -> Option<Report<F>> {
-    let report = copy.get(process.name())?.1.as_ref()?;
+    let report = copy.get(&process.to_string())?.1.as_ref()?;
     serde_json::from_value(serde_json::to_value(report).ok()?).ok()
 }
 
@@ -213,7 +249,7 @@ impl BoardEntry {
         if unwritten != self.unwritten
             && let Some(why) = &unwritten
         {
-            warn!(service = self.process.name(), error = why, "the report is not on the status board");
+            warn!(service = %self.process, error = why, "the report is not on the status board");
         }
         self.unwritten = unwritten;
     }
@@ -292,6 +328,27 @@ mod tests {
     }
 
     #[test]
+    fn daemons_of_robots_have_places_of_their_own_also_in_a_copy() {
+        let root = tempfile::tempdir().unwrap();
+        let robots: [RobotName; 2] = ["lift", "scan"].map(|name| name.parse().unwrap());
+        let board = StatusBoard::of(root.path());
+        let mut entries =
+            robots.map(|robot| BoardEntry::new(root.path(), SiteProcess::of(Some(robot), Daemon::Rasterize)));
+        entries[0].write(&report(None)).unwrap();
+        entries[1].write(&report(Some("it is broken"))).unwrap();
+        let error = |robot| board.of_robot(robot).report::<serde_json::Value>(Daemon::Rasterize).map(|r| r.error);
+        assert_eq!(
+            [Some(robots[0]), Some(robots[1]), None].map(error),
+            [Some(None), Some(Some("it is broken".to_owned())), None]
+        );
+        let copy: BoardCopy = serde_json::from_slice(&board.to_bytes(&robots)).unwrap();
+        assert!(copy["rasterize@lift"].0 && copy["rasterize@scan"].0);
+        assert!(!copy.contains_key("rasterize") && !copy["ifc-ingest"].0);
+        drop(entries);
+        assert!(!board.of_robot(Some(robots[0])).is_alive(Daemon::Rasterize));
+    }
+
+    #[test]
     fn a_process_whose_reports_find_no_room_is_not_silent() {
         let root = tempfile::tempdir().unwrap();
         let board = StatusBoard::of(root.path());
@@ -311,7 +368,7 @@ mod tests {
         let mut entry = BoardEntry::new(root.path(), Daemon::Rasterize);
         entry.write(&report(Some("it is broken"))).unwrap();
         let board = StatusBoard::of(root.path());
-        let copy: BoardCopy = serde_json::from_slice(&board.to_bytes()).unwrap();
+        let copy: BoardCopy = serde_json::from_slice(&board.to_bytes(&[])).unwrap();
         assert!(copy["rasterize"].0 && !copy["ifc-ingest"].0);
         let last: Report<crate::facts::RasterizeFacts> = report_of(&copy, Daemon::Rasterize.into()).unwrap();
         assert_eq!((last.error.as_deref(), last.facts.storeys), (Some("it is broken"), 3));

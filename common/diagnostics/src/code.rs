@@ -233,6 +233,10 @@ codes! {
     CollisionReplaced = "collision_replaced",
     /// An element that stands and is not in the world.
     NotInWorld = "not_in_world",
+
+    // Evaluating the schedule, with what several robots observed: `schedule`.
+    /// An element that one robot saw and another confirmed absent.
+    ObservationConflict = "observation_conflict",
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! Requests to the daemon that aligns, and the alignment that it publishes after them.
 
 use crate::alignment_report;
-use crate::args::SiteArgs;
+use crate::args::SiteOfRobotArgs;
 use crate::failure::Failure;
 use crate::run::Outcome;
 use crate::wait::{ask, join};
@@ -25,7 +25,10 @@ pub(crate) fn other_answer() -> Failure {
 ///
 /// # Errors
 /// No daemons, no map or site to search, a search that failed.
-pub(crate) fn searched(site: &SiteArgs, request: &AlignRequest) -> Result<CheckedSample<topics::Alignment>, Failure> {
+pub(crate) fn searched(
+    site: &SiteOfRobotArgs,
+    request: &AlignRequest,
+) -> Result<CheckedSample<topics::Alignment>, Failure> {
     let (bus, mut waiter) = join(&site.config()?)?;
     let AlignAnswer::Search(search) = ask(&bus, &mut waiter, request)? else { return Err(other_answer()) };
     let begun = Instant::now();

@@ -1,7 +1,7 @@
 //! Checks the configuration of a site before anything is started: values of the daemons that `up` starts, and files that it names.
 
 use crate::failure::Failure;
-use bus::DomainError;
+use bus::{DomainError, RobotName};
 use daemon::{Configured, FileText, Robot, SettingKey, SiteConfig, check_setting, line_of_key};
 use frames::PlanTime;
 use grid::GridSpec;
@@ -57,26 +57,38 @@ pub(crate) fn refuse_unusable(config: &SiteConfig) -> Result<(), Failure> {
 /// A file that cannot be used any more is a warning where its content of before is in force.
 pub(crate) fn findings(config: &SiteConfig) -> Vec<ConfigFinding> {
     let text = read_regular_text(&config.file, MAX_CONFIGURATION_BYTES).unwrap_or_default();
-    let mut found = Findings { file: &config.file, text, findings: Vec::new() };
+    let mut found = Findings { file: &config.file, text, robot: None, findings: Vec::new() };
     let domain = config.domain();
     let is_of_relay = matches!(domain, Err(DomainError::RelayFolder { .. }));
     found.of(if is_of_relay { "relay.folder" } else { "bus.prefix" }, domain);
     found.of("log.level", config.log.check());
     models(&mut found, config);
-    let robot = Robot::configured(config.robot.profile.as_deref());
-    found.setting(&config.state, SettingKey::RobotProfile, robot);
-    found.of(SettingKey::Resolution.name(), GridSpec::cell_tenths_of(config.robot.resolution_m));
-    let options =
-        FileText::configured("options of waypoints", config.waypoints.options.as_deref(), MissionPlanOptions::parse);
-    found.setting(&config.state, SettingKey::Waypoints, options);
+    for config in config.of_each_robot() {
+        found.robot = config.robot_name;
+        of_robot(&mut found, &config);
+    }
+    found.robot = None;
+    if config.web.enabled && (config.web.robot.is_some() || config.robots.len() > 1) {
+        found.of("web.robot", config.of_robot(config.web.robot));
+    }
     schedule(&mut found, config);
     let world = config.world.options.as_deref();
     found.of(
         "world.options",
         world.map(|path| daemon::read_parsed("options of worlds", path, WorldOptions::parse)).transpose(),
     );
-    align(&mut found, config);
     found.findings
+}
+
+/// What each robot has of its own.
+fn of_robot(found: &mut Findings<'_>, config: &SiteConfig) {
+    let robot = Robot::configured(config.robot.profile.as_deref());
+    found.setting(&config.state, SettingKey::RobotProfile, robot);
+    found.of(SettingKey::Resolution.name(), GridSpec::cell_tenths_of(config.robot.resolution_m));
+    let options =
+        FileText::configured("options of waypoints", config.waypoints.options.as_deref(), MissionPlanOptions::parse);
+    found.setting(&config.state, SettingKey::Waypoints, options);
+    align(found, config);
 }
 
 fn models(found: &mut Findings<'_>, config: &SiteConfig) {
@@ -129,12 +141,18 @@ fn align(found: &mut Findings<'_>, config: &SiteConfig) {
 struct Findings<'a> {
     file: &'a Path,
     text: String,
+    /// The robot with a name whose keys are looked at.
+    robot: Option<RobotName>,
     findings: Vec<ConfigFinding>,
 }
 
 impl Findings<'_> {
     fn add(&mut self, key: &'static str, text: String, is_fatal: bool) {
-        let line = line_of_key(&self.text, key);
+        // Tables of robots have their keys without the name of a table of one without a name.
+        let (line, text) = match self.robot {
+            Some(robot) => (None, format!("robot {robot}: {text}")),
+            None => (line_of_key(&self.text, key), text),
+        };
         self.findings.push(ConfigFinding { file: self.file.to_owned(), line, key, text, is_fatal });
     }
 

@@ -108,13 +108,13 @@ impl Control {
     }
 
     fn known_storey(&self) -> Option<u32> {
-        let board = StatusBoard::of(&self.config.bus.root);
+        let board = StatusBoard::of_own(&self.config);
         let report: Report<RosBridgeFacts> = board.report(Daemon::RosBridge)?;
         report.facts.known_storey
     }
 
     fn alignment(&self) -> Option<AlignmentSummary> {
-        let board = StatusBoard::of(&self.config.bus.root);
+        let board = StatusBoard::of_own(&self.config);
         let report: Report<AlignFacts> = board.report(Daemon::SlamAlign)?;
         report.facts.alignment
     }

@@ -43,7 +43,7 @@ pub(crate) fn types(names: &Names) -> GetParameterTypesResponse {
 }
 
 pub(crate) fn get(config: &SiteConfig, names: &Names) -> GetParametersResponse {
-    let board = StatusBoard::of(&config.bus.root);
+    let board = StatusBoard::of_own(config);
     let value = |name: &String| match name.as_str() {
         PLAN_TIME => {
             let report: Option<Report<ScheduleFacts>> = board.report(Daemon::ScheduleEval);

@@ -226,7 +226,7 @@ impl BridgeService {
 
     /// Once a second: heartbeat, diagnostics, and what follows when maps become stale or fresh.
     fn tick(&mut self) {
-        let board = StatusBoard::of(&self.config.bus.root);
+        let board = StatusBoard::of_own(&self.config);
         daemon::hear_daemons(&board, &mut self.freshness);
         self.freshness.set_obstacle(self.warning.clone().or_else(|| self.obstacle.clone()));
         let sent = self.sender.sent();

@@ -109,7 +109,7 @@ struct Asked {
 impl Asked {
     /// Asks for a plan time, if the published schedule state does not hold then.
     fn follow(&mut self, plan_time_s: i64, control: &Control) -> Result<(), Failure> {
-        let board = StatusBoard::of(&control.config.bus.root);
+        let board = StatusBoard::of_own(&control.config);
         let report: Option<Report<ScheduleFacts>> = board.report(Daemon::ScheduleEval);
         let Some(Report { facts, .. }) = report else { return Ok(()) };
         // Epochs begin anew where the state of the site is replaced.

@@ -6,8 +6,8 @@ use crate::plan_time_setting::PlanTimeSetting;
 use crate::schedule_files::ScheduleFiles;
 use daemon::facts::ProgressRows;
 use daemon::{
-    Failure, FileText, HistoryEvent, HistoryKind, MachineTime, Save, ScheduleVerdict, Setting, SettingInForce,
-    SettingKey, SettingSource,
+    Failure, FileText, HistoryEvent, HistoryKind, MachineTime, ObservedTables, Save, ScheduleVerdict, Setting,
+    SettingInForce, SettingKey, SettingSource,
 };
 use jiff::tz::TimeZone;
 use messages::ContentHash;
@@ -29,6 +29,8 @@ pub struct InForce {
     pub(crate) plan_time: PlanTimeSetting,
     pub(crate) files: ScheduleFiles,
     pub(crate) overrides: Arc<Overrides>,
+    /// What each robot with a name observed; empty where the robot has none.
+    pub(crate) observed_tables: Arc<ObservedTables>,
     /// The table of reported progress, see [`daemon::ReportedProgress::id_of`]; `None` before the first report.
     pub(crate) table: Option<String>,
     /// The last schedule that could be evaluated: of an earlier site, if that of the newest cannot.

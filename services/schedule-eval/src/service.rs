@@ -6,17 +6,17 @@ use crate::outputs::{ScheduleOutputs, ScheduleSample};
 use crate::plan_time_clock::{PlanTimeClock, ReachedPlanTime};
 use crate::plan_time_setting::PlanTimeSetting;
 use crate::schedule_files::ScheduleFiles;
-use bus::{Bus, CheckedSample, topics};
+use bus::{Bus, CheckedSample, RobotName, names_of_robots, topics};
 use daemon::facts::ScheduleFacts;
 use daemon::{
     ActualsSource, Asked, Caller, Clock, Committed, Configured, CurrentActivity, Decide, Decision, Epochs, Failure,
-    FileText, HistoryEvent, HistoryKind, MachineClock, MachineTime, NewSample, Now, Occasion, ReportedProgress,
-    ScheduleAnswer, ScheduleRequest, ScheduleVerdict, Setting, SettingKey, SiteConfig, Standing, StateFile,
-    checked_rate, mend_progress, progress_in_force, saving_observed,
+    FileText, HistoryEvent, HistoryKind, MachineClock, MachineTime, NewSample, Now, ObservedPair, ObservedTables,
+    Occasion, ReportedProgress, ScheduleAnswer, ScheduleRequest, ScheduleVerdict, Setting, SettingKey, SiteConfig,
+    Standing, StateFile, checked_rate, mend_progress, progress_in_force, saving_observed,
 };
 use frames::PlanTime;
 use messages::{Activity, Checked, ContentHash, DiagnosticCode, InputHashes, ScheduleStateHead};
-use schedule::{Overrides, Rules, parse_actuals};
+use schedule::{ABSENT, Actual, ObservationConflict, Overrides, Rules, parse_actuals};
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -46,6 +46,8 @@ pub struct ScheduleEval {
     /// The state folder, for the tables of progress.
     state: PathBuf,
     usable_rules_file: StateFile,
+    /// The robots with names, each of which has a table of observed progress.
+    robots: Vec<RobotName>,
     /// What an operator should know of tables of progress that were damaged before this start.
     mended_progress: Option<String>,
 }
@@ -72,8 +74,11 @@ impl ScheduleEval {
         let rules = parse_rules(rules_setting.value().as_ref())?;
         let plan_time = PlanTimeSetting::open(config, rules.site_zone.as_ref(), now)?;
         let usable_rules_file = StateFile::at(&config.state, "evaluated-rules.json")?;
-        let mended_progress = mend_progress(&config.state)?;
-        let overrides = Overrides::in_force(progress_in_force(&config.state, parse_actuals)?);
+        let mended_progress = mend_progress(config)?;
+        let overrides = Overrides::in_force(progress_in_force(config, parse_actuals)?);
+        let robots = config.robot_names();
+        let observed_tables = ObservedTables::load(&config.site_state, &robots)?;
+        let overrides = Overrides { conflicts: conflicts(&observed_tables), ..overrides };
         let [table, _] = tables_of_state(&config.state)?;
         let in_force = InForce {
             files: ScheduleFiles::open(config, &rules)?,
@@ -82,6 +87,7 @@ impl ScheduleEval {
             synchronised_while: config.clock.synchronised_while.clone(),
             plan_time,
             overrides: Arc::new(overrides),
+            observed_tables: Arc::new(observed_tables),
             table: table.map(|table| table.id),
             evaluated: None,
             verdict: None,
@@ -94,8 +100,16 @@ impl ScheduleEval {
         let edits = in_force.edits(in_force.rules_setting.was_edited(), in_force.plan_time.was_edited());
         let (state, epochs) = (config.state.clone(), Epochs::at(&config.state, "schedule-eval-epochs.json")?);
         let shared = activity.clone();
-        let service =
-            Self { in_force, site: None, candidate: None, activity: shared, state, usable_rules_file, mended_progress };
+        let service = Self {
+            in_force,
+            robots,
+            site: None,
+            candidate: None,
+            activity: shared,
+            state,
+            usable_rules_file,
+            mended_progress,
+        };
         let outputs = ScheduleOutputs::default();
         Ok(Committed::new(service, outputs, epochs, &config.state, activity).recording(edits))
     }
@@ -287,6 +301,7 @@ impl ScheduleEval {
         decision: &mut Decision<Self>,
         file: Option<&FileText>,
         source: ActualsSource,
+        robot: Option<&str>,
         now: &Now<'_, Self>,
     ) -> Result<(), Failure> {
         let bytes = file.map_or(NO_PROGRESS, |file| file.text.as_bytes());
@@ -303,7 +318,13 @@ impl ScheduleEval {
             }
             // A new table is about the model as it is.
             (ActualsSource::Reported, _) => (overrides.actuals, overrides.is_of_earlier_revision) = (actuals, false),
-            (ActualsSource::Observed, _) => overrides.observed = actuals,
+            (ActualsSource::Observed, _) if self.robots.is_empty() && robot.is_none() => overrides.observed = actuals,
+            (ActualsSource::Observed, _) => {
+                let tables = self.observed_tables_with(robot, &actuals)?;
+                overrides.observed = parse_actuals(&tables.in_force())?;
+                overrides.conflicts = conflicts(&tables);
+                decision.next.observed_tables = Arc::new(tables);
+            }
         }
         let evaluated = self.evaluate(&overrides)?.transpose().map_err(|e| named(&e))?;
         let table = bytes.to_vec();
@@ -313,9 +334,26 @@ impl ScheduleEval {
                 decision.next.table = Some(id);
                 decision.save.extend(saves);
             }
-            ActualsSource::Observed => decision.save.push(saving_observed(&self.state, table)),
+            ActualsSource::Observed if self.robots.is_empty() => {
+                decision.save.push(saving_observed(&self.state, table));
+            }
+            ActualsSource::Observed => decision.save.push(decision.next.observed_tables.saving(&self.state)?),
         }
         self.take_progress(decision, overrides, evaluated, now)
+    }
+
+    /// The tables of all robots, with another one of a robot.
+    fn observed_tables_with(&self, robot: Option<&str>, actuals: &[Actual]) -> Result<ObservedTables, Failure> {
+        let known = || match self.robots.as_slice() {
+            [] => "its only robot has no name".to_owned(),
+            robots => format!("it has {}", names_of_robots(robots)),
+        };
+        let robot = self.robots.iter().find(|known| robot == Some(known.as_str())).ok_or_else(|| match robot {
+            Some(robot) => format!("the site has no robot {robot:?}: {}", known()),
+            None => format!("observed progress is of one robot of the site, and none is named: {}", known()),
+        })?;
+        let rows = actuals.iter().map(|row| [&row.id, &row.start, &row.finish].map(Clone::clone));
+        Ok(self.in_force.observed_tables.with(*robot, rows))
     }
 
     /// Goes back to the progress that was reported before a table; true if there was anything to go back from.
@@ -376,8 +414,8 @@ impl ScheduleEval {
                 self.set_clock(decision, self.simulated(rate, from_s, now)?, by, now)?;
             }
             ScheduleRequest::GetPlanTime | ScheduleRequest::GetVerdict => return Ok(()),
-            ScheduleRequest::SetActuals { file, source } => {
-                self.set_actuals(decision, file.as_ref(), source, now)?;
+            ScheduleRequest::SetActuals { file, source, robot } => {
+                self.set_actuals(decision, file.as_ref(), source, robot.as_deref(), now)?;
             }
             ScheduleRequest::UndoActuals { table } => {
                 if !self.undo_actuals(decision, &table, now)? {
@@ -392,17 +430,28 @@ impl ScheduleEval {
     }
 }
 
+/// Elements of which robots observed the contrary of each other.
+fn conflicts(tables: &ObservedTables) -> Vec<ObservationConflict> {
+    let pairs = tables.pairs().into_iter().map(|ObservedPair { id, newer, older }| {
+        let [(counts, is_absent), (other, was_absent)] =
+            [newer, older].map(|(robot, row)| (robot.to_owned(), row.start == ABSENT));
+        (is_absent != was_absent).then(|| ObservationConflict { id: id.to_owned(), counts, other, is_absent })
+    });
+    pairs.flatten().collect()
+}
+
 /// What the history says of a request that is carried out; `None` for one that changes nothing.
 fn summary(next: &InForce, request: ScheduleRequest, plan_time_s: Option<i64>) -> Option<(HistoryKind, String)> {
     Some(match request {
         ScheduleRequest::GetPlanTime | ScheduleRequest::GetVerdict => return None,
-        ScheduleRequest::SetActuals { file, source } => {
+        ScheduleRequest::SetActuals { file, source, robot } => {
             let source = match source {
                 ActualsSource::Reported => "reported",
                 ActualsSource::Observed => "observed",
             };
             let from = file.map_or("none".to_owned(), |file| file.path.display().to_string());
-            (HistoryKind::Progress, format!("{source} progress: {from}"))
+            let of_robot = robot.map_or_else(String::new, |robot| format!(" of robot {robot}"));
+            (HistoryKind::Progress, format!("{source} progress{of_robot}: {from}"))
         }
         ScheduleRequest::UndoActuals { .. } => {
             let n = next.overrides.actuals.len();
@@ -493,12 +542,17 @@ impl Decide for ScheduleEval {
     fn standing(&self, now: &Now<'_, Self>) -> Standing {
         let InForce { evaluated, rules_setting, files, plan_time, error, .. } = &self.in_force;
         let warning = self.in_force.read_clock(now.machine).distrust.map(|distrust| distrust.to_string());
-        let diagnostics = evaluated.iter().flat_map(|evaluated| evaluated.timeline.diagnostics());
-        let mut gone = diagnostics.filter(|diagnostic| diagnostic.code == DiagnosticCode::ReportedProgressGone);
-        let gone = gone.next().map(|diagnostic| diagnostic.message.clone());
+        let diagnostics = || evaluated.iter().flat_map(|evaluated| evaluated.timeline.diagnostics());
+        let gone = diagnostics().find(|diagnostic| diagnostic.code == DiagnosticCode::ReportedProgressGone);
+        let gone = gone.map(|diagnostic| diagnostic.message.clone());
+        let conflict = diagnostics().find(|diagnostic| diagnostic.code == DiagnosticCode::ObservationConflict);
+        let conflict = conflict.map(|diagnostic| {
+            let id = diagnostic.entity.as_ref().map_or("", |entity| entity.global_id.as_str());
+            format!("{id}: {}", diagnostic.message)
+        });
         let of_state = [rules_setting.warning(), files.warning(), plan_time.warning()];
         let [of_rules, of_files, of_plan_time] = of_state.map(|w| w.map(str::to_owned));
-        let warnings = [warning, of_rules, of_files, of_plan_time, self.mended_progress.clone(), gone];
+        let warnings = [warning, of_rules, of_files, of_plan_time, self.mended_progress.clone(), gone, conflict];
         let warnings: Vec<String> = warnings.into_iter().flatten().collect();
         Standing { error: error.clone(), warning: (!warnings.is_empty()).then(|| warnings.join("; ")) }
     }

@@ -1,6 +1,6 @@
 //! The table of observed progress that schedule-eval has: sent again until it is that in force, also after a death.
 
-use bus::Bus;
+use bus::{Bus, RobotName};
 use daemon::{ActualsSource, Failure, FileText, RequestTimeouts, ScheduleRequest, write_durably};
 use std::path::PathBuf;
 use std::time::Duration;
@@ -13,9 +13,10 @@ const RETRY_INTERVAL: Duration = Duration::from_millis(2);
 /// Gives schedule-eval a table, which is in force there when this returns. It is waited for where the last argument says so.
 pub type GiveTable = dyn FnMut(&Bus, FileText, bool) -> Result<(), Failure> + Send;
 
-/// Gives schedule-eval a table by a request.
-pub(crate) fn give_table(bus: &Bus, table: FileText, waits: bool) -> Result<(), Failure> {
-    let request = ScheduleRequest::SetActuals { file: Some(table), source: ActualsSource::Observed };
+/// Gives schedule-eval a table of this robot by a request.
+pub(crate) fn give_table(bus: &Bus, robot: Option<RobotName>, table: FileText, waits: bool) -> Result<(), Failure> {
+    let robot = robot.map(|robot| robot.to_string());
+    let request = ScheduleRequest::SetActuals { file: Some(table), source: ActualsSource::Observed, robot };
     let timeouts = RequestTimeouts { starting: if waits { TIMEOUT } else { Duration::ZERO }, answer: TIMEOUT };
     let pause = || {
         std::thread::sleep(RETRY_INTERVAL);

@@ -17,8 +17,8 @@ use crate::stored_evidence;
 use bus::{Bus, CheckedSample, topics};
 use daemon::facts::{AlignFacts, AlignmentSummary};
 use daemon::{
-    AlignAnswer, AlignRequest, Asked, Committed, CurrentActivity, Decide, Decision, Epochs, Failure, NewSample, Now,
-    Occasion, SiteConfig, Standing, StateFile, chain,
+    AlignAnswer, AlignRequest, Asked, Committed, CurrentActivity, Decide, Decision, Epochs, Failure, FileText,
+    NewSample, Now, Occasion, SiteConfig, Standing, StateFile, chain,
 };
 use deviations::AppliedObservations;
 use messages::{Activity, Checked, ContentHash};
@@ -74,7 +74,9 @@ impl SlamAlign {
     pub fn start(config: &SiteConfig, activity: CurrentActivity) -> Result<Committed<Self>, Failure> {
         let mut references = None;
         let worker = Worker::start(config.n_threads(), move |job: &Job| work(&mut references, job))?;
-        Self::start_with(config, activity, worker, Box::new(give_table))
+        let robot = config.robot_name;
+        let give = move |bus: &Bus, table: FileText, waits: bool| give_table(bus, robot, table, waits);
+        Self::start_with(config, activity, worker, Box::new(give))
     }
 
     /// The same with another worker, and other means to give schedule-eval a table of observed progress.

@@ -73,7 +73,7 @@ fn main() -> ExitCode {
         (Some(config), _) => {
             // Maps do not wait for pictures of them.
             daemon::in_background();
-            daemon::run_with(&daemon::Arguments { config, with_stdin }, WebService::new)
+            daemon::run_with(&daemon::Arguments { config, robot_name: None, with_stdin }, WebService::new)
         }
         (None, Some(folder)) => match show_folder(&folder, with_stdin) {
             Ok(()) => ExitCode::SUCCESS,

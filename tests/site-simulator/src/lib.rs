@@ -5,7 +5,7 @@
 
 #![expect(clippy::unwrap_used, reason = "a simulation panics where it fails")]
 
-use bus::{Bus, Daemon, DeathAtLoan, InProcessBus, RawSubscriber};
+use bus::{Bus, Daemon, DeathAtLoan, InProcessBus, RawSubscriber, RobotName};
 use daemon::{
     Asked, Caller, Clock, Committed, CurrentActivity, Decide, Disk, Event, Failure, FileText, HistoryEvent, Input,
     MachineTime, Reporter, Request, Save, ScheduleRequest, ScheduleVerdict, Service, SiteConfig, StateError,
@@ -170,13 +170,16 @@ impl<D: Decide> Process<D> {
             Err(why) => return End::Failed(daemon::chain(why.as_ref())),
         };
         self.running = Some(Running { service, subscribers: Vec::new() });
-        self.join(&site.bus)
+        self.join(&site.bus, site.config.robot_name)
     }
 
-    /// Joins a generation of the bus.
-    fn join(&mut self, bus: &InProcessBus) -> End<()> {
+    /// Joins a generation of the bus, with a robot that has a name if it is one of a robot.
+    fn join(&mut self, bus: &InProcessBus, robot: Option<RobotName>) -> End<()> {
         self.step(|running| {
-            let bus = Bus::in_process(bus, D::Request::DAEMON);
+            let bus = match robot {
+                Some(robot) => Bus::in_process_of_robot(bus, D::Request::DAEMON, robot),
+                None => Bus::in_process(bus, D::Request::DAEMON),
+            };
             running.subscribers =
                 D::Input::TOPICS.iter().map(|topic| bus.raw_subscriber(*topic)).collect::<Result<_, _>>()?;
             running.service.attach(&bus).expect("a bus inside one process refuses no daemon");
@@ -389,14 +392,23 @@ macro_rules! each {
 impl Daemons {
     /// A site whose configuration lies in this folder, with all daemons stopped.
     pub fn of(toml: &str, home: &Path, clock: SimulatedClock) -> Self {
-        let config = SiteConfig::parse(toml, home).unwrap();
+        Self::with(SiteConfig::parse(toml, home).unwrap(), InProcessBus::new(), clock)
+    }
+
+    /// The daemons of a robot with a name, stopped, on the bus of its site; those of the site are in `site` alone.
+    pub fn of_robot(site: &Self, robot: RobotName) -> Self {
+        let Circumstances { config, bus, clock } = &site.shared;
+        Self::with(config.of_robot(Some(robot)).unwrap(), bus.clone(), clock.clone())
+    }
+
+    fn with(config: SiteConfig, bus: InProcessBus, clock: SimulatedClock) -> Self {
         let verdicts = Verdicts::default();
         let judge = verdicts.clone();
         let aligner = Aligner::default();
         let of_process = aligner.clone();
         Self {
             verdicts,
-            shared: Circumstances { config, bus: InProcessBus::new(), clock },
+            shared: Circumstances { config, bus, clock },
             ingest: Process::new(move |config, activity, _| {
                 Ingest::start_judged(config, activity, Box::new(judge.clone()))
             }),
@@ -451,7 +463,7 @@ impl Daemons {
         self.shared.bus = self.shared.bus.next_generation();
         let bus = &self.shared.bus;
         for daemon in DAEMONS {
-            let _: End<()> = each!(self, daemon, |process| process.join(bus));
+            let _: End<()> = each!(self, daemon, |process| process.join(bus, self.shared.config.robot_name));
         }
     }
 }

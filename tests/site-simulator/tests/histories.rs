@@ -436,7 +436,10 @@ impl History {
                 wanted.progress.push(table.clone());
                 let file = Some(FileText { path: "/progress.csv".into(), text: table });
                 let source = ActualsSource::Reported;
-                let end = self.daemons.schedule.ask_so_often(times, ScheduleRequest::SetActuals { file, source });
+                let end = self
+                    .daemons
+                    .schedule
+                    .ask_so_often(times, ScheduleRequest::SetActuals { file, source, robot: None });
                 self.asked("report progress", end, wanted, |answer| Some(answer.state))
             }
             4..7 => {

@@ -9,6 +9,7 @@ use crate::error::{CommandError, PortError};
 use crate::limits::{MAX_CLIENTS, MAX_NODES};
 use crate::names::Daemon;
 use crate::reply_kind::ReplyKind;
+use crate::robot_name::OfRobot;
 use crate::wakeup::{EventService, Wakeup};
 use iceoryx2::active_request::ActiveRequest;
 use iceoryx2::pending_response::PendingResponse;
@@ -27,21 +28,21 @@ use std::sync::Arc;
 /// Bytes of the first segment of a client or server; larger ones are made when they are needed.
 const INITIAL_BYTES: usize = 4096;
 
-fn open(membership: &Membership, daemon: Daemon) -> Result<services::CommandService, PortError> {
+fn open(membership: &Membership, daemon: OfRobot<Daemon>) -> Result<services::CommandService, PortError> {
     check_memory()?;
     services::command(&membership.node, daemon).open().map_err(|e| match e {
-        RequestResponseOpenError::DoesNotExist => PortError::Missing { what: format!("command/{daemon}") },
+        RequestResponseOpenError::DoesNotExist => PortError::Missing { what: daemon.command() },
         RequestResponseOpenError::ExceedsMaxNumberOfNodes => full(daemon, MAX_NODES),
         e => refused_port(daemon, e),
     })
 }
 
-fn full(daemon: Daemon, max: usize) -> PortError {
-    PortError::Full { what: format!("command/{daemon}"), max }
+fn full(daemon: OfRobot<Daemon>, max: usize) -> PortError {
+    PortError::Full { what: daemon.command(), max }
 }
 
-fn refused_port(daemon: Daemon, reason: impl Debug) -> PortError {
-    PortError::Refused { what: format!("command/{daemon}"), reason: format!("{reason:?}") }
+fn refused_port(daemon: OfRobot<Daemon>, reason: impl Debug) -> PortError {
+    PortError::Refused { what: daemon.command(), reason: format!("{reason:?}") }
 }
 
 fn refused(daemon: Daemon, reason: impl Debug) -> CommandError {
@@ -77,7 +78,7 @@ pub(crate) struct Server {
 }
 
 impl Server {
-    pub(crate) fn open(membership: &Arc<Membership>, daemon: Daemon) -> Result<Self, PortError> {
+    pub(crate) fn open(membership: &Arc<Membership>, daemon: OfRobot<Daemon>) -> Result<Self, PortError> {
         let event_port = membership.event_port(EventService::Of(daemon))?;
         let port = open(membership, daemon)?
             .server_builder()
@@ -86,10 +87,10 @@ impl Server {
             .backpressure_strategy(BackpressureStrategy::DiscardData)
             .create()
             .map_err(|e| match e {
-                ServerCreateError::ExceedsMaxSupportedServers => PortError::Taken { what: format!("command/{daemon}") },
+                ServerCreateError::ExceedsMaxSupportedServers => PortError::Taken { what: daemon.command() },
                 e => refused_port(daemon, e),
             })?;
-        Ok(Self { port, event_port, daemon, membership: Arc::clone(membership) })
+        Ok(Self { port, event_port, daemon: daemon.what, membership: Arc::clone(membership) })
     }
 
     pub(crate) fn receive(&self) -> Result<Option<Served>, CommandError> {
@@ -160,7 +161,7 @@ pub(crate) struct Client {
 }
 
 impl Client {
-    pub(crate) fn open(membership: &Arc<Membership>, daemon: Daemon) -> Result<Self, PortError> {
+    pub(crate) fn open(membership: &Arc<Membership>, daemon: OfRobot<Daemon>) -> Result<Self, PortError> {
         let event_port = membership.event_port(EventService::Of(daemon))?;
         let service = open(membership, daemon)?;
         let port = service
@@ -173,7 +174,7 @@ impl Client {
                 ClientCreateError::ExceedsMaxSupportedClients => full(daemon, MAX_CLIENTS),
                 e => refused_port(daemon, e),
             })?;
-        Ok(Self { port, service, event_port, daemon, membership: Arc::clone(membership) })
+        Ok(Self { port, service, event_port, daemon: daemon.what, membership: Arc::clone(membership) })
     }
 
     /// Sends a command in the name of a user.

@@ -23,10 +23,10 @@ pub(crate) struct EventPort {
 impl EventPort {
     /// A guest leaves places to others.
     pub(super) fn open(node: &Node<Service>, name: EventService, is_guest: bool) -> Result<Self, PortError> {
-        let what = || format!("event/{}", name.text());
+        let what = || name.text();
         let full = |max| PortError::Full { what: what(), max };
         let refused = |reason: &dyn Debug| PortError::Refused { what: what(), reason: format!("{reason:?}") };
-        let service = services::event(node, name.text()).open().map_err(|e| match e {
+        let service = services::event(node, name).open().map_err(|e| match e {
             EventOpenError::DoesNotExist => PortError::Missing { what: what() },
             EventOpenError::ExceedsMaxNumberOfNodes => full(MAX_NODES),
             e => refused(&e),

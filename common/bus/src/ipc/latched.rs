@@ -9,6 +9,7 @@ use super::wire::{WireBlock, WireHeader};
 use crate::error::{PortError, PublishError, ReceiveError};
 use crate::limits::{MAX_NODES, MAX_SUBSCRIBERS};
 use crate::names::TopicName;
+use crate::robot_name::OfRobot;
 use crate::wakeup::{EventService, Wakeup};
 use iceoryx2::port::LoanError;
 use iceoryx2::port::publisher::{Publisher, PublisherCreateError};
@@ -26,7 +27,7 @@ use std::sync::{Arc, Mutex, PoisonError, Weak};
 
 const BLOCK_BYTES: usize = size_of::<WireBlock>();
 
-fn open(membership: &Membership, topic: TopicName) -> Result<services::TopicService, PortError> {
+fn open(membership: &Membership, topic: OfRobot<TopicName>) -> Result<services::TopicService, PortError> {
     check_memory()?;
     services::topic(&membership.node, topic).open().map_err(|e| match e {
         PublishSubscribeOpenError::DoesNotExist => PortError::Missing { what: topic.to_string() },
@@ -41,7 +42,7 @@ fn open(membership: &Membership, topic: TopicName) -> Result<services::TopicServ
 pub(crate) struct TopicWriter {
     port: Publisher<Service, [WireBlock], WireHeader>,
     event_port: Arc<EventPort>,
-    topic: TopicName,
+    topic: OfRobot<TopicName>,
     populated: Mutex<PopulatedPages>,
     segment: PathBuf,
     _membership: Arc<Membership>,
@@ -77,7 +78,11 @@ impl PopulatedPages {
 }
 
 impl TopicWriter {
-    pub(crate) fn open(membership: &Arc<Membership>, topic: TopicName, length: usize) -> Result<Arc<Self>, PortError> {
+    pub(crate) fn open(
+        membership: &Arc<Membership>,
+        topic: OfRobot<TopicName>,
+        length: usize,
+    ) -> Result<Arc<Self>, PortError> {
         // The event port first: the event of a subscriber that joins now is received.
         let event_port = membership.event_port(EventService::Of(topic.producer()))?;
         let port = open(membership, topic)?
@@ -110,9 +115,9 @@ impl TopicWriter {
             return Err(no_memory());
         }
         let mut sample = self.port.loan_slice_uninit(length.div_ceil(BLOCK_BYTES).max(1)).map_err(|e| match e {
-            LoanError::ExceedsMaxLoans => PublishError::LoanedOut { topic: self.topic },
+            LoanError::ExceedsMaxLoans => PublishError::LoanedOut { topic: self.topic.what },
             LoanError::OutOfMemory => no_memory(),
-            e => PublishError::Refused { topic: self.topic, reason: format!("{e:?}") },
+            e => PublishError::Refused { topic: self.topic.what, reason: format!("{e:?}") },
         })?;
         let mut populated = self.populated.lock().unwrap_or_else(PoisonError::into_inner);
         populated.make(sample.payload_mut()).map_err(|_| no_memory())?;
@@ -128,7 +133,8 @@ impl TopicWriter {
     pub(crate) fn send(&self, memory: Memory, header: SampleHeader) -> Result<usize, PublishError> {
         let mut sample = memory.sample;
         *sample.user_header_mut() = WireHeader(header);
-        let sent = sample.send().map_err(|e| PublishError::Refused { topic: self.topic, reason: format!("{e:?}") })?;
+        let sent =
+            sample.send().map_err(|e| PublishError::Refused { topic: self.topic.what, reason: format!("{e:?}") })?;
         self.event_port.notify(Wakeup::Data);
         Ok(sent)
     }
@@ -167,12 +173,12 @@ impl Memory {
 /// The receiving end of a topic.
 pub(crate) struct TopicReader {
     port: Subscriber<Service, [WireBlock], WireHeader>,
-    topic: TopicName,
+    topic: OfRobot<TopicName>,
     membership: Arc<Membership>,
 }
 
 impl TopicReader {
-    pub(crate) fn open(membership: &Arc<Membership>, topic: TopicName) -> Result<Self, PortError> {
+    pub(crate) fn open(membership: &Arc<Membership>, topic: OfRobot<TopicName>) -> Result<Self, PortError> {
         let what = || topic.to_string();
         let event_port = membership.event_port(EventService::Of(topic.producer()))?;
         let service = open(membership, topic)?;

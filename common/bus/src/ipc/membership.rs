@@ -8,6 +8,7 @@ use crate::file_lock::{FileIdentity, Lock};
 use crate::generation::Place;
 use crate::limits::MAX_NODES;
 use crate::names::Daemon;
+use crate::robot_name::OfRobot;
 use crate::signal::Signal;
 use crate::wakeup::{EventService, Wakeup};
 use iceoryx2::node::Node;
@@ -56,7 +57,7 @@ pub(crate) struct Membership {
 
 impl Membership {
     /// Joins the current generation.
-    pub(crate) fn join(place: &Place, daemon: Daemon) -> Result<Arc<Self>, DomainError> {
+    pub(crate) fn join(place: &Place, daemon: OfRobot<Daemon>) -> Result<Arc<Self>, DomainError> {
         require_memory()?;
         let no_keeper = || DomainError::NoKeeper { root: place.root().display().to_string() };
         if !place.root().exists() {
@@ -72,12 +73,12 @@ impl Membership {
             if place.current()? != Some(generation) {
                 continue;
             }
-            let node = node(place, generation, daemon.name())?;
+            let node = node(place, generation, daemon.what.name())?;
             let membership = Self {
                 node,
                 place: place.clone(),
                 generation,
-                is_guest: daemon == Daemon::Robot,
+                is_guest: daemon.what == Daemon::Robot,
                 event_ports: Mutex::default(),
                 writers: Mutex::default(),
                 event_ports_added,
@@ -87,7 +88,7 @@ impl Membership {
                 member_lock,
             };
             // One service tells whether the keeper's are there at all.
-            let own = services::event(&membership.node, daemon.name()).open();
+            let own = services::event(&membership.node, EventService::Of(daemon)).open();
             return match own {
                 Ok(_) => Ok(Arc::new(membership)),
                 Err(EventOpenError::DoesNotExist) => Err(no_keeper()),

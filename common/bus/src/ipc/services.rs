@@ -6,6 +6,8 @@ use crate::limits::{
     KEPT_PLACES, MAX_BORROWED, MAX_CLIENTS, MAX_NODES, MAX_OPEN, MAX_SUBSCRIBERS, REPLY_BUFFER, STATUS_BUFFER,
 };
 use crate::names::{Daemon, TopicName};
+use crate::robot_name::{OfRobot, RobotName, below_robot};
+use crate::wakeup::EventService;
 use iceoryx2::node::Node;
 use iceoryx2::port::event_id::EventId;
 use iceoryx2::service::builder::{event, publish_subscribe, request_response};
@@ -30,7 +32,7 @@ fn name_of(text: &str) -> ServiceName {
 }
 
 /// A latched topic.
-pub(crate) fn topic(node: &Node<Service>, topic: TopicName) -> TopicBuilder {
+pub(crate) fn topic(node: &Node<Service>, topic: OfRobot<TopicName>) -> TopicBuilder {
     node.service_builder(&name_of(&topic.to_string()))
         .publish_subscribe::<[WireBlock]>()
         .user_header::<WireHeader>()
@@ -43,9 +45,14 @@ pub(crate) fn topic(node: &Node<Service>, topic: TopicName) -> TopicBuilder {
         .enable_safe_overflow(true)
 }
 
-/// The status stream.
-pub(crate) fn status(node: &Node<Service>) -> StatusBuilder {
-    node.service_builder(&name_of("status"))
+/// The name of the status stream of the site, or of a robot.
+pub(crate) fn status_name(robot: Option<RobotName>) -> String {
+    below_robot(robot, "status")
+}
+
+/// The status stream of the site, or of a robot.
+pub(crate) fn status(node: &Node<Service>, robot: Option<RobotName>) -> StatusBuilder {
+    node.service_builder(&name_of(&status_name(robot)))
         .publish_subscribe::<WireStatus>()
         .history_size(0)
         .subscriber_max_buffer_size(STATUS_BUFFER)
@@ -57,8 +64,8 @@ pub(crate) fn status(node: &Node<Service>) -> StatusBuilder {
 }
 
 /// Commands to a daemon.
-pub(crate) fn command(node: &Node<Service>, daemon: Daemon) -> CommandBuilder {
-    node.service_builder(&name_of(&format!("command/{daemon}")))
+pub(crate) fn command(node: &Node<Service>, daemon: OfRobot<Daemon>) -> CommandBuilder {
+    node.service_builder(&name_of(&daemon.command()))
         .request_response::<[u8], [u8]>()
         .request_user_header::<WireCommand>()
         .response_user_header::<WireCommand>()
@@ -73,8 +80,8 @@ pub(crate) fn command(node: &Node<Service>, daemon: Daemon) -> CommandBuilder {
 }
 
 /// Events around a daemon, or around the status stream.
-pub(crate) fn event(node: &Node<Service>, name: &str) -> event::Builder<Service> {
-    node.service_builder(&name_of(&format!("event/{name}")))
+pub(crate) fn event(node: &Node<Service>, name: EventService) -> event::Builder<Service> {
+    node.service_builder(&name_of(&name.text()))
         .event()
         .event_id_max_value(MAX_EVENT)
         .max_listeners(MAX_NODES)

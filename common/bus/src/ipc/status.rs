@@ -1,4 +1,4 @@
-//! The status stream in shared memory.
+//! Status streams in shared memory.
 
 use super::event_port::EventPort;
 use super::membership::Membership;
@@ -7,6 +7,7 @@ use super::wire::WireStatus;
 use super::{memory, services};
 use crate::error::{PortError, ReceiveError};
 use crate::limits::{MAX_NODES, MAX_SUBSCRIBERS};
+use crate::robot_name::RobotName;
 use crate::wakeup::{EventService, Wakeup};
 use iceoryx2::port::publisher::Publisher;
 use iceoryx2::port::subscriber::{Subscriber, SubscriberCreateError};
@@ -17,18 +18,17 @@ use messages::StatusRecord;
 use std::fmt::Debug;
 use std::sync::Arc;
 
-fn refused(reason: impl Debug) -> PortError {
-    PortError::Refused { what: "status".to_owned(), reason: format!("{reason:?}") }
+fn refused(robot: Option<RobotName>, reason: impl Debug) -> PortError {
+    PortError::Refused { what: services::status_name(robot), reason: format!("{reason:?}") }
 }
 
-fn open(membership: &Membership) -> Result<services::StatusService, PortError> {
+fn open(membership: &Membership, robot: Option<RobotName>) -> Result<services::StatusService, PortError> {
     check_memory()?;
-    services::status(&membership.node).open().map_err(|e| match e {
-        PublishSubscribeOpenError::DoesNotExist => PortError::Missing { what: "status".to_owned() },
-        PublishSubscribeOpenError::ExceedsMaxNumberOfNodes => {
-            PortError::Full { what: "status".to_owned(), max: MAX_NODES }
-        }
-        e => refused(e),
+    let what = || services::status_name(robot);
+    services::status(&membership.node, robot).open().map_err(|e| match e {
+        PublishSubscribeOpenError::DoesNotExist => PortError::Missing { what: what() },
+        PublishSubscribeOpenError::ExceedsMaxNumberOfNodes => PortError::Full { what: what(), max: MAX_NODES },
+        e => refused(robot, e),
     })
 }
 
@@ -40,14 +40,14 @@ pub(crate) struct StatusTarget {
 }
 
 impl StatusTarget {
-    pub(crate) fn open(membership: &Arc<Membership>) -> Result<Self, PortError> {
-        let event_port = membership.event_port(EventService::Status)?;
-        let port = open(membership)?
+    pub(crate) fn open(membership: &Arc<Membership>, robot: Option<RobotName>) -> Result<Self, PortError> {
+        let event_port = membership.event_port(EventService::Status(robot))?;
+        let port = open(membership, robot)?
             .publisher_builder()
             .max_loaned_samples(1)
             .backpressure_strategy(BackpressureStrategy::DiscardData)
             .create()
-            .map_err(refused)?;
+            .map_err(|e| refused(robot, e))?;
         Ok(Self { port, event_port, _membership: Arc::clone(membership) })
     }
 
@@ -71,13 +71,13 @@ pub(crate) struct StatusSource {
 }
 
 impl StatusSource {
-    pub(crate) fn open(membership: &Arc<Membership>) -> Result<Self, PortError> {
-        let event_port = membership.event_port(EventService::Status)?;
-        let port = open(membership)?.subscriber_builder().create().map_err(|e| match e {
+    pub(crate) fn open(membership: &Arc<Membership>, robot: Option<RobotName>) -> Result<Self, PortError> {
+        let event_port = membership.event_port(EventService::Status(robot))?;
+        let port = open(membership, robot)?.subscriber_builder().create().map_err(|e| match e {
             SubscriberCreateError::ExceedsMaxSupportedSubscribers => {
-                PortError::Full { what: "status".to_owned(), max: MAX_SUBSCRIBERS }
+                PortError::Full { what: services::status_name(robot), max: MAX_SUBSCRIBERS }
             }
-            e => refused(e),
+            e => refused(robot, e),
         })?;
         Ok(Self { port, _event_port: event_port, _membership: Arc::clone(membership) })
     }

@@ -5,11 +5,12 @@ use super::feeds::Feeds;
 use super::report::Reports;
 use crate::bus::Bus;
 use crate::command::{CommandClient, OpenCommand, Reply};
-use crate::error::CommandError;
+use crate::error::{CommandError, DomainError};
 use crate::limits::{STATUS_BUFFER, TAKE_TIMEOUT};
 use crate::names::{Daemon, TopicName};
 use crate::relay_protocol::{FrameReader, FrameWriter, FromRelay, ProtocolError, Refusal, ToRelay, max_body_to_relay};
 use crate::reply_kind::ReplyKind;
+use crate::robot_name::{OfRobot, RobotName};
 use messages::{LAYOUT_VERSION, StatusRecord};
 use rustix::event::PollFlags;
 use rustix::net::SendFlags;
@@ -36,6 +37,8 @@ pub(super) struct Connection {
     may_command: bool,
     since: Instant,
     state: State,
+    /// The robot whose topics and daemons it means.
+    robot: Option<RobotName>,
     reader: FrameReader,
     writer: FrameWriter,
     answers: VecDeque<FromRelay>,
@@ -76,6 +79,7 @@ impl Connection {
             may_command,
             since: Instant::now(),
             state: State::New,
+            robot: None,
             reader: FrameReader::default(),
             writer: FrameWriter::default(),
             answers: VecDeque::new(),
@@ -125,15 +129,20 @@ impl Connection {
         self.reader.n_bytes()
     }
 
-    pub(super) fn follows(&self, topic: TopicName) -> bool {
-        self.subscriptions.contains_key(&topic)
+    pub(super) fn follows(&self, topic: OfRobot<TopicName>) -> bool {
+        self.subscriptions.contains_key(&topic.what) && self.meant(topic.what) == topic
+    }
+
+    /// The topic that it means by a name.
+    fn meant(&self, topic: TopicName) -> OfRobot<TopicName> {
+        OfRobot::new(self.robot, topic)
     }
 
     /// Outdated samples that it has not taken for a while. Their memory is there for it alone.
     pub(super) fn outdated(&self, feeds: &Feeds, now: Instant) -> impl Iterator<Item = Lent> {
         let slow = move |sample: &OnItsWay| now.saturating_duration_since(sample.since) > TAKE_TIMEOUT;
         let samples = self.on_their_way.iter().filter(move |(_, sample)| slow(sample));
-        let outdated = samples.filter(|(topic, sample)| !feeds.is_newest(**topic, sample.number));
+        let outdated = samples.filter(|(topic, sample)| !feeds.is_newest(self.meant(**topic), sample.number));
         outdated.map(|(topic, sample)| ((*topic, sample.number), sample.n_bytes))
     }
 
@@ -162,9 +171,9 @@ impl Connection {
         }
     }
 
-    /// A heartbeat; who falls behind loses the oldest.
-    pub(super) fn put_status(&mut self, record: StatusRecord) {
-        if let Some(status) = &mut self.status {
+    /// A heartbeat of the site, or of a robot; who falls behind loses the oldest.
+    pub(super) fn put_status(&mut self, robot: Option<RobotName>, record: StatusRecord) {
+        if let Some(status) = self.status.as_mut().filter(|_| robot.is_none() || robot == self.robot) {
             if status.len() >= STATUS_BUFFER {
                 status.pop_front();
             }
@@ -202,25 +211,32 @@ impl Connection {
             }
             let Some(frame) = self.next_frame().map_err(invalid)? else { break };
             match (frame, self.state) {
-                (ToRelay::Hello { layout_version }, State::New) if layout_version != LAYOUT_VERSION => {
+                (ToRelay::Hello { layout_version, .. }, State::New) if layout_version != LAYOUT_VERSION => {
                     self.refuse(Refusal::Version(LAYOUT_VERSION));
                 }
-                (ToRelay::Hello { .. }, State::New) => {
-                    self.state = State::Served;
-                    self.answers.extend(welcome.take());
-                }
-                (_, State::New) | (ToRelay::Hello { .. }, _) => return Err(invalid("a conversation without a begin")),
-                (ToRelay::Subscribe(topic), _) => match feeds.follow(bus, topic) {
-                    Ok(()) => drop(self.subscriptions.insert(topic, 0)),
-                    Err(error) => {
-                        self.answers.push_back(FromRelay::NoTopic { topic, reason: error.to_string() });
+                (ToRelay::Hello { robot, .. }, State::New) => match bus.meaning(robot) {
+                    Ok(_) => {
+                        (self.state, self.robot) = (State::Served, robot);
+                        self.answers.extend(welcome.take());
                     }
+                    Err(error) => self.refuse(Refusal::NoRobot(error.to_string())),
                 },
+                (_, State::New) | (ToRelay::Hello { .. }, _) => return Err(invalid("a conversation without a begin")),
+                (ToRelay::Subscribe(topic), _) => {
+                    let followed = self.bus(bus).map_err(invalid)?;
+                    match feeds.follow(&followed, self.meant(topic)) {
+                        Ok(()) => drop(self.subscriptions.insert(topic, 0)),
+                        Err(error) => {
+                            self.answers.push_back(FromRelay::NoTopic { topic, reason: error.to_string() });
+                        }
+                    }
+                }
                 (ToRelay::Unsubscribe(topic), _) => drop(self.subscriptions.remove(&topic)),
                 (ToRelay::Taken(topic), _) => drop(self.on_their_way.remove(&topic)),
                 (ToRelay::SubscribeStatus, _) => drop(self.status.get_or_insert_default()),
                 (ToRelay::Command { id, daemon, bytes }, _) => {
-                    on_event(RelayEvent::Command { uid: self.uid, daemon, bytes: &bytes });
+                    let robot = OfRobot::new(self.robot, daemon).robot;
+                    on_event(RelayEvent::Command { uid: self.uid, daemon, robot, bytes: &bytes });
                     self.command(bus, id, daemon, &bytes);
                 }
                 (ToRelay::Cancel { id }, _) => self.end_command(id),
@@ -253,7 +269,13 @@ impl Connection {
         }
     }
 
+    /// The bus, with what is of its robot.
+    fn bus(&self, bus: &Bus) -> Result<Bus, DomainError> {
+        bus.meaning(self.robot)
+    }
+
     fn client(&mut self, bus: &Bus, daemon: Daemon) -> Result<&CommandClient, String> {
+        let bus = self.bus(bus).map_err(|error| error.to_string())?;
         Ok(match self.clients.entry(daemon) {
             Entry::Occupied(client) => client.into_mut(),
             Entry::Vacant(place) => place.insert(bus.command_client(daemon).map_err(|error| error.to_string())?),
@@ -313,10 +335,11 @@ impl Connection {
     }
 
     fn next_sample(&mut self, feeds: &Feeds) -> Option<FromRelay> {
-        let Self { subscriptions, on_their_way, .. } = self;
+        let Self { subscriptions, on_their_way, robot, .. } = self;
         let mut waiting = subscriptions.iter_mut().filter(|(topic, _)| !on_their_way.contains_key(topic));
-        let (topic, last, (number, frame)) =
-            waiting.find_map(|(topic, last)| feeds.newer(*topic, *last).map(|newer| (*topic, last, newer)))?;
+        let (topic, last, (number, frame)) = waiting.find_map(|(topic, last)| {
+            feeds.newer(OfRobot::new(*robot, *topic), *last).map(|newer| (*topic, last, newer))
+        })?;
         *last = number;
         if let FromRelay::Sample { header, .. } = &frame {
             let sample = OnItsWay { number, n_bytes: header.payload_length, since: Instant::now() };

@@ -1,6 +1,7 @@
 //! Events of a relay, for its log.
 
-use crate::names::{Daemon, TopicName};
+use crate::names::Daemon;
+use crate::robot_name::RobotName;
 
 /// What happens at a relay, for its log.
 #[derive(Debug)]
@@ -11,6 +12,8 @@ pub enum RelayEvent<'a> {
         uid: u32,
         /// To which daemon.
         daemon: Daemon,
+        /// Of which robot, if it is one of a robot with a name.
+        robot: Option<RobotName>,
         /// The command.
         bytes: &'a [u8],
     },
@@ -40,8 +43,8 @@ pub enum RelayEvent<'a> {
     },
     /// A sample cannot be passed on; clients keep the one before it. One that cannot be copied is tried again.
     SampleLost {
-        /// Of which topic.
-        topic: TopicName,
+        /// Of which topic, with the robot whose it is.
+        topic: String,
         /// Why.
         reason: String,
     },

@@ -9,6 +9,7 @@ use crate::error::PortError;
 use crate::latched::{RawSample, RawSubscriber};
 use crate::names::TopicName;
 use crate::relay_protocol::{FromRelay, seal};
+use crate::robot_name::OfRobot;
 use messages::SampleHeader;
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
@@ -28,7 +29,7 @@ type Seal = Box<dyn Fn(&[u8]) -> io::Result<OwnedFd> + Send>;
 
 /// Topics that somebody follows.
 pub(super) struct Feeds {
-    feeds: BTreeMap<TopicName, Feed>,
+    feeds: BTreeMap<OfRobot<TopicName>, Feed>,
     /// Counts the news of all topics: no two have the same number.
     n_news: u64,
     seal: Seal,
@@ -62,10 +63,10 @@ impl Feeds {
         Self { feeds: BTreeMap::new(), n_news: 0, seal }
     }
 
-    /// Follows a topic.
-    pub(super) fn follow(&mut self, bus: &Bus, topic: TopicName) -> Result<(), PortError> {
+    /// Follows a topic; `bus` means the robot whose it is.
+    pub(super) fn follow(&mut self, bus: &Bus, topic: OfRobot<TopicName>) -> Result<(), PortError> {
         if let Entry::Vacant(place) = self.feeds.entry(topic) {
-            let subscriber = bus.raw_subscriber(topic)?;
+            let subscriber = bus.raw_subscriber(topic.what)?;
             place.insert(Feed { subscriber, followed: Instant::now(), newest: None, failure: None, waiting: None });
         }
         Ok(())
@@ -74,14 +75,14 @@ impl Feeds {
     /// Takes what has come on topics that are used, and gives up those that nobody has followed for a while.
     pub(super) fn take(
         &mut self,
-        is_used: impl Fn(TopicName) -> bool,
+        is_used: impl Fn(OfRobot<TopicName>) -> bool,
         now: Instant,
         on_event: &mut dyn FnMut(RelayEvent<'_>),
     ) {
         for (topic, feed) in self.feeds.iter_mut().filter(|(topic, _)| is_used(**topic)) {
             feed.followed = now;
             if let Some(reason) = feed.take(&mut self.n_news, &self.seal, now) {
-                on_event(RelayEvent::SampleLost { topic: *topic, reason });
+                on_event(RelayEvent::SampleLost { topic: topic.to_string(), reason });
             }
         }
         self.feeds.retain(|_, feed| now.saturating_duration_since(feed.followed) < KEPT_FOR);
@@ -89,8 +90,9 @@ impl Feeds {
 
     /// The next news of a topic behind that with number `last`, and its number: the newest sample, or why a later one is
     /// not there.
-    pub(super) fn newer(&self, topic: TopicName, last: u64) -> Option<(u64, FromRelay)> {
+    pub(super) fn newer(&self, topic: OfRobot<TopicName>, last: u64) -> Option<(u64, FromRelay)> {
         let feed = self.feeds.get(&topic)?;
+        let topic = topic.what;
         let sample =
             feed.newest.as_ref().filter(|(number, _)| *number > last).map(|(number, Copied { header, memory })| {
                 (*number, FromRelay::Sample { topic, header: Box::new(*header), memory: Arc::clone(memory) })
@@ -101,7 +103,7 @@ impl Feeds {
     }
 
     /// True if this is the number of a topic's newest sample, which the relay holds itself.
-    pub(super) fn is_newest(&self, topic: TopicName, number: u64) -> bool {
+    pub(super) fn is_newest(&self, topic: OfRobot<TopicName>, number: u64) -> bool {
         self.feeds.get(&topic).and_then(|feed| feed.newest.as_ref()).is_some_and(|newest| newest.0 == number)
     }
 }
@@ -152,7 +154,7 @@ mod tests {
     use crate::{Daemon, topics};
     use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
-    const TOPIC: TopicName = TopicName::ScheduleState;
+    const TOPIC: OfRobot<TopicName> = OfRobot { robot: None, what: TopicName::ScheduleState };
 
     /// Feeds whose copies can be made to fail.
     struct Followed {

@@ -237,8 +237,10 @@ impl Relay {
     fn converse(&mut self, on_event: &mut dyn FnMut(RelayEvent<'_>)) {
         let Self { session, trouble, connections, sockets, reports, .. } = self;
         if let Some(session) = session {
-            while let Ok(Some(record)) = session.status.take() {
-                connections.iter_mut().for_each(|client| client.put_status(record));
+            for (robot, status) in &session.status {
+                while let Ok(Some(record)) = status.take() {
+                    connections.iter_mut().for_each(|client| client.put_status(*robot, record));
+                }
             }
         }
         connections.retain_mut(|client| {

@@ -9,11 +9,12 @@ use crate::error::{CommandError, PortError};
 use crate::keeper::Keeper;
 use crate::latched::Origin;
 use crate::limits::MAX_CLIENTS;
-use crate::names::Daemon;
+use crate::names::{Daemon, TopicName};
 use crate::relay_protocol::{CONTROL_SOCKET, VIEW_SOCKET};
+use crate::robot_name::RobotName;
 use crate::topics;
 use crate::waiter::{Waiter, Wake};
-use messages::{ContentHash, InputHashes, ScheduleStateBuilder};
+use messages::{ContentHash, GridsBuilder, GridsHead, InputHashes, RobotProfile, ScheduleStateBuilder};
 use std::io::{Read, Write};
 use std::os::unix::net::UnixStream;
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -43,10 +44,16 @@ fn own() -> u32 {
 
 impl Fixture {
     pub(super) fn start() -> Self {
+        Self::with_robots(&[])
+    }
+
+    /// Of a site with these named robots.
+    fn with_robots(robots: &[RobotName]) -> Self {
         static COUNTER: AtomicU32 = AtomicU32::new(0);
         let prefix = format!("gr{:x}x{:x}_", std::process::id(), COUNTER.fetch_add(1, Ordering::Relaxed));
         let folder = tempfile::Builder::new().prefix("rel").tempdir_in("/dev/shm").unwrap();
         let domain = Domain::shared(&prefix, folder.path().join("bus")).unwrap();
+        let domain = domain.with_robots(robots.iter().copied()).unwrap();
         let keeper = Some(Keeper::start(&domain).unwrap());
         let (stop, stopped) = UnixStream::pair().unwrap();
         let events: Arc<Mutex<Vec<String>>> = Arc::default();
@@ -70,7 +77,11 @@ impl Fixture {
     }
 
     fn client(&self) -> (Bus, Waiter) {
-        until("the relay", || Bus::join_by_relay(&self.domain, Daemon::Groundplan, own()).ok())
+        Self::client_of(&self.domain)
+    }
+
+    fn client_of(domain: &Domain) -> (Bus, Waiter) {
+        until("the relay", || Bus::join_by_relay(domain, Daemon::Groundplan, own()).ok())
     }
 
     /// A connection to a socket that says nothing by itself.
@@ -176,6 +187,65 @@ fn samples_come_as_they_were_published_and_late_joiners_get_the_last() {
     drop((first, second));
     let again = bus.subscriber(topics::ScheduleState).unwrap();
     assert_eq!(until("the last one", || again.take().unwrap()).header().epoch, 2);
+}
+
+#[test]
+fn clients_get_what_is_of_the_robot_that_they_mean() {
+    let robots: [RobotName; 2] = ["lift", "scan"].map(|name| name.parse().unwrap());
+    let fixture = Fixture::with_robots(&robots);
+    let domains = robots.map(|robot| fixture.domain.clone().of_robot(robot).unwrap());
+    let daemons = domains.each_ref().map(|domain| Attended::join(domain, Daemon::Rasterize));
+    let evaluation = Attended::join(&fixture.domain, Daemon::ScheduleEval);
+    let states = evaluation.bus.publisher(topics::ScheduleState, 4096).unwrap();
+    publish(&states, 5);
+    let publishers = daemons.each_ref().map(|daemon| daemon.bus.publisher(topics::Grids, 4096).unwrap());
+    for (publisher, epoch) in publishers.iter().zip([1, 2]) {
+        let head = GridsHead {
+            site_hash: ContentHash::from_bits(3),
+            schedule_state_hash: ContentHash::from_bits(4),
+            plan_time_s: 0,
+            robot: RobotProfile::DEFAULT,
+        };
+        let index =
+            GridsBuilder { head, slots: &[], robot_name: "r", robot_footprint_m: &[], doors: &[], regions: &[] };
+        publisher.publish(&index, Origin { epoch, frame_epoch: 1, inputs: InputHashes::default() }).unwrap();
+    }
+    let clients = domains.each_ref().map(Fixture::client_of);
+    for ((bus, _waiter), epoch) in clients.iter().zip([1, 2]) {
+        let indices = bus.raw_subscriber(TopicName::Grids).unwrap();
+        assert_eq!(until("the index", || indices.take().unwrap()).header().epoch, epoch);
+        let states = bus.subscriber(topics::ScheduleState).unwrap();
+        assert_eq!(until("the state", || states.take().unwrap()).header().epoch, 5);
+    }
+    // Heartbeats of the other robot do not come.
+    let readers = clients.each_ref().map(|(bus, _)| bus.status_reader().unwrap());
+    let heartbeat = || bytemuck::Zeroable::zeroed();
+    let of_scan = daemons[1].bus.status_writer().unwrap();
+    let of_site = evaluation.bus.status_writer().unwrap();
+    until("a heartbeat of its own", || {
+        assert!(of_scan.send(heartbeat()));
+        readers[1].take().unwrap().filter(|record| record.daemon == Daemon::Rasterize as u32)
+    });
+    until("a heartbeat of the site", || {
+        assert!(of_site.send(heartbeat()));
+        let record = readers[0].take().unwrap()?;
+        assert_eq!(record.daemon, Daemon::ScheduleEval as u32, "no other robot's");
+        Some(())
+    });
+    // Commands, and their robot in the log.
+    let server = daemons[1].bus.command_server().unwrap();
+    let open = clients[1].0.command_client(Daemon::Rasterize).unwrap().send(b"draw").unwrap();
+    until("the command", || server.take().unwrap()).done(b"").unwrap();
+    until("the reply", || open.take().unwrap());
+    fixture.wait_for_event("robot: Some(\"scan\")");
+    // Who means no robot has what is the site's, and one that there is not is refused with those that there are.
+    let (site, _waiter) = fixture.client();
+    let refused = site.raw_subscriber(TopicName::Grids).map(drop).unwrap_err().to_string();
+    assert!(refused.contains("it has lift, scan"), "{refused}");
+    let crane: RobotName = "crane".parse().unwrap();
+    let elsewhere = fixture.domain.clone().with_robots([crane]).unwrap().of_robot(crane).unwrap();
+    let refused = Bus::join_by_relay(&elsewhere, Daemon::Groundplan, own()).map(drop).unwrap_err().to_string();
+    assert!(refused.contains("no robot `crane`: it has lift, scan"), "{refused}");
 }
 
 #[test]

@@ -112,7 +112,8 @@ mod tests {
     fn what_a_client_says_is_what_the_relay_reads() {
         let long: Vec<u8> = (0..300_000u32).map(|k| k as u8).collect();
         for said in [
-            ToRelay::hello(),
+            ToRelay::hello(None),
+            ToRelay::hello(Some("lift-2".parse().unwrap())),
             ToRelay::Subscribe(TopicName::Site),
             ToRelay::Unsubscribe(TopicName::all().last().unwrap()),
             ToRelay::Taken(TopicName::Grids),
@@ -138,6 +139,7 @@ mod tests {
             FromRelay::Refused(Refusal::NoBus),
             FromRelay::Refused(Refusal::Full("too many".to_owned())),
             FromRelay::Refused(Refusal::CannotJoin("another version".to_owned())),
+            FromRelay::Refused(Refusal::NoRobot("there is none".to_owned())),
             FromRelay::Sample { topic: TopicName::Grids, header: Box::new(header), memory },
             FromRelay::NoTopic { topic: TopicName::Site, reason: "full".to_owned() },
             FromRelay::Status(Box::new(StatusRecord { process_id: 5, ..Zeroable::zeroed() })),
@@ -160,6 +162,14 @@ mod tests {
                 assert_eq!(format!("{heard:?}"), format!("{said:?}"));
             }
         }
+    }
+
+    #[test]
+    fn a_client_without_a_named_robot_begins_as_before_robots_had_names() {
+        let frame = ToRelay::hello(None).frame();
+        assert_eq!(frame.body, [b"GPRL".as_slice(), &messages::LAYOUT_VERSION.to_ne_bytes()].concat());
+        let no_name = [frame.body.as_slice(), b"Lift"].concat();
+        assert!(ToRelay::parse(frame.header.kind, 0, &no_name).is_err());
     }
 
     #[test]

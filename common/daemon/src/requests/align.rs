@@ -1,10 +1,10 @@
 //! Requests to slam-align, and its answers.
 
 use crate::caller::Caller;
-use crate::config::PoseHint;
 use crate::facts::Pose;
 use crate::known_places::KnownPlaces;
 use crate::request::{Published, Request};
+use crate::robot_config::PoseHint;
 use bus::Daemon;
 use jiff::Timestamp;
 use serde::{Deserialize, Serialize};

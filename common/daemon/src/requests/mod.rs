@@ -66,7 +66,9 @@ mod tests {
         check(&IngestRequest::Confirm { sha256: vec![ContentId::of(b"a")] });
         check(&ScheduleRequest::NextChange { after_s: Some(-1) });
         check(&ScheduleRequest::Simulate { rate: 3600.0, from_s: None });
-        check(&ScheduleRequest::SetActuals { file: None, source: ActualsSource::Observed });
+        check(&ScheduleRequest::SetActuals { file: None, source: ActualsSource::Observed, robot: None });
+        let robot = Some("lift".to_owned());
+        check(&ScheduleRequest::SetActuals { file: None, source: ActualsSource::Observed, robot });
         check(&WaypointRequest::SetWaypoints { options: None, spaces: vec!["1*".into()], changed_since_s: Some(-1) });
         let rooms = vec![PointInRoom { x_m: 1.0, y_m: -2.0, room: "U.04".to_owned() }];
         let places = KnownPlaces { rooms, elevation_m: Some(3.2), portal: None };

@@ -63,6 +63,9 @@ pub enum ScheduleRequest {
         /// Each source has a table of its own.
         #[serde(default)]
         source: ActualsSource,
+        /// The robot that observed, of a site with several: each has a table of its own.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        robot: Option<String>,
     },
     /// The progress that was reported before this table. Nothing changes if the table was taken back before.
     UndoActuals {

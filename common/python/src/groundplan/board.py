@@ -24,9 +24,11 @@ def monotonic_ns() -> int:
     return time.clock_gettime_ns(time.CLOCK_MONOTONIC)
 
 
-def report(bus_root: pathlib.Path, daemon: str) -> Report | None:
-    """The last report of a daemon, also of one that is dead or hangs; None if there is none that can be read."""
+def report(bus_root: pathlib.Path, daemon: str, robot: str | None = None) -> Report | None:
+    """The last report of a daemon, of a robot with a name if it is one of a robot, also of one that is dead or hangs; None if there
+    is none that can be read."""
     folder = bus_root / "board"
+    daemon = daemon if robot is None else f"{daemon}@{robot}"
     try:
         said = json.loads((folder / f"{daemon}.json").read_text())
         stamp_ns, facts = int(said["stamp_ns"]), said.get("facts") or {}

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 import fcntl
 import pathlib
+import re
 import threading
 import time
 import weakref
@@ -32,6 +33,9 @@ PRODUCERS = {
     "alignment": "slam-align",
     "deviations": "slam-align",
 }
+# What each robot of a site with named ones has of its own; the rest is the site's.
+OF_ROBOT = frozenset({"rasterize", "waypoint-gen", "slam-align"})
+ROBOT_NAME = re.compile(r"[a-z0-9-]{1,32}")
 # Places of every topic and event service that are kept for daemons and commands, as in common/bus/src/limits.rs.
 KEPT_PLACES = 12
 HEADER_BYTES = np.dtype(_layouts.SAMPLE_HEADER).itemsize
@@ -77,8 +81,7 @@ class Sample:
 class _Events:
     """What a producer wakes this program with: one listener, for all subscribers of its topics and from any thread."""
 
-    def __init__(self, node: Any, producer: str) -> None:
-        name = f"event/{producer}"
+    def __init__(self, node: Any, name: str) -> None:
         try:
             service = node.service_builder(iox2.ServiceName.new(name)).event().open()
             self._listener = service.listener_builder().create()
@@ -115,6 +118,8 @@ def _refusal(what: str, error: Exception) -> ConnectionError:
     """What an error of the bus library means."""
     if "Exceeds" in str(error):
         return BusFull(f"{what} of the bus has as many participants as it can have: stop one of the programs that read it")
+    if "DoesNotExist" in str(error):
+        return BusGone(f"the bus has no {what}: of a site with named robots say which, as in Bus(robot=\"lift\"); see `groundplan status`")
     return BusGone(f"{what} of the bus cannot be opened ({error}); see `groundplan status`")
 
 
@@ -130,11 +135,18 @@ def _leave_kept_places(what: str, taken: int, most: int) -> None:
 class Bus:
     """Membership in the bus of running daemons, for as long as it is open."""
 
-    def __init__(self, root: str | pathlib.Path = DEFAULT_ROOT, prefix: str = DEFAULT_PREFIX) -> None:
-        """`root` and `prefix` are those of `[bus]` in site.toml.
+    def __init__(
+        self, root: str | pathlib.Path = DEFAULT_ROOT, prefix: str = DEFAULT_PREFIX, robot: str | None = None
+    ) -> None:
+        """`root` and `prefix` are those of `[bus]` in site.toml. `robot` is the name of the robot whose maps are meant, on a site
+        with `[[robots]]`; what is the site's is that of all.
 
-        Raises BusGone if there is no bus, or one of another version of groundplan or iceoryx2.
+        Raises BusGone if there is no bus, or one of another version of groundplan or iceoryx2; ValueError for what is no name.
         """
+        if robot is not None and ROBOT_NAME.fullmatch(robot) is None:
+            raise ValueError(f"{robot!r} is no name of a robot: 1 to 32 characters of a-z, 0-9 and -")
+        self.robot = robot
+        """The robot whose maps are meant; None for one without a name."""
         self._root, self._prefix = pathlib.Path(root), prefix
         self._lock: IO[str] | None = None
         self.generation = 0
@@ -198,13 +210,17 @@ class Bus:
         """The folder of the bus."""
         return self._root
 
+    def service_of(self, producer: str, name: str) -> str:
+        """The name of a service of a daemon on the bus: below the robot whose it is, if that has a name."""
+        return f"robots/{self.robot}/{name}" if self.robot is not None and producer in OF_ROBOT else name
+
     def events(self, producer: str) -> _Events:
         """What a producer wakes this program with, opened once.
 
         Raises BusFull if there is no place left for it.
         """
         if producer not in self._events:
-            self._events[producer] = _Events(self.node, producer)
+            self._events[producer] = _Events(self.node, self.service_of(producer, f"event/{producer}"))
         return self._events[producer]
 
 
@@ -230,13 +246,14 @@ class Subscriber:
         self._bus.join()
         node = self._bus.node
         events = self._bus.events(self._producer)
-        topic = node.service_builder(iox2.ServiceName.new(self.topic)).publish_subscribe(iox2.Slice[_Block])
+        name = self._bus.service_of(self._producer, self.topic)
+        topic = node.service_builder(iox2.ServiceName.new(name)).publish_subscribe(iox2.Slice[_Block])
         # ctypes has no alignment of 64 bytes, so it is set here.
         try:
             service = topic.user_header(_Header).payload_alignment(iox2.Alignment.new(64)).open()
             subscriber = service.subscriber_builder().create()
         except (iox2.PublishSubscribeOpenError, iox2.SubscriberCreateError) as error:
-            raise _refusal(self.topic, error) from error
+            raise _refusal(name, error) from error
         _leave_kept_places(self.topic, service.dynamic_config.number_of_subscribers, service.static_config.max_subscribers)
         self._subscriber, self._events, self._generation = subscriber, events, self._bus.generation
         events.announce_late_joiner()

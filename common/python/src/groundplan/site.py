@@ -7,7 +7,7 @@ import time
 from dataclasses import dataclass
 
 from . import board
-from .bus import Bus, BusGone, Subscriber
+from .bus import OF_ROBOT, Bus, BusGone, Subscriber
 from .grid import Grid, GridIndex, ScheduleState
 from .map_rule import WATCHED, MapRule, MapVerdict
 
@@ -109,7 +109,8 @@ class SiteReader:
         except BusGone as gone:
             return MapVerdict("no_map", str(gone))
         for daemon in WATCHED:
-            report = board.report(self._bus.root, daemon)
+            robot = self._bus.robot if daemon in OF_ROBOT else None
+            report = board.report(self._bus.root, daemon, robot)
             if report is None:
                 continue
             self._rule.insert_heartbeat(report.stamp_ns, daemon)

@@ -5,7 +5,7 @@ use crate::closures::{self, closures};
 use crate::diagnostics::{Entity, ScheduleDiagnostics};
 use crate::element_timeline::{ElementTimeline, element_timelines};
 use crate::error::EvaluateError;
-use crate::overrides::{ABSENT, Actual, Overrides, find_task, reported_date, task_names};
+use crate::overrides::{ABSENT, Actual, ObservationConflict, Overrides, find_task, reported_date, task_names};
 use crate::probability::{Network, Samples};
 use crate::property_dates::{ScheduleProperties, schedule_properties};
 use crate::rules::{Rules, RulesMode};
@@ -192,6 +192,13 @@ impl Reports {
         let elements: BTreeMap<&str, usize> =
             site.elements.iter().enumerate().map(|(k, e)| (site.text(e.global_id), k)).collect();
         let observed = overrides.observed.iter().filter(|o| elements.contains_key(o.id.as_str()));
+        for ObservationConflict { id, counts, other, is_absent } in &overrides.conflicts {
+            let Some(element) = elements.get(id.as_str()).map(|&k| &site.elements[k]) else { continue };
+            let (now, before) = if *is_absent { ("is absent", "was seen") } else { ("was seen", "is absent") };
+            let message = format!("the element {now} by robot {counts}, which counts, and {before} by robot {other}");
+            let entity = Entity::of(element.global_id, element.name, element.step_id, element.source);
+            diagnostics.add(Severity::Warning, DiagnosticCode::ObservationConflict, Some(entity), message);
+        }
         let mut gone = Vec::new();
         for actual @ Actual { id, start, finish, line } in observed.chain(&overrides.actuals) {
             let wrong = |why: &str| EvaluateError::Reported { line: *line, id: id.clone(), why: why.to_owned() };

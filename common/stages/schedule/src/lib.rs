@@ -94,7 +94,7 @@ mod working_time;
 pub use error::{AmbiguousDates, EvaluateError};
 pub use evaluate::evaluate;
 pub use frames::written_date::DateOrder;
-pub use overrides::{ABSENT, Actual, Delay, OverrideError, Overrides, find_task, parse_actuals};
+pub use overrides::{ABSENT, Actual, Delay, ObservationConflict, OverrideError, Overrides, find_task, parse_actuals};
 pub use probability::{ElementProbability, Probabilities, SafeDay, UNCERTAIN, Uncertainty};
 pub use rules::{
     ClosedSpace, ConstructionPhase, ConstructionPhaseProperties, DateKind, DurationDay, InputEffect, PropertyDate,

@@ -21,12 +21,27 @@ pub struct Overrides {
     /// Progress of elements that a robot observed; reports rank before it. Elements that the model no longer has are
     /// ignored.
     pub observed: Vec<Actual>,
+    /// Elements of which robots observed the contrary of each other.
+    pub conflicts: Vec<ObservationConflict>,
+}
+
+/// An element that one robot saw, and that is absent by another one.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ObservationConflict {
+    /// GlobalId of the element.
+    pub id: String,
+    /// The robot whose observation counts, because its look is the newest.
+    pub counts: String,
+    /// The other robot.
+    pub other: String,
+    /// True if the element is absent by the one that counts.
+    pub is_absent: bool,
 }
 
 impl Overrides {
     /// Progress of a running site, reported and observed: it may be of an earlier revision of the model.
     pub fn in_force([actuals, observed]: [Vec<Actual>; 2]) -> Self {
-        Self { actuals, observed, is_of_earlier_revision: true, delays: Vec::new() }
+        Self { actuals, observed, is_of_earlier_revision: true, delays: Vec::new(), conflicts: Vec::new() }
     }
 
     /// True if effective states may differ from planned ones.

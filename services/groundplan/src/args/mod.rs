@@ -15,7 +15,7 @@ pub use overwrite::OverwriteArgs;
 pub use pose_hint::PoseHintArgs;
 pub use robot::RobotArgs;
 pub use schedule::ScheduleArgs;
-pub use site::SiteArgs;
+pub use site::{SiteArgs, SiteOfRobotArgs};
 pub use world::WorldArgs;
 
 pub(crate) use overwrite::report_set_aside;

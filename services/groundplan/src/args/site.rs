@@ -1,6 +1,7 @@
 //! The site of a command: its configuration file, or that of the demo building.
 
 use crate::failure::Failure;
+use bus::RobotName;
 use daemon::SiteConfig;
 use std::ffi::OsStr;
 use std::os::unix::ffi::OsStrExt;
@@ -20,6 +21,45 @@ pub struct SiteArgs {
     /// The demo building, on a bus of its own in memory
     #[arg(long, conflicts_with = "config")]
     demo: bool,
+}
+
+/// Which site, and which of its robots.
+#[derive(Debug, Clone, clap::Args)]
+pub struct SiteOfRobotArgs {
+    /// The site.
+    #[command(flatten)]
+    site: SiteArgs,
+
+    /// The robot, of a site with several [default: the only one]
+    #[arg(long, value_name = "NAME")]
+    robot_name: Option<RobotName>,
+}
+
+impl SiteOfRobotArgs {
+    /// The configuration for a client of running daemons, as it is for the robot.
+    ///
+    /// # Errors
+    /// As [`SiteArgs::config`]; a robot that there is not, or none of several.
+    pub(crate) fn config(&self) -> Result<SiteConfig, Failure> {
+        self.site.config()?.of_robot(self.robot_name).map_err(Failure::usage)
+    }
+
+    /// The same where the robot may be left out: then it is that of the site.
+    ///
+    /// # Errors
+    /// As [`SiteArgs::config`]; a robot that there is not.
+    pub(crate) fn config_of_any(&self) -> Result<SiteConfig, Failure> {
+        let site = self.site.config()?;
+        match self.robot_name {
+            None if site.robots.len() > 1 => Ok(site),
+            robot => site.of_robot(robot).map_err(Failure::usage),
+        }
+    }
+
+    /// The site alone.
+    pub(crate) fn site(&self) -> &SiteArgs {
+        &self.site
+    }
 }
 
 impl SiteArgs {

@@ -59,7 +59,7 @@ impl Run for Args {
             let table = seen.table.ok_or_else(|| Failure::work("no progress was reported that could be taken back"))?;
             ScheduleRequest::UndoActuals { table }
         } else {
-            ScheduleRequest::SetActuals { file, source: ActualsSource::Reported }
+            ScheduleRequest::SetActuals { file, source: ActualsSource::Reported, robot: None }
         };
         let answer = ask(&bus, &mut waiter, &request)?;
         if answer.state.epoch > 0 {

@@ -2,7 +2,7 @@
 //! lists all.
 
 use crate::alignment_request::{other_answer, outcome_of, published};
-use crate::args::SiteArgs;
+use crate::args::SiteOfRobotArgs;
 use crate::failure::Failure;
 use crate::load_progress::LoadProgress;
 use crate::revision_report;
@@ -45,7 +45,7 @@ pub struct Args {
 
     /// The site.
     #[command(flatten)]
-    site: SiteArgs,
+    site: SiteOfRobotArgs,
 }
 
 const AFTER_HELP: &str = "\
@@ -60,7 +60,7 @@ Exit codes: 0 done, 1 failed (nothing waits, an element that the robot has not s
 
 impl Args {
     /// Takes confirmations back.
-    pub(crate) fn undo(what: Vec<String>, json: bool, site: SiteArgs) -> Self {
+    pub(crate) fn undo(what: Vec<String>, json: bool, site: SiteOfRobotArgs) -> Self {
         Self { what, list: false, undo: true, json, site }
     }
 }
@@ -71,7 +71,8 @@ impl Run for Args {
     /// # Errors
     /// No daemons, nothing that waits or can be taken back, elements that the robot has not seen through.
     fn run(&self) -> Result<Outcome, Failure> {
-        let config = self.site.config()?;
+        // A revision is of the whole site.
+        let config = if self.what == [MODEL] { self.site.config_of_any()? } else { self.site.config()? };
         let (bus, mut waiter) = join(&config)?;
         if self.list {
             return self.list(&bus, &mut waiter);
@@ -81,7 +82,7 @@ impl Run for Args {
             return Err(Failure::usage("a revision is taken back with `groundplan load` of the files before it"));
         }
         if is_model || self.what.is_empty() && !self.undo && is_revision_meant(&bus, &mut waiter)? {
-            return self.model(&config, &bus, &mut waiter);
+            return self.model(&self.site.site().config()?, &bus, &mut waiter);
         }
         let is_pose = self.what.is_empty() || self.what == [POSE];
         if !is_pose && self.what.iter().any(|what| what == POSE || what == MODEL) {

@@ -4,7 +4,7 @@ use crate::args::SiteArgs;
 use crate::failure::Failure;
 use crate::run::{Outcome, Run};
 use bus::{ReportKind, names_of_users, relayed_report};
-use daemon::{History, HistoryEntry, HistoryKind, parse_history};
+use daemon::{HistoryEntry, HistoryKind, SiteHistory, parse_history};
 use diagnostics::counted;
 use std::collections::BTreeMap;
 
@@ -38,7 +38,7 @@ impl Run for Args {
         let domain = config.domain().map_err(Failure::usage)?;
         let (mut entries, n_damaged) = match relayed_report(&domain, ReportKind::History).map_err(Failure::work)? {
             Some(lines) => parse_history(&lines),
-            None => History::at(&config.state).read().map_err(Failure::work)?,
+            None => SiteHistory::of(&config).read().map_err(Failure::work)?,
         };
         entries.retain(|entry| self.kind.is_empty() || self.kind.contains(&entry.kind));
         let n_left_out = self.last.map_or(0, |last| entries.len().saturating_sub(last));
@@ -61,7 +61,8 @@ fn line(entry: &HistoryEntry, names: &BTreeMap<u32, String>) -> String {
     );
     // To the second: `2026-11-22T22:10:00Z`.
     let at = entry.at.strftime("%Y-%m-%dT%H:%M:%SZ");
-    format!("{at}  {:<10} {by:<12} {}\n", entry.kind.to_string(), entry.summary)
+    let robot = entry.robot.as_ref().map_or_else(String::new, |robot| format!("{robot}: "));
+    format!("{at}  {:<10} {by:<12} {robot}{}\n", entry.kind.to_string(), entry.summary)
 }
 
 #[cfg(test)]
@@ -76,6 +77,7 @@ mod tests {
             kind: HistoryKind::Date,
             by: Some(Caller { uid: 7 }),
             summary: "plan time 2024-03-01T00:00:00".to_owned(),
+            robot: None,
         };
         let names = BTreeMap::from([(7, "alice".to_owned())]);
         assert_eq!(
@@ -85,5 +87,7 @@ mod tests {
         let by_itself = line(&HistoryEntry { by: None, ..entry.clone() }, &names);
         assert!(by_itself.contains("  date       itself  "), "{by_itself}");
         assert!(line(&entry, &BTreeMap::new()).contains("user 7"));
+        let of_robot = HistoryEntry { robot: Some("lift".to_owned()), ..entry };
+        assert!(line(&of_robot, &names).contains("alice        lift: plan time"));
     }
 }

@@ -72,7 +72,13 @@ impl Metrics {
     }
 
     fn gauge(&mut self, name: &str, help: &str, value: Option<f64>) {
-        self.family(name, "gauge", help, value.map(|value| (String::new(), value)));
+        self.gauges(name, help, [(String::new(), value)]);
+    }
+
+    /// A gauge with a line for each robot; labels are empty where the robot has no name.
+    fn gauges(&mut self, name: &str, help: &str, values: impl IntoIterator<Item = (String, Option<f64>)>) {
+        let values: Vec<_> = values.into_iter().filter_map(|(labels, value)| Some((labels, value?))).collect();
+        self.family(name, "gauge", help, values);
     }
 }
 
@@ -80,6 +86,11 @@ fn text(config: &SiteConfig, board: &StatusBoard) -> String {
     let mut metrics = Metrics::default();
     of_processes(&mut metrics, config, board);
     of_site(&mut metrics, board);
+    let label =
+        |config: &SiteConfig| config.robot_name.map_or_else(String::new, |name| format!("{{robot=\"{name}\"}}"));
+    let robots = config.of_each_robot();
+    let robots: Vec<_> = robots.iter().map(|config| (label(config), board.of_robot(config.robot_name))).collect();
+    of_robots(&mut metrics, &robots);
     metrics.out
 }
 
@@ -112,21 +123,18 @@ fn of_processes(metrics: &mut Metrics, config: &SiteConfig, board: &StatusBoard)
     );
 }
 
+fn facts<F: DeserializeOwned>(board: &StatusBoard, daemon: Daemon) -> Option<F> {
+    board.report(daemon).map(|report: Report<F>| report.facts)
+}
+
 fn of_site(metrics: &mut Metrics, board: &StatusBoard) {
-    fn facts<F: DeserializeOwned>(board: &StatusBoard, daemon: Daemon) -> Option<F> {
-        board.report(daemon).map(|report: Report<F>| report.facts)
-    }
     let ingest: Option<IngestFacts> = facts(board, Daemon::IfcIngest);
     let schedule: Option<ScheduleFacts> = facts(board, Daemon::ScheduleEval);
-    let rasterize: Option<RasterizeFacts> = facts(board, Daemon::Rasterize);
-    let align: Option<AlignFacts> = facts(board, Daemon::SlamAlign);
     let waits = ingest.as_ref().map(|facts| f64::from(u8::from(facts.waiting.is_some())));
     metrics.gauge("revision_waits", "1 if a revision of the model waits for groundplan confirm", waits);
     let site_epoch = ingest.as_ref().map(|facts| facts.site.epoch as f64);
     metrics.gauge("site_epoch", "epoch of the published site", site_epoch);
     metrics.gauge("frame_epoch", "changes of the map frame", ingest.as_ref().map(|facts| facts.frame_epoch as f64));
-    let grids = rasterize.as_ref().map(|facts| facts.grids.epoch as f64);
-    metrics.gauge("grids_epoch", "epoch of the maps", grids);
     let plan_time_s = schedule.as_ref().and_then(|facts| facts.plan_time_s);
     let help = "plan time, civil seconds since 1970 at the site; absent if everything is built";
     metrics.gauge("plan_time_seconds", help, plan_time_s.map(|s| s as f64));
@@ -134,14 +142,28 @@ fn of_site(metrics: &mut Metrics, board: &StatusBoard) {
     let help =
         "end of the validity of the maps, civil seconds since 1970 at the site; absent if they are valid for good";
     metrics.gauge("valid_until_seconds", help, valid_until_s.map(|s| s as f64));
-    let longest_s = lags(board).iter().map(|lag| lag.for_s).fold(0.0, f64::max);
+}
+
+/// What each robot has of its own, by the label of the robot.
+fn of_robots(metrics: &mut Metrics, robots: &[(String, StatusBoard)]) {
+    let of_each = |value: &dyn Fn(&StatusBoard) -> Option<f64>| -> Vec<(String, Option<f64>)> {
+        robots.iter().map(|(label, board)| (label.clone(), value(board))).collect()
+    };
+    let grids = |board: &StatusBoard| facts(board, Daemon::Rasterize).map(|f: RasterizeFacts| f.grids.epoch as f64);
+    metrics.gauges("grids_epoch", "epoch of the maps", of_each(&grids));
     let help = "for how long clock, schedule state and maps differ beyond the usual time; 0 if they do not";
-    metrics.gauge("lag_seconds", help, grids.map(|_| longest_s));
-    let alignment = align.and_then(|facts| facts.alignment);
-    let is_effective = alignment.as_ref().map(|a| f64::from(u8::from(a.is_effective())));
-    metrics.gauge("pose_effective", "1 if the pose of the robot's map may be used; absent without a map", is_effective);
-    let waits = alignment.map(|a| f64::from(u8::from(a.is_waiting)));
-    metrics.gauge("pose_waits", "1 if a pose waits for groundplan confirm", waits);
+    let longest_s = |board: &StatusBoard| lags(board).iter().map(|lag| lag.for_s).fold(0.0, f64::max);
+    metrics.gauges("lag_seconds", help, of_each(&|board| grids(board).map(|_| longest_s(board))));
+    let alignment = |board: &StatusBoard| facts(board, Daemon::SlamAlign).and_then(|f: AlignFacts| f.alignment);
+    let yes = |is: bool| f64::from(u8::from(is));
+    let is_effective = of_each(&|board| alignment(board).map(|a| yes(a.is_effective())));
+    metrics.gauges(
+        "pose_effective",
+        "1 if the pose of the robot's map may be used; absent without a map",
+        is_effective,
+    );
+    let waits = of_each(&|board| alignment(board).map(|a| yes(a.is_waiting)));
+    metrics.gauges("pose_waits", "1 if a pose waits for groundplan confirm", waits);
 }
 
 #[cfg(test)]

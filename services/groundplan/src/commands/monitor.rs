@@ -1,6 +1,6 @@
 //! `groundplan monitor`: the running daemons in the terminal.
 
-use crate::args::SiteArgs;
+use crate::args::SiteOfRobotArgs;
 use crate::failure::Failure;
 use crate::monitor;
 use crate::run::{Outcome, Run};
@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 pub struct Args {
     /// The site.
     #[command(flatten)]
-    site: SiteArgs,
+    site: SiteOfRobotArgs,
 
     /// Print everything that is shown as one JSON document a line, on every change
     #[arg(long)]

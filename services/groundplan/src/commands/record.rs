@@ -1,6 +1,6 @@
 //! `groundplan record`: the maps of a running site as an MCAP file, as the daemons publish them.
 
-use crate::args::SiteArgs;
+use crate::args::SiteOfRobotArgs;
 use crate::date_argument;
 use crate::failure::Failure;
 use crate::film::{Facts, Film, FilmTime};
@@ -35,7 +35,7 @@ pub struct Args {
 
     /// The site.
     #[command(flatten)]
-    site: SiteArgs,
+    site: SiteOfRobotArgs,
 }
 
 const AFTER_HELP: &str = "\

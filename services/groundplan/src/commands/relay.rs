@@ -3,8 +3,8 @@
 use crate::failure::Failure;
 use crate::run::{Outcome, Run};
 use crate::site_service::ServiceArgs;
-use bus::{Daemon, Relay, RelayEvent, RelayOptions, ReportKind};
-use daemon::{History, ProcessReport, SiteConfig, SiteProcess, StatusBoard, StopSignal};
+use bus::{Daemon, Relay, RelayEvent, RelayOptions, ReportKind, RobotName};
+use daemon::{ProcessReport, SiteConfig, SiteHistory, SiteProcess, StatusBoard, StopSignal};
 use std::time::Duration;
 use tracing::{info, warn};
 
@@ -35,13 +35,14 @@ impl Run for Args {
 
 fn serve(config: &SiteConfig, stop: StopSignal) -> Result<(), Failure> {
     let domain = config.domain().map_err(Failure::usage)?;
-    let (board, history) = (StatusBoard::of(&config.bus.root), History::at(&config.state));
+    let (board, history) = (StatusBoard::of_own(config), SiteHistory::of(config));
+    let robots = config.robot_names();
     let group = |name: &str| Some(name.to_owned()).filter(|name| !name.is_empty());
     let options = RelayOptions {
         view_group: group(&config.relay.view_group),
         control_group: group(&config.relay.control_group),
         report: Box::new(move |kind| match kind {
-            ReportKind::Status => board.to_bytes(),
+            ReportKind::Status => board.to_bytes(&robots),
             ReportKind::History => history.newest_lines(),
         }),
     };
@@ -67,20 +68,21 @@ fn serve(config: &SiteConfig, stop: StopSignal) -> Result<(), Failure> {
 /// Logs what users do. A command that a client sends again and again, to see how a search gets on, is logged once.
 #[derive(Default)]
 struct EventLog {
-    last: Option<(u32, Daemon, Vec<u8>)>,
+    last: Option<(u32, Daemon, Option<RobotName>, Vec<u8>)>,
 }
 
 impl EventLog {
     fn log(&mut self, event: RelayEvent<'_>) {
         match event {
-            RelayEvent::Command { uid, daemon, bytes } => {
-                let sent = (uid, daemon, bytes.to_vec());
+            RelayEvent::Command { uid, daemon, robot, bytes } => {
+                let sent = (uid, daemon, robot, bytes.to_vec());
                 if self.last.as_ref() == Some(&sent) {
                     return;
                 }
                 self.last = Some(sent);
                 let command: String = String::from_utf8_lossy(bytes).chars().take(MAX_LOGGED).collect();
-                info!(service = "relay", uid, daemon = daemon.name(), command, "a user sends a command");
+                let robot = robot.map(|robot| robot.to_string());
+                info!(service = "relay", uid, daemon = daemon.name(), robot, command, "a user sends a command");
             }
             RelayEvent::CutOff { uid, reason } => {
                 warn!(service = "relay", uid, reason, "a client sends what is not the protocol, and is cut off");
@@ -93,7 +95,7 @@ impl EventLog {
                 warn!(service = "relay", reason, "the bus cannot be joined; it is tried again");
             }
             RelayEvent::SampleLost { topic, reason } => {
-                warn!(service = "relay", %topic, reason, "a sample cannot be passed on");
+                warn!(service = "relay", topic, reason, "a sample cannot be passed on");
             }
         }
     }

@@ -1,6 +1,6 @@
 //! `groundplan robot`: another robot for the running daemons.
 
-use crate::args::SiteArgs;
+use crate::args::SiteOfRobotArgs;
 use crate::failure::Failure;
 use crate::run::{Outcome, Run};
 use crate::wait::{ask, join};
@@ -25,7 +25,7 @@ pub struct Args {
 
     /// The site.
     #[command(flatten)]
-    site: SiteArgs,
+    site: SiteOfRobotArgs,
 }
 
 impl Run for Args {

@@ -1,7 +1,7 @@
 //! `groundplan slam-map`: a map of the robot for the running daemons.
 
 use crate::alignment_request::{outcome_of, searched};
-use crate::args::SiteArgs;
+use crate::args::SiteOfRobotArgs;
 use crate::failure::Failure;
 use crate::run::{Outcome, Run};
 use daemon::AlignRequest;
@@ -27,7 +27,7 @@ pub struct Args {
 
     /// The site.
     #[command(flatten)]
-    site: SiteArgs,
+    site: SiteOfRobotArgs,
 }
 
 impl Run for Args {

@@ -36,12 +36,31 @@ pub struct Args {
 struct Status {
     /// True if every process runs with nothing to tell, neither error nor warning, nothing lags, and there are grids and a mission plan.
     healthy: bool,
-    /// The daemons by name, with `keeper` and `relay` if these have begun.
-    daemons: BTreeMap<&'static str, ProcessAnswer>,
+    /// The daemons by name, with `keeper` and `relay` if these have begun; those of robots with names as `rasterize@NAME`.
+    daemons: BTreeMap<String, ProcessAnswer>,
     /// The site that is published; null before the first.
     site: Option<SiteStatus>,
     /// How the plan time stands; null while schedule-eval has not begun.
     clock: Option<ClockStatus>,
+    /// The maps that are published; null before the first, and where robots have names.
+    grids: Option<GridsStatus>,
+    /// The waypoints that are published; null before the first, and where robots have names.
+    #[serde(rename = "plan")]
+    mission_plan: Option<MissionPlanStatus>,
+    /// Where the robot's map lies; null while there is no such map, and where robots have names.
+    alignment: Option<AlignmentSummary>,
+    /// Outputs that are not of what is in force before them for longer than usual.
+    lags: Vec<Lag>,
+    /// The settings in force, and where each comes from; those of robots with names are theirs.
+    settings: Vec<SettingInForce>,
+    /// The robots by name; absent for a site whose robot has no name.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    robots: BTreeMap<String, RobotStatus>,
+}
+
+/// What a robot has of its own.
+#[derive(Debug, Serialize, JsonSchema)]
+struct RobotStatus {
     /// The maps that are published; null before the first.
     grids: Option<GridsStatus>,
     /// The waypoints that are published; null before the first.
@@ -115,35 +134,20 @@ fn facts<F: DeserializeOwned>(board: &StatusBoard, daemon: Daemon) -> Option<F> 
     board.report(daemon).map(|report: Report<F>| report.facts)
 }
 
-impl Status {
-    /// From the status board of a site.
-    fn of(config: &SiteConfig, board: &StatusBoard) -> Self {
-        let ingest: Option<IngestFacts> = facts(board, Daemon::IfcIngest);
-        let schedule: Option<ScheduleFacts> = facts(board, Daemon::ScheduleEval);
+impl RobotStatus {
+    /// From the status board of a site as the robot has it.
+    fn of(board: &StatusBoard) -> Self {
         let rasterize: Option<RasterizeFacts> = facts(board, Daemon::Rasterize);
         let waypoints: Option<WaypointFacts> = facts(board, Daemon::WaypointGen);
         let align: Option<AlignFacts> = facts(board, Daemon::SlamAlign);
-        let mut settings: Vec<SettingInForce> = ingest.iter().flat_map(|facts| facts.setting.clone()).collect();
-        settings.extend(schedule.iter().flat_map(|facts| facts.settings.clone()));
-        settings.extend(rasterize.iter().flat_map(|facts| facts.settings.clone()));
+        let mut settings: Vec<SettingInForce> = rasterize.iter().flat_map(|facts| facts.settings.clone()).collect();
         settings.extend(waypoints.iter().flat_map(|facts| facts.settings.clone()));
         settings.extend(align.iter().flat_map(|facts| facts.setting.clone()));
-        let text = |time_s: Option<i64>| time_s.map(date_argument::text);
-        let site = ingest.filter(|facts| facts.site.epoch > 0).map(|facts| SiteStatus {
-            epoch: facts.site.epoch,
-            models: facts.models,
-            frame_epoch: facts.frame_epoch,
-        });
-        let clock = schedule.map(|facts| ClockStatus {
-            plan_time: text(facts.plan_time_s),
-            mode: facts.clock,
-            valid_until: text(facts.valid_until_s),
-        });
         let rasterize = rasterize.filter(|facts| facts.grids.epoch > 0);
         let grids_hash = rasterize.as_ref().map(|facts| facts.grids.content_hash);
         let grids = rasterize.map(|facts| GridsStatus {
             epoch: facts.grids.epoch,
-            plan_time: text(facts.plan_time_s),
+            plan_time: facts.plan_time_s.map(date_argument::text),
             robot: facts.robot,
             resolution_m: facts.resolution_m,
             storeys: facts.storeys,
@@ -155,20 +159,56 @@ impl Status {
             scans: facts.scans,
             is_current: grids_hash == Some(facts.grids_hash),
         });
-        // Sites without a keeper or a relay of their own user have no report of them.
-        let is_shown = |process: &SiteProcess| {
-            matches!(process, SiteProcess::Daemon(_)) || board.report::<IgnoredAny>(*process).is_some()
-        };
-        let processes = board.processes(config).filter(is_shown);
-        let daemons: BTreeMap<&'static str, ProcessAnswer> =
-            processes.map(|process| (process.name(), ProcessAnswer::of(seen_process(board, process)))).collect();
-        let lags = lags(board);
-        let healthy = lags.is_empty()
-            && grids.is_some()
-            && mission_plan.is_some()
-            && daemons.values().all(|process| process.health() == ProcessHealth::Ok);
         let alignment = align.and_then(|facts| facts.alignment);
-        Self { healthy, daemons, site, clock, grids, mission_plan, alignment, lags, settings }
+        Self { grids, mission_plan, alignment, lags: lags(board), settings }
+    }
+
+    fn is_healthy(&self) -> bool {
+        self.lags.is_empty() && self.grids.is_some() && self.mission_plan.is_some()
+    }
+}
+
+impl Status {
+    /// From the status board of a site, with those of its robots.
+    fn of(config: &SiteConfig, board: &StatusBoard) -> Self {
+        let ingest: Option<IngestFacts> = facts(board, Daemon::IfcIngest);
+        let schedule: Option<ScheduleFacts> = facts(board, Daemon::ScheduleEval);
+        let mut settings: Vec<SettingInForce> = ingest.iter().flat_map(|facts| facts.setting.clone()).collect();
+        settings.extend(schedule.iter().flat_map(|facts| facts.settings.clone()));
+        let text = |time_s: Option<i64>| time_s.map(date_argument::text);
+        let site = ingest.filter(|facts| facts.site.epoch > 0).map(|facts| SiteStatus {
+            epoch: facts.site.epoch,
+            models: facts.models,
+            frame_epoch: facts.frame_epoch,
+        });
+        let clock = schedule.map(|facts| ClockStatus {
+            plan_time: text(facts.plan_time_s),
+            mode: facts.clock,
+            valid_until: text(facts.valid_until_s),
+        });
+        // Sites without a keeper or a relay of their own user have no report of them.
+        let is_shown =
+            |process: &SiteProcess| process.daemon().is_some() || board.report::<IgnoredAny>(*process).is_some();
+        let processes = board.processes(config).filter(is_shown);
+        let daemons: BTreeMap<String, ProcessAnswer> =
+            processes.map(|process| (process.to_string(), ProcessAnswer::of(seen_process(board, process)))).collect();
+        let (mut robots, mut unnamed) = (BTreeMap::new(), None);
+        for config in config.of_each_robot() {
+            let status = RobotStatus::of(&board.of_robot(config.robot_name));
+            match config.robot_name {
+                Some(robot) => drop(robots.insert(robot.to_string(), status)),
+                None => unnamed = Some(status),
+            }
+        }
+        let healthy = robots.values().chain(&unnamed).all(RobotStatus::is_healthy)
+            && daemons.values().all(|process| process.health() == ProcessHealth::Ok);
+        let (mut grids, mut mission_plan, mut alignment, mut lags) = (None, None, None, Vec::new());
+        if let Some(of_robot) = unnamed {
+            (grids, mission_plan, alignment, lags) =
+                (of_robot.grids, of_robot.mission_plan, of_robot.alignment, of_robot.lags);
+            settings.extend(of_robot.settings);
+        }
+        Self { healthy, daemons, site, clock, grids, mission_plan, alignment, lags, settings, robots }
     }
 
     fn text(&self) -> String {
@@ -176,8 +216,13 @@ impl Status {
         for process in self.daemons.values() {
             out.push_str(&process.text());
         }
-        for Lag { daemon, of, for_s } in &self.lags {
-            let _ = writeln!(out, "{daemon} lags: what it published is not of {of}, for {for_s:.0} s");
+        let lags = self.lags.iter().map(|lag| (String::new(), lag));
+        let of_robots = self
+            .robots
+            .iter()
+            .flat_map(|(robot, status)| status.lags.iter().map(move |lag| (format!("{robot}: "), lag)));
+        for (robot, Lag { daemon, of, for_s }) in lags.chain(of_robots) {
+            let _ = writeln!(out, "{robot}{daemon} lags: what it published is not of {of}, for {for_s:.0} s");
         }
         if let Some(SiteStatus { epoch, models, frame_epoch }) = &self.site {
             let names: Vec<_> = models.iter().map(|model| model.path.display().to_string()).collect();
@@ -187,35 +232,55 @@ impl Status {
             let until = valid_until.as_ref().map_or_else(|| "for good".to_owned(), |until| format!("until {until}"));
             let _ = writeln!(out, "plan time {plan_time}, {mode}; maps are valid {until}");
         }
-        let _ = match &self.grids {
-            Some(grids) => {
-                let date = grids.plan_time.as_deref().unwrap_or("everything built");
-                let storeys = counted(grids.storeys, "storey");
-                writeln!(out, "{storeys} at {date} for {}, epoch {}", grids.robot, grids.epoch)
-            }
-            None => writeln!(out, "no grids"),
-        };
-        let _ = match &self.mission_plan {
-            Some(mission_plan) => {
-                let late = if mission_plan.is_current { "" } else { ", of earlier grids" };
-                let waypoints = counted(mission_plan.waypoints, "waypoint");
-                writeln!(out, "{waypoints}, {} of them scans, epoch {}{late}", mission_plan.scans, mission_plan.epoch)
-            }
-            None => writeln!(out, "no mission plan"),
-        };
-        if let Some(alignment) = &self.alignment {
-            let _ = writeln!(out, "{alignment}");
+        if self.robots.is_empty() {
+            write_maps(&mut out, "", (&self.grids, &self.mission_plan, &self.alignment));
         }
-        for SettingInForce { key, value, source, by_uid, since } in &self.settings {
+        for (robot, status) in &self.robots {
+            let robot = format!("{robot}: ");
+            write_maps(&mut out, &robot, (&status.grids, &status.mission_plan, &status.alignment));
+        }
+        let settings = self.settings.iter().map(|setting| (String::new(), setting));
+        let of_robots = self
+            .robots
+            .iter()
+            .flat_map(|(robot, status)| status.settings.iter().map(move |setting| (format!("{robot}: "), setting)));
+        for (robot, SettingInForce { key, value, source, by_uid, since }) in settings.chain(of_robots) {
             let since = since.strftime("%Y-%m-%d %H:%M:%S UTC");
             let from = match (source, by_uid) {
                 (SettingSource::SiteToml, _) => "from site.toml".to_owned(),
                 (SettingSource::Command, Some(uid)) => format!("by a command of user {uid}"),
                 (SettingSource::Command, None) => "by a command".to_owned(),
             };
-            let _ = writeln!(out, "{key:<18} {value}, {from}, since {since}");
+            let _ = writeln!(out, "{robot}{key:<18} {value}, {from}, since {since}");
         }
         out
+    }
+}
+
+/// What a robot's maps are, lines that begin with its name if it has one.
+fn write_maps(
+    out: &mut String,
+    robot: &str,
+    (grids, mission_plan, alignment): (&Option<GridsStatus>, &Option<MissionPlanStatus>, &Option<AlignmentSummary>),
+) {
+    let _ = match grids {
+        Some(grids) => {
+            let date = grids.plan_time.as_deref().unwrap_or("everything built");
+            let storeys = counted(grids.storeys, "storey");
+            writeln!(out, "{robot}{storeys} at {date} for {}, epoch {}", grids.robot, grids.epoch)
+        }
+        None => writeln!(out, "{robot}no grids"),
+    };
+    let _ = match mission_plan {
+        Some(plan) => {
+            let late = if plan.is_current { "" } else { ", of earlier grids" };
+            let waypoints = counted(plan.waypoints, "waypoint");
+            writeln!(out, "{robot}{waypoints}, {} of them scans, epoch {}{late}", plan.scans, plan.epoch)
+        }
+        None => writeln!(out, "{robot}no mission plan"),
+    };
+    if let Some(alignment) = alignment {
+        let _ = writeln!(out, "{robot}{alignment}");
     }
 }
 

@@ -1,7 +1,7 @@
 //! `groundplan undo`: takes reported progress or a confirmation back.
 
 use super::{actuals, confirm};
-use crate::args::SiteArgs;
+use crate::args::SiteOfRobotArgs;
 use crate::failure::Failure;
 use crate::run::{Outcome, Run};
 
@@ -26,7 +26,7 @@ pub struct Args {
 
     /// The site.
     #[command(flatten)]
-    site: SiteArgs,
+    site: SiteOfRobotArgs,
 }
 
 impl Run for Args {
@@ -37,7 +37,7 @@ impl Run for Args {
     fn run(&self) -> Result<Outcome, Failure> {
         let (what, json, site) = (self.what.clone(), self.json, self.site.clone());
         match what.as_slice() {
-            [only] if only == PROGRESS => actuals::Args::undo(json, site).run(),
+            [only] if only == PROGRESS => actuals::Args::undo(json, site.site().clone()).run(),
             several if several.iter().any(|what| what == PROGRESS) => {
                 Err(Failure::usage("take progress and confirmations back one after the other"))
             }

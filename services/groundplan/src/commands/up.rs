@@ -37,12 +37,14 @@ impl Run for Args {
     fn run(&self) -> Result<Outcome, Failure> {
         self.site.prepare()?;
         let mut config = self.site.own_config()?;
-        config.ros.enabled |= self.ros;
+        let of_robots = config.robots.iter_mut().map(|robot| &mut robot.ros);
+        std::iter::once(&mut config.ros).chain(of_robots).for_each(|ros| ros.enabled |= self.ros);
         config.web.enabled |= self.web;
         refuse_unusable(&config)?;
         check_versions()?;
         claim_state(&config.state).map_err(Failure::usage)?;
         let _running = Running::claim(&config.state)?;
+        config.unused_robot_state().iter().for_each(|told| eprintln!("groundplan: {told}"));
         run_logged(&config, "up", || supervise(&config))
     }
 }
@@ -50,7 +52,7 @@ impl Run for Args {
 /// Runs the processes of a site until this one is stopped.
 fn supervise(config: &SiteConfig) -> Result<(), Failure> {
     let mut stop = StopSignal::listen(false).map_err(Failure::work)?;
-    let board = StatusBoard::of(&config.bus.root);
+    let board = StatusBoard::of_own(config);
     let mut last_look = Instant::now();
     let mut processes: Vec<SupervisedProcess> = SiteProcess::supervised(config).map(SupervisedProcess::new).collect();
     let mut ended = Ok(());

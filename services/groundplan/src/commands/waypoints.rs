@@ -1,6 +1,6 @@
 //! `groundplan waypoints`: other waypoints of the running daemons.
 
-use crate::args::SiteArgs;
+use crate::args::SiteOfRobotArgs;
 use crate::date_argument;
 use crate::failure::Failure;
 use crate::run::{Outcome, Run};
@@ -35,7 +35,7 @@ pub struct Args {
 
     /// The site.
     #[command(flatten)]
-    site: SiteArgs,
+    site: SiteOfRobotArgs,
 }
 
 impl Run for Args {

@@ -1,6 +1,6 @@
 //! Arguments that all questions share.
 
-use crate::args::{ModelArgs, RobotArgs, ScheduleArgs, SiteArgs};
+use crate::args::{ModelArgs, RobotArgs, ScheduleArgs, SiteOfRobotArgs};
 use crate::failure::Failure;
 use clap::{Arg, ArgAction};
 use std::path::PathBuf;
@@ -42,7 +42,7 @@ pub(crate) struct QuestionArgs {
 
     /// The site.
     #[command(flatten)]
-    pub(super) site: SiteArgs,
+    pub(super) site: SiteOfRobotArgs,
 
     /// Print one JSON document on standard output and nothing else there
     #[arg(long, action = ArgAction::SetTrue)]
@@ -53,7 +53,7 @@ pub(crate) struct QuestionArgs {
 const OF_MODELS: [&str; 8] =
     ["schedule", "schedule_file", "link", "delay", "actuals", "robot", "resolution", "allow_boxes"];
 /// Arguments of the running daemons.
-const OF_DAEMONS: [&str; 2] = ["config", "demo"];
+const OF_DAEMONS: [&str; 3] = ["config", "demo", "robot_name"];
 
 fn belongs_to_models(argument: Arg) -> Arg {
     let id = argument.get_id().as_str();

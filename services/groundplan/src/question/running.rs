@@ -140,7 +140,7 @@ fn published<Q: Question>(
 /// The schedule of the site with the rules and the progress in force, as schedule-eval evaluates it, and the zone of the site.
 fn schedule_in_force(config: &SiteConfig, site: &Site<'_>) -> Result<(Timeline, Option<TimeZone>), Failure> {
     let rules = rules_in_force(config, Rules::parse).map_err(Failure::work)?;
-    let progress = progress_in_force(&config.state, parse_actuals).map_err(Failure::work)?;
+    let progress = progress_in_force(config, parse_actuals).map_err(Failure::work)?;
     let overrides = Overrides::in_force(progress);
     let timeline = evaluate(site, &rules, &overrides).map_err(Failure::work)?;
     Ok((timeline, rules.site_zone))

@@ -56,7 +56,7 @@ impl SupervisedProcess {
     /// # Errors
     /// A process that cannot be started, or that cannot use the configuration at its first start.
     pub(crate) fn supervise(&mut self, config: &Path) -> Result<(), Failure> {
-        let service = self.process.name();
+        let service = self.process.to_string();
         if let Some(child) = &mut self.child {
             match child.try_wait().map_err(Failure::work)? {
                 None => {
@@ -72,7 +72,7 @@ impl SupervisedProcess {
                 Some(status) => {
                     self.back_off = (self.back_off * 2).clamp(MIN_BACK_OFF, MAX_BACK_OFF);
                     self.restarts += 1;
-                    warn!(service, %status, restarts = self.restarts, "died; it is started again");
+                    warn!(service = service.as_str(), %status, restarts = self.restarts, "died; it is started again");
                     (self.child, self.started) = (None, Instant::now());
                 }
             }
@@ -80,17 +80,20 @@ impl SupervisedProcess {
         if self.restarts > 0 && self.started.elapsed() < self.back_off {
             return Ok(());
         }
-        let mut command = match self.process {
-            SiteProcess::Daemon(daemon) => Command::new(executable(daemon.name())?),
-            SiteProcess::Keeper | SiteProcess::Relay => {
+        let mut command = match self.process.daemon() {
+            Some(daemon) => Command::new(executable(daemon.name())?),
+            None => {
                 let mut command = Command::new(executable("groundplan")?);
-                command.arg(service);
+                command.arg(&service);
                 command
             }
         };
+        if let Some(robot) = self.process.robot() {
+            command.arg("--robot-name").arg(robot.as_str());
+        }
         command.arg("--config").arg(config).arg("--with-stdin").stdin(Stdio::piped());
         let child = command.spawn().map_err(|e| Failure::work(format!("{service} cannot be started: {e}")))?;
-        info!(service, process_id = child.id(), "started");
+        info!(service = service.as_str(), process_id = child.id(), "started");
         (self.child, self.started) = (Some(child), Instant::now());
         Ok(())
     }
@@ -102,7 +105,7 @@ impl SupervisedProcess {
         // A report of a process before this one says nothing about it.
         self.n_late = if report.process_id == child.id() && report.age() >= WATCHDOG { self.n_late + 1 } else { 0 };
         if self.n_late >= MIN_LATE {
-            warn!(service = self.process.name(), silent_s = report.age().as_secs(), "hangs; it is killed");
+            warn!(service = %self.process, silent_s = report.age().as_secs(), "hangs; it is killed");
             // It may be gone at this moment, and that is as good.
             let _ = child.kill();
         }
@@ -121,7 +124,7 @@ impl SupervisedProcess {
         let deadline = Instant::now() + if self.process == SiteProcess::Keeper { KEEPER_TIMEOUT } else { TIMEOUT };
         while child.try_wait().is_ok_and(|status| status.is_none()) {
             if Instant::now() >= deadline {
-                warn!(service = self.process.name(), "does not leave; it is killed");
+                warn!(service = %self.process, "does not leave; it is killed");
                 // It may be gone at this moment, and that is as good.
                 let _ = child.kill();
                 let _ = child.wait();

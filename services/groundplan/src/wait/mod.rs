@@ -60,7 +60,7 @@ pub(crate) fn require_up(config: &SiteConfig) -> Result<(), Failure> {
 
 /// True if `groundplan up` runs, and its keeper may still come.
 fn is_starting(config: &SiteConfig, begun: Instant) -> bool {
-    begun.elapsed() < START_TIMEOUT && running(&config.state).is_some()
+    begun.elapsed() < START_TIMEOUT && running(&config.site_state).is_some()
 }
 
 fn not_up(config: &SiteConfig) -> Failure {
@@ -124,16 +124,33 @@ fn in_force(effect: &str, why: &Failure) -> Failure {
     Failure::work(format!("{effect} is in force; waiting for its maps failed: {why:#}"))
 }
 
-/// Waits until the maps show at least this epoch of an input. It is read from the report of rasterize, which follows the maps:
-/// that takes no place among the readers of the bus.
+/// Waits until the maps of each robot show at least this epoch of an input.
 fn wait_for_maps(
     waiter: &mut Waiter,
     config: &SiteConfig,
+    input: (TopicName, u64),
+    shown: impl Fn(&RasterizeFacts) -> u64,
+) -> Result<(), Failure> {
+    let begun = Instant::now();
+    config.of_each_robot().iter().try_for_each(|config| {
+        let of_robot = |why: Failure| match config.robot_name {
+            Some(robot) => Failure::work(format!("robot {robot}: {why:#}")),
+            None => why,
+        };
+        wait_for_maps_of_robot(waiter, config, begun, input, &shown).map_err(of_robot)
+    })
+}
+
+/// Waits until the maps of a robot show at least this epoch of an input. It is read from the report of rasterize, which follows the maps:
+/// that takes no place among the readers of the bus.
+fn wait_for_maps_of_robot(
+    waiter: &mut Waiter,
+    config: &SiteConfig,
+    begun: Instant,
     (topic, epoch): (TopicName, u64),
     shown: impl Fn(&RasterizeFacts) -> u64,
 ) -> Result<(), Failure> {
     let mut obstacles = Obstacles::after(config, topic, epoch)?;
-    let begun = Instant::now();
     loop {
         if obstacles.maps().is_some_and(|maps| shown(&maps) >= epoch) {
             return Ok(());

@@ -18,7 +18,7 @@ pub(crate) fn seen_process(board: &StatusBoard, process: SiteProcess) -> SeenPro
         error: report.error,
         warning: report.warning,
     });
-    SeenProcess { name: process.name(), is_alive: board.is_alive(process), report }
+    SeenProcess { name: process.to_string(), is_alive: board.is_alive(process), report }
 }
 
 /// True if a daemon makes its output at the moment; those behind it wait for it.

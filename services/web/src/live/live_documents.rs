@@ -64,7 +64,7 @@ pub(super) fn site_documents(config: &SiteConfig, set: &SiteSet<'_>) -> Result<M
 /// The schedule of the site with the rules and the progress in force, as schedule-eval evaluates it.
 fn timeline(config: &SiteConfig, site: &Site<'_>) -> Result<Timeline, Failure> {
     let rules = rules_in_force(config, Rules::parse)?;
-    let overrides = Overrides::in_force(progress_in_force(&config.state, parse_actuals)?);
+    let overrides = Overrides::in_force(progress_in_force(config, parse_actuals)?);
     Ok(evaluate(site, &rules, &overrides)?)
 }
 

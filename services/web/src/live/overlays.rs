@@ -75,7 +75,7 @@ impl Overlays {
 
     /// Once a second: daemons, whether maps may be used, where the robot is.
     pub(super) fn tick(&mut self, shared: &SharedSite, config: &SiteConfig) {
-        let board = StatusBoard::of(&config.bus.root);
+        let board = StatusBoard::of_own(config);
         daemon::hear_daemons(&board, &mut self.freshness);
         let utc_ms = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_millis() as i64);
         match self.freshness.state(Stamp::now(), utc_ms) {
@@ -103,7 +103,7 @@ impl Overlays {
 /// Tells viewers that nothing was looked at for a while: the bus is gone, or the service is at work.
 pub(super) fn tell_not_checked(shared: &SharedSite, config: &SiteConfig) {
     let why = "whether these are the newest maps is not checked now: groundplan-web has no bus, or makes the maps of another date";
-    tell_status(shared, config, &StatusBoard::of(&config.bus.root), MapUse::of(Some(why.to_owned())));
+    tell_status(shared, config, &StatusBoard::of_own(config), MapUse::of(Some(why.to_owned())));
     shared.tell("robot", &Value::Null);
 }
 
@@ -136,7 +136,7 @@ fn seen_process(board: &StatusBoard, process: SiteProcess) -> SeenProcess {
         error: report.error,
         warning: report.warning,
     });
-    SeenProcess { name: process.name(), is_alive: board.is_alive(process), report }
+    SeenProcess { name: process.to_string(), is_alive: board.is_alive(process), report }
 }
 
 /// Elements that are not as planned, and those whose absence waits for a confirmation; `None` if they are of another site.

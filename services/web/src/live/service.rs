@@ -61,7 +61,7 @@ impl WebService {
             (None, None) => None,
             _ => return Err("[web]: certificate and key go together".into()),
         };
-        let access: Access = access_of(web.listen, &config.state, tls.is_some())?;
+        let access: Access = access_of(web.listen, &config.site_state, tls.is_some())?;
         let shared = Arc::new(SharedSite::of(config));
         let viewers = Arc::new(Semaphore::new(MAX_VIEWERS));
         let served = Served {

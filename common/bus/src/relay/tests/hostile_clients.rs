@@ -4,6 +4,7 @@ use super::*;
 use crate::limits::{MAX_CONNECTIONS_OF_USER, TAKE_TIMEOUT};
 use crate::names::TopicName;
 use crate::relay::feeds::Feeds;
+use crate::robot_name::OfRobot;
 use rustix::net::{SendAncillaryBuffer, SendAncillaryMessage, SendFlags, sendmsg};
 use std::io::{ErrorKind, IoSlice};
 use std::mem::MaybeUninit;
@@ -236,7 +237,7 @@ fn outdated_samples_count_while_a_client_does_not_take_them() {
     let take_beyond = |feeds: &mut Feeds, last: u64| {
         until("a sample", || {
             feeds.take(|_| true, Instant::now(), &mut |event| panic!("{event:?}"));
-            feeds.newer(TopicName::ScheduleState, last)
+            feeds.newer(OfRobot::new(None, TopicName::ScheduleState), last)
         })
     };
     say(&mut connection, &mut feeds, &[greeting(), frame(SUBSCRIBE, 0, STATES)].concat());

@@ -32,6 +32,8 @@ pub(crate) enum Refusal {
     CannotJoin(String),
     /// Too many clients.
     Full(String),
+    /// A robot that the site does not have.
+    NoRobot(String),
 }
 
 /// What a relay says.
@@ -79,13 +81,14 @@ impl FromRelay {
                 let (code, text) = match refusal {
                     Refusal::Version(found) => (*found, ""),
                     Refusal::NoBus => (0, ""),
-                    Refusal::Full(text) | Refusal::CannotJoin(text) => (0, text.as_str()),
+                    Refusal::Full(text) | Refusal::CannotJoin(text) | Refusal::NoRobot(text) => (0, text.as_str()),
                 };
                 let id = match refusal {
                     Refusal::Version(_) => 1,
                     Refusal::NoBus => 2,
                     Refusal::Full(_) => 3,
                     Refusal::CannotJoin(_) => 4,
+                    Refusal::NoRobot(_) => 5,
                 };
                 Frame::new(REFUSED, id, numbered(code, text_bytes(text)))
             }
@@ -118,6 +121,7 @@ impl FromRelay {
                     1 => Refusal::Version(number),
                     2 => Refusal::NoBus,
                     4 => Refusal::CannotJoin(text(reason)),
+                    5 => Refusal::NoRobot(text(reason)),
                     _ => Refusal::Full(text(reason)),
                 })
             }

@@ -1,9 +1,10 @@
 //! Messages of a client to a relay, as frames and back.
 
 use super::{Frame, ProtocolError, number_and_rest, number_of, numbered, topic_of};
-use crate::limits::MAX_COMMAND_BYTES;
+use crate::limits::{MAX_COMMAND_BYTES, MAX_ROBOT_NAME_BYTES};
 use crate::names::{Daemon, TopicName};
 use crate::report_kind::ReportKind;
+use crate::robot_name::RobotName;
 use messages::LAYOUT_VERSION;
 
 /// First bytes of a conversation.
@@ -21,8 +22,9 @@ const ASK_REPORT: u32 = 8;
 /// What a client says.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum ToRelay {
-    /// The first frame.
-    Hello { layout_version: u32 },
+    /// The first frame; with a robot, what is a robot's means this one's. Without one the frame is as it was before robots had
+    /// names.
+    Hello { layout_version: u32, robot: Option<RobotName> },
     /// Samples of a topic, the last one at once.
     Subscribe(TopicName),
     /// No more of them.
@@ -43,7 +45,7 @@ pub(crate) enum ToRelay {
 /// ones.
 pub(crate) fn max_body_to_relay(kind: u32, may_command: bool) -> Option<usize> {
     match kind {
-        HELLO => Some(8),
+        HELLO => Some(8 + MAX_ROBOT_NAME_BYTES),
         SUBSCRIBE | UNSUBSCRIBE | TAKEN | SUBSCRIBE_STATUS | CANCEL | ASK_REPORT => Some(0),
         COMMAND if may_command => Some(4 + MAX_COMMAND_BYTES),
         _ => None,
@@ -52,14 +54,17 @@ pub(crate) fn max_body_to_relay(kind: u32, may_command: bool) -> Option<usize> {
 
 impl ToRelay {
     /// The first frame of this program.
-    pub(crate) fn hello() -> Self {
-        Self::Hello { layout_version: LAYOUT_VERSION }
+    pub(crate) fn hello(robot: Option<RobotName>) -> Self {
+        Self::Hello { layout_version: LAYOUT_VERSION, robot }
     }
 
     /// As a frame.
     pub(crate) fn frame(&self) -> Frame {
         match self {
-            Self::Hello { layout_version } => Frame::new(HELLO, 0, numbered(MAGIC, &layout_version.to_ne_bytes())),
+            Self::Hello { layout_version, robot } => {
+                let name = robot.as_ref().map_or("", RobotName::as_str).as_bytes();
+                Frame::new(HELLO, 0, numbered(MAGIC, &numbered(*layout_version, name)))
+            }
             Self::Subscribe(topic) => Frame::new(SUBSCRIBE, number_of(*topic), Vec::new()),
             Self::Unsubscribe(topic) => Frame::new(UNSUBSCRIBE, number_of(*topic), Vec::new()),
             Self::Taken(topic) => Frame::new(TAKEN, number_of(*topic), Vec::new()),
@@ -77,11 +82,15 @@ impl ToRelay {
         Ok(match kind {
             HELLO => {
                 let (magic, rest) = number_and_rest(body).ok_or(damaged)?;
-                let (layout_version, _) = number_and_rest(rest).ok_or(damaged)?;
+                let (layout_version, name) = number_and_rest(rest).ok_or(damaged)?;
                 if magic != MAGIC {
                     return Err(damaged);
                 }
-                Self::Hello { layout_version }
+                let robot = match std::str::from_utf8(name).map_err(|_| damaged)? {
+                    "" => None,
+                    name => Some(name.parse().map_err(|_| damaged)?),
+                };
+                Self::Hello { layout_version, robot }
             }
             SUBSCRIBE => Self::Subscribe(topic()?),
             UNSUBSCRIBE => Self::Unsubscribe(topic()?),

@@ -2,7 +2,7 @@
 
 use super::initial_pose::{self, INITIAL_POSE};
 use super::transform::{self, TRANSFORM};
-use crate::args::{OverwriteArgs, PoseHintArgs, SiteArgs};
+use crate::args::{OverwriteArgs, PoseHintArgs, SiteOfRobotArgs};
 use crate::failure::Failure;
 use alignment::MaxUncertainty;
 use messages::Alignment;
@@ -81,7 +81,7 @@ pub struct Args {
 
     /// The site.
     #[command(flatten)]
-    pub(super) site: SiteArgs,
+    pub(super) site: SiteOfRobotArgs,
 }
 
 const AFTER_HELP: &str = "\

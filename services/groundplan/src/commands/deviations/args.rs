@@ -1,6 +1,6 @@
 //! Arguments and help of `deviations`.
 
-use crate::args::{OverwriteArgs, PoseHintArgs, ScheduleArgs, SiteArgs};
+use crate::args::{OverwriteArgs, PoseHintArgs, ScheduleArgs, SiteOfRobotArgs};
 use std::path::PathBuf;
 
 /// Arguments of `deviations`.
@@ -70,7 +70,7 @@ pub struct Args {
 
     /// The site.
     #[command(flatten)]
-    pub(super) site: SiteArgs,
+    pub(super) site: SiteOfRobotArgs,
 }
 
 /// A pose of the robot's map that the caller knows.

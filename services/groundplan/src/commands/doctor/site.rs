@@ -25,6 +25,7 @@ pub(super) fn of_site(config: &SiteConfig) -> Vec<Check> {
         return checks;
     }
     checks.extend(configuration(config));
+    checks.extend(config.unused_robot_state().into_iter().map(|told| warning("state folder", told)));
     checks.extend([
         state(&config.state),
         bus_folder(&config.bus.root),
@@ -33,8 +34,10 @@ pub(super) fn of_site(config: &SiteConfig) -> Vec<Check> {
         clock(config.clock.synchronised_while.as_deref()),
         remove_ipc(),
     ]);
-    let bridge: Option<Report<RosBridgeFacts>> = StatusBoard::of(&config.bus.root).report(Daemon::RosBridge);
-    checks.extend(bridge.filter(|_| running).map(|report| ros_graph(&report.facts)));
+    for config in config.of_each_robot() {
+        let bridge: Option<Report<RosBridgeFacts>> = StatusBoard::of_own(&config).report(Daemon::RosBridge);
+        checks.extend(bridge.filter(|_| running).map(|report| ros_graph(&report.facts)));
+    }
     checks
 }
 
@@ -56,8 +59,12 @@ fn configuration(config: &SiteConfig) -> Vec<Check> {
         });
     }
     if is_well(SettingKey::RobotProfile) {
-        let robot = config.robot.profile.as_deref().and_then(|path| Robot::read(path).ok());
-        checks.push(ok("robot", robot.map_or_else(|| "the default one".to_owned(), |robot| robot.name)));
+        for config in config.of_each_robot() {
+            let robot = config.robot.profile.as_deref().and_then(|path| Robot::read(path).ok());
+            let profile = robot.map_or_else(|| "the default one".to_owned(), |robot| robot.name);
+            let named = config.robot_name.map_or_else(String::new, |name| format!("{name}: "));
+            checks.push(ok("robot", format!("{named}{profile}")));
+        }
     }
     checks.extend(findings.iter().map(|finding| {
         let text = finding.to_string();

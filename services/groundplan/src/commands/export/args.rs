@@ -1,6 +1,6 @@
 //! Arguments of `export`.
 
-use crate::args::{CloudArgs, OverwriteArgs, SiteArgs, WorldArgs};
+use crate::args::{CloudArgs, OverwriteArgs, SiteOfRobotArgs, WorldArgs};
 use crate::failure::Failure;
 use crate::optional_files::OptionalFiles;
 use daemon::SiteConfig;
@@ -50,7 +50,7 @@ pub struct Args {
 
     /// The site.
     #[command(flatten)]
-    pub(super) site: SiteArgs,
+    pub(super) site: SiteOfRobotArgs,
 }
 
 impl Args {

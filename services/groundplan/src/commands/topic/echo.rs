@@ -2,9 +2,9 @@
 
 use super::description::describe;
 use super::samples::{POLL_INTERVAL, samples, stoppable};
-use crate::args::SiteArgs;
 use crate::failure::Failure;
 use bus::TopicName;
+use daemon::SiteConfig;
 use std::io::Write;
 use std::time::Duration;
 
@@ -13,8 +13,8 @@ use std::time::Duration;
 const TIMEOUT: Duration = Duration::from_secs(5);
 
 /// Prints the last sample.
-pub(super) fn echo(site: &SiteArgs, topic: TopicName, json: bool) -> Result<String, Failure> {
-    let found = samples(site, &[topic], TIMEOUT)?.pop();
+pub(super) fn echo(config: &SiteConfig, topic: TopicName, json: bool) -> Result<String, Failure> {
+    let found = samples(config, &[topic], TIMEOUT)?.pop();
     let (_, sample) = found.ok_or_else(|| Failure::work(format!("{topic} has no sample")))?;
     let described = describe(&sample).map_err(Failure::work)?;
     let text = if json { serde_json::to_string(&described) } else { serde_json::to_string_pretty(&described) };
@@ -22,8 +22,8 @@ pub(super) fn echo(site: &SiteArgs, topic: TopicName, json: bool) -> Result<Stri
 }
 
 /// Prints every sample, beginning with the last one, until it is stopped.
-pub(super) fn follow(site: &SiteArgs, topic: TopicName) -> Result<String, Failure> {
-    let (bus, mut waiter) = stoppable(site)?;
+pub(super) fn follow(config: &SiteConfig, topic: TopicName) -> Result<String, Failure> {
+    let (bus, mut waiter) = stoppable(config)?;
     let subscriber = bus.raw_subscriber(topic).map_err(Failure::work)?;
     loop {
         if let Some(sample) = subscriber.take().map_err(Failure::work)? {

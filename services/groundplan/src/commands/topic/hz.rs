@@ -1,9 +1,9 @@
 //! `groundplan topic hz`: how often samples of a topic come, how large they are, how long they take.
 
 use super::samples::{POLL_INTERVAL, stoppable};
-use crate::args::SiteArgs;
 use crate::failure::Failure;
 use bus::{Stamp, TopicName};
+use daemon::SiteConfig;
 use diagnostics::counted;
 use serde::Serialize;
 use std::time::{Duration, Instant};
@@ -21,8 +21,8 @@ struct Rate {
 }
 
 /// Counts the samples that are published meanwhile.
-pub(super) fn hz(site: &SiteArgs, topic: TopicName, seconds: Option<f64>, json: bool) -> Result<String, Failure> {
-    let (bus, mut waiter) = stoppable(site)?;
+pub(super) fn hz(config: &SiteConfig, topic: TopicName, seconds: Option<f64>, json: bool) -> Result<String, Failure> {
+    let (bus, mut waiter) = stoppable(config)?;
     let subscriber = bus.raw_subscriber(topic).map_err(Failure::work)?;
     let (begun, start) = (Instant::now(), Stamp::now());
     let ends = seconds.map(|s| begun + Duration::from_secs_f64(s.clamp(0.0, 1e9)));

@@ -6,10 +6,11 @@ mod hz;
 mod list;
 mod samples;
 
-use crate::args::SiteArgs;
+use crate::args::SiteOfRobotArgs;
 use crate::failure::Failure;
 use crate::run::{Outcome, Run};
 use bus::TopicName;
+use daemon::SiteConfig;
 use diagnostics::nearest_names_hint;
 
 /// Arguments of `topic`.
@@ -30,7 +31,7 @@ pub enum TopicCommand {
         json: bool,
         /// The site.
         #[command(flatten)]
-        site: SiteArgs,
+        site: SiteOfRobotArgs,
     },
     /// Print the last sample of a topic as JSON: what it is, what it was made from
     Echo {
@@ -44,7 +45,7 @@ pub enum TopicCommand {
         json: bool,
         /// The site.
         #[command(flatten)]
-        site: SiteArgs,
+        site: SiteOfRobotArgs,
     },
     /// Measure how often samples of a topic come, how large they are, and how long they take
     Hz {
@@ -58,7 +59,7 @@ pub enum TopicCommand {
         json: bool,
         /// The site.
         #[command(flatten)]
-        site: SiteArgs,
+        site: SiteOfRobotArgs,
     },
 }
 
@@ -72,12 +73,21 @@ impl Run for Args {
             TopicCommand::List { json, site } => list::list(site, *json),
             TopicCommand::Echo { topic, follow, json, site } => {
                 let topic = topic_of(topic)?;
-                if *follow { echo::follow(site, topic) } else { echo::echo(site, topic, *json) }
+                let config = config_for(site, topic)?;
+                if *follow { echo::follow(&config, topic) } else { echo::echo(&config, topic, *json) }
             }
-            TopicCommand::Hz { topic, seconds, json, site } => hz::hz(site, topic_of(topic)?, *seconds, *json),
+            TopicCommand::Hz { topic, seconds, json, site } => {
+                let topic = topic_of(topic)?;
+                hz::hz(&config_for(site, topic)?, topic, *seconds, *json)
+            }
         }?;
         Ok(text.into())
     }
+}
+
+/// The configuration for a client of a topic: where each robot has its own, it must be known which.
+fn config_for(site: &SiteOfRobotArgs, topic: TopicName) -> Result<SiteConfig, Failure> {
+    if topic.is_of_robot() { site.config() } else { site.config_of_any() }
 }
 
 fn topic_of(name: &str) -> Result<TopicName, Failure> {

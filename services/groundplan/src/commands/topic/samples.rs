@@ -1,30 +1,29 @@
 //! Samples of topics for a client.
 
-use crate::args::SiteArgs;
 use crate::failure::Failure;
 use crate::wait::join;
 use bus::{Bus, RawSample, TopicName, Waiter};
-use daemon::StopSignal;
+use daemon::{SiteConfig, StopSignal};
 use std::time::{Duration, Instant};
 
 /// Interval at which topics are polled.
 pub(super) const POLL_INTERVAL: Duration = Duration::from_millis(200);
 
 /// A client that SIGTERM and SIGINT stop.
-pub(super) fn stoppable(site: &SiteArgs) -> Result<(Bus, Waiter), Failure> {
+pub(super) fn stoppable(config: &SiteConfig) -> Result<(Bus, Waiter), Failure> {
     let stop = StopSignal::listen(false).map_err(Failure::work)?;
-    let (bus, mut waiter) = join(&site.config()?)?;
+    let (bus, mut waiter) = join(config)?;
     waiter.stop_on(stop.descriptor().map_err(Failure::work)?);
     Ok((bus, waiter))
 }
 
 /// The last samples of those topics that have one.
 pub(super) fn samples(
-    site: &SiteArgs,
+    config: &SiteConfig,
     topics: &[TopicName],
     timeout: Duration,
 ) -> Result<Vec<(TopicName, RawSample)>, Failure> {
-    let (bus, mut waiter) = join(&site.config()?)?;
+    let (bus, mut waiter) = join(config)?;
     let subscribers: Vec<_> =
         topics.iter().map(|t| bus.raw_subscriber(*t)).collect::<Result<_, _>>().map_err(Failure::work)?;
     let mut found: Vec<Option<RawSample>> = topics.iter().map(|_| None).collect();
