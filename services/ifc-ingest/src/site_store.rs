@@ -7,7 +7,7 @@ use crate::revisions::Revisions;
 use daemon::{Failure, FileStamp, Save, StateError, StateFile};
 use export::SiteFrameFile;
 use ingest::SiteFrame;
-use messages::{ArchiveBuffer, Checked, SiteOutline, payload, upgrade_site};
+use messages::{ArchiveBuffer, Checked, GroundClass, SiteOutline, element_flags, payload, upgrade_site};
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -20,6 +20,12 @@ pub(crate) struct SiteStore {
     frame: StateFile,
     frame_path: PathBuf,
     cache: PathBuf,
+}
+
+/// True if floors have no ground class: an earlier version of the same layout wrote the site.
+fn lacks_ground(site: &Checked<payload::Site>) -> bool {
+    let site = site.view();
+    site.elements.iter().any(|e| e.has(element_flags::FLOOR) && e.ground.get() == GroundClass::None)
 }
 
 /// The site in force, as it was kept.
@@ -136,7 +142,7 @@ impl SiteStore {
             let site = Checked::<payload::Site>::new(buffer)?;
             match revisions.site_hash {
                 Some(hash) if hash != site.content_hash() => Err("it is of a revision that did not take effect".into()),
-                _ => Ok(CachedSite { site, is_earlier }),
+                _ => Ok(CachedSite { is_earlier: is_earlier || lacks_ground(&site), site }),
             }
         };
         match read() {
