@@ -95,6 +95,7 @@
 //!
 //! - alignment: acceptance of a pose: `src/verdict.rs`, `src/score.rs`, `src/thresholds.rs`
 //! - alignment: features of a map: `src/wall_points.rs`, `src/corners.rs`
+//! - alignment: reference for the robot's map: `src/reference.rs`
 //! - alignment: poses that are tried: `src/rotations.rs`, `src/corner_voting.rs`, `src/correlation.rs`
 
 mod image;

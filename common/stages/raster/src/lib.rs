@@ -52,6 +52,7 @@
 //! # Where
 //!
 //! - floor: of a cell: `src/layers/floor.rs`
+//! - incremental redraw: elements that can change a grid: `src/build/dependents.rs`
 //! - keep-out mask: which cells are under work: `src/incremental/storey_grid.rs`, `src/build/slicing.rs`
 //! - localization layer: `src/layers/localization.rs`
 
