@@ -26,7 +26,7 @@ from pypcd4 import PointCloud
 from check_mujoco import Simulation
 
 IN_FRONT_M, NEAR_M, SURFACE_GOAL = 0.05, 0.02, 0.995
-N_POINTS, N_SCANS = 20_000, 40
+N_POINTS, N_SCANS = 20_000, 24
 RINGS = np.radians(np.linspace(-40, 40, 32))
 AZIMUTHS = np.radians(np.arange(0, 360, 1.0))
 RANGE_M, NOISE_M = 30.0, 0.01
