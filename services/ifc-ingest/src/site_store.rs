@@ -7,7 +7,7 @@ use crate::revisions::Revisions;
 use daemon::{Failure, FileStamp, Save, StateError, StateFile};
 use export::SiteFrameFile;
 use ingest::SiteFrame;
-use messages::{ArchiveBuffer, Checked, GroundClass, SiteOutline, element_flags, payload, upgrade_site};
+use messages::{ArchiveBuffer, Checked, ElementRecord, GroundClass, SiteOutline, element_flags, payload, upgrade_site};
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -22,10 +22,11 @@ pub(crate) struct SiteStore {
     cache: PathBuf,
 }
 
-/// True if floors have no ground class: an earlier version of the same layout wrote the site.
+/// True if floors with a body have no ground class: an earlier version of the same layout wrote the site.
 fn lacks_ground(site: &Checked<payload::Site>) -> bool {
     let site = site.view();
-    site.elements.iter().any(|e| e.has(element_flags::FLOOR) && e.ground.get() == GroundClass::None)
+    let is_floor = |e: &ElementRecord| e.n_parts > 0 && e.has(element_flags::FLOOR);
+    site.elements.iter().any(|e| is_floor(e) && e.ground.get() == GroundClass::None)
 }
 
 /// The site in force, as it was kept.
