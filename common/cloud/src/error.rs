@@ -1,4 +1,4 @@
-//! What keeps a cloud from being made.
+//! Errors of making a cloud.
 
 use crate::options::CloudOptions;
 

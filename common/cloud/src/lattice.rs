@@ -1,4 +1,4 @@
-//! Where a triangle is met by the lines of a lattice along an axis, in whole numbers: each line meets the faces around an edge or a
+//! Intersections of triangles with the lines of a lattice along an axis, in whole numbers: each line meets the faces around an edge or a
 //! corner once, so that a closed surface is met as often inwards as outwards.
 
 /// A triangle, seen along an axis.

@@ -1,4 +1,4 @@
-//! Which faces continue each other, and what lies beside the borders of the others.
+//! Contacts of faces: groups of faces that continue each other, and faces beside the borders of others.
 //!
 //! Faces of one class that share an edge are one group. Along every other edge places are looked at, a little outside of the face: what
 //! is there at the height of the edge continues it, what is there a step higher or lower is where one can go to.

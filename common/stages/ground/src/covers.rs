@@ -1,4 +1,4 @@
-//! Which parts of the faces of the site are covered by which other bodies: found once for a site, whatever stands at a date.
+//! Parts of the faces of a site that other bodies cover: found once for a site, whatever stands at a date.
 
 use crate::box_tree::{BoxTree, Corners, corners_of};
 use crate::overlap::overlap;

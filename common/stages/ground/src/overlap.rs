@@ -1,4 +1,4 @@
-//! Where a triangle lies over another, within a range of heights.
+//! The overlap in plan of a triangle with another below it, within a range of heights.
 
 use crate::plane::{Plane, Triangle};
 use geometry::{Ring, ring_area_doubled};

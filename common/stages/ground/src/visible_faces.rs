@@ -1,4 +1,4 @@
-//! What is left of faces without what covers them.
+//! The triangles of faces that no cover hides.
 
 use crate::plane::{Plane, Triangle, double_area};
 use geometry::{FillRule, MultiPolygon, Ring, difference, triangulated, union};

@@ -1,4 +1,4 @@
-//! What the upward faces of an element are to whoever walks or drives on them, by its entity, its type and what it is a part of.
+//! Ground classes of elements: floor, ramp, terrain and others, by entity, type and the whole that an element is a part of.
 //!
 //! This is the one place that decides it: floor of maps follows from it, levels and storeys are found in it, the `ground` stage makes
 //! its surface from it.
