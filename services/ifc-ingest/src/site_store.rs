@@ -23,10 +23,9 @@ pub(crate) struct SiteStore {
 }
 
 /// True if floors with a body have no ground class: an earlier version of the same layout wrote the site.
-fn lacks_ground(site: &Checked<payload::Site>) -> bool {
-    let site = site.view();
+fn lacks_ground(elements: &[ElementRecord]) -> bool {
     let is_floor = |e: &ElementRecord| e.n_parts > 0 && e.has(element_flags::FLOOR);
-    site.elements.iter().any(|e| is_floor(e) && e.ground.get() == GroundClass::None)
+    elements.iter().any(|e| is_floor(e) && e.ground.get() == GroundClass::None)
 }
 
 /// The site in force, as it was kept.
@@ -143,7 +142,7 @@ impl SiteStore {
             let site = Checked::<payload::Site>::new(buffer)?;
             match revisions.site_hash {
                 Some(hash) if hash != site.content_hash() => Err("it is of a revision that did not take effect".into()),
-                _ => Ok(CachedSite { is_earlier: is_earlier || lacks_ground(&site), site }),
+                _ => Ok(CachedSite { is_earlier: is_earlier || lacks_ground(site.view().elements), site }),
             }
         };
         match read() {
@@ -154,5 +153,20 @@ impl SiteStore {
                 None
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bytemuck::Zeroable;
+
+    #[test]
+    fn floors_with_a_body_alone_tell_that_a_kept_site_lacks_ground_classes() {
+        let floor = ElementRecord { flags: element_flags::FLOOR, ..ElementRecord::zeroed() };
+        let with_body = ElementRecord { n_parts: 1, ..floor };
+        assert!(!lacks_ground(&[floor]), "an assembly has no body, and no class");
+        assert!(lacks_ground(&[floor, with_body]));
+        assert!(!lacks_ground(&[ElementRecord { ground: GroundClass::Floor.into(), ..with_body }]));
     }
 }
