@@ -45,6 +45,6 @@ pub use place_lattice::PlaceLattice;
 pub use raster::{cells_of_cut, covered_cells, overlapped_cells};
 pub use rect::{CellRect, join_rects};
 pub use resample::MovedGrid;
-pub use run::Run;
+pub use run::{Run, common_runs, grown_runs};
 pub use sparse_layer::{SparseCells, SparseLayer};
 pub use spec::{Cell, GridSpec, GridSpecError, MAX_CELLS};

@@ -4,9 +4,10 @@
 //! is there at the height of the edge continues it, what is there a step higher or lower is where one can go to.
 
 use crate::box_tree::BoxTree;
-use crate::plane::{Plane, covers};
+use crate::plane::covers;
 use crate::selected_face::SelectedFace;
 use frames::TENTHS_PER_M;
+use geometry::Plane;
 use messages::GroundClass;
 use std::collections::HashMap;
 

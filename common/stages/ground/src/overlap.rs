@@ -1,7 +1,7 @@
 //! The overlap in plan of a triangle with another below it, within a range of heights.
 
-use crate::plane::{Plane, Triangle};
-use geometry::{Ring, ring_area_doubled};
+use crate::plane::Triangle;
+use geometry::{Plane, Ring, ring_area_doubled};
 
 /// The part of `lower` in plan over which `upper` lies at least `least` and at most `most` tenths of a millimetre higher: a convex
 /// ring, counter-clockwise; `None` if it has no area.

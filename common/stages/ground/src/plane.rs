@@ -1,28 +1,7 @@
-//! Heights of the planes of triangles, and areas in plan.
+//! Triangles in plan: their areas, and the places that they cover.
 
 /// Corners of a triangle in `map`, tenths of a millimetre, counter-clockwise from above.
 pub(crate) type Triangle = [[i32; 3]; 3];
-
-/// The plane of a triangle that has an area in plan: heights in tenths of a millimetre.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Plane {
-    origin: [f64; 3],
-    gradient: [f64; 2],
-}
-
-impl Plane {
-    pub(crate) fn of(triangle: &Triangle) -> Self {
-        let origin = triangle[0].map(f64::from);
-        let side = |k: usize| [0, 1, 2].map(|i| f64::from(triangle[k][i]) - origin[i]);
-        let ([ux, uy, uz], [vx, vy, vz]) = (side(1), side(2));
-        let area = ux * vy - uy * vx;
-        Self { origin, gradient: [(uz * vy - uy * vz) / area, (ux * vz - uz * vx) / area] }
-    }
-
-    pub(crate) fn z(&self, [x, y]: [f64; 2]) -> f64 {
-        self.origin[2] + self.gradient[0] * (x - self.origin[0]) + self.gradient[1] * (y - self.origin[1])
-    }
-}
 
 /// Twice the signed area in plan.
 pub(crate) fn double_area(t: &Triangle) -> i64 {

@@ -1,7 +1,7 @@
 //! The triangles of faces that no cover hides.
 
-use crate::plane::{Plane, Triangle, double_area};
-use geometry::{FillRule, MultiPolygon, Ring, difference, triangulated, union};
+use crate::plane::{Triangle, double_area};
+use geometry::{FillRule, MultiPolygon, Plane, Ring, difference, triangulated, union};
 
 /// The triangle, or triangles of the parts of it that none of the rings covers.
 pub(crate) fn uncovered(face: &Triangle, covers: &[&Ring]) -> Vec<Triangle> {

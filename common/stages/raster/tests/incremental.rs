@@ -18,6 +18,8 @@ struct BoxElement {
     min: [f64; 3],
     size: [f64; 3],
     is_floor: bool,
+    /// What its upper face rises along x; a box if that is zero.
+    rise: f64,
 }
 
 fn box_element() -> impl Strategy<Value = BoxElement> {
@@ -29,15 +31,25 @@ fn box_element() -> impl Strategy<Value = BoxElement> {
         min: [x, y, z],
         size: [w, d, 0.5],
         is_floor: false,
+        rise: 0.0,
     });
     let top = prop::sample::select(vec![0.0, 0.02, -0.4]);
-    let floor = (place, 0.3f64..3.0, 0.3f64..3.0, top).prop_map(|((x, y), w, d, top)| BoxElement {
+    let floor = (place.clone(), 0.3f64..3.0, 0.3f64..3.0, top).prop_map(|((x, y), w, d, top)| BoxElement {
         class: Class::Slab,
         min: [x, y, top - 0.2],
         size: [w, d, 0.2],
         is_floor: true,
+        rise: 0.0,
     });
-    prop_oneof![3 => obstacle, 2 => floor]
+    let foot = prop::sample::select(vec![0.0, 0.02, -0.1]);
+    let ramp = (place, 2.0f64..6.0, 0.5f64..3.0, foot, -0.12f64..0.12).prop_map(|((x, y), w, d, foot, slope)| BoxElement {
+        class: Class::Ramp,
+        min: [x, y, foot],
+        size: [w, d, 0.0],
+        is_floor: true,
+        rise: slope * w,
+    });
+    prop_oneof![3 => obstacle, 2 => floor, 2 => ramp]
 }
 
 /// The house with floor under its walls or not, more pieces, an opening in its first wall, a door of one or two leaves
@@ -51,6 +63,11 @@ fn house(boxes: &[BoxElement], floor: FloorKind, is_floor_in_opening: bool, n_le
     }
     for box_element in boxes {
         let max = [0, 1, 2].map(|k| box_element.min[k] + box_element.size[k]);
+        if box_element.rise != 0.0 {
+            let [x, y, foot] = box_element.min;
+            house.ramp([x, y], [max[0], max[1]], [foot, foot + box_element.rise]);
+            continue;
+        }
         let element = house.add(box_element.class, box_element.min, max);
         house.builder.elements[element].flags = if box_element.is_floor { element_flags::FLOOR } else { 0 };
     }

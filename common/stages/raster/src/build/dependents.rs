@@ -25,6 +25,16 @@ pub(crate) fn dependents(site: &Site<'_>, storey: &StoreySlice, heights: Slab) -
             }
         }
     }
+    for patch in &storey.ground {
+        add(&mut list.of(patch.element).floor, Some(patch.rect));
+        for drawn in patch.obstacles.iter().chain(&patch.lidar) {
+            add(&mut list.of(drawn.element).cells, drawn.rect);
+            let leaves = drawn.door.iter().flat_map(|door| &door.leaves);
+            for element in leaves.flat_map(|leaf| [leaf.element, leaf.host]).filter(|e| *e != NONE) {
+                add(&mut list.of(element).cells, drawn.rect);
+            }
+        }
+    }
     for passage in &storey.passages {
         add(&mut list.of(passage.host).cells, passage.rect);
     }
@@ -36,6 +46,7 @@ pub(crate) fn dependents(site: &Site<'_>, storey: &StoreySlice, heights: Slab) -
         add(&mut list.of(piece.element).floor, piece.rect);
     }
     let mut floors: Vec<u32> = pieces().map(|piece| piece.element).collect();
+    floors.extend(storey.ground.iter().map(|patch| patch.element));
     floors.extend(candidates(site, storey.floor_z));
     floors.sort_unstable();
     floors.dedup();

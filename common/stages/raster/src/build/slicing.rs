@@ -2,23 +2,23 @@
 
 use super::assumed_floor::{assumed_floor_of, open_to_below, shafts_at};
 use super::dependents::dependents;
-use super::door::storey_door;
 use super::floor_faces::{LEVEL_SLOPE_RAD, floor_pieces};
-use super::slice_count::{SliceCount, reaches, slab_of};
+use super::ground_patches::ground_patches;
+use super::place::{Place, is_lasting};
+use super::slice_count::{SliceCount, slab_of};
 use crate::error::RasterizeError;
 use crate::layers::floor::sides_with_floor;
 use crate::model::cell_area::{cells_beside, to_tenths};
 use crate::model::obstacle_squares::ObstacleSquares;
 use crate::model::storey_slice::{
-    ElementRuns, MIN_STOREY_HEIGHT, Overhead, Passage, SpaceRuns, StoreySlice, next_floor_z,
+    MIN_STOREY_HEIGHT, Overhead, Passage, SpaceRuns, StoreySlice, next_floor_z,
 };
 use frames::TENTHS_PER_M;
-use geometry::{Bounds, LazyFootprint, MultiPolygon, Slab, SlabCut};
-use grid::{CellRect, Class, GridSpec, Mask, cells_of_cut, covered_cells, overlapped_cells};
+use geometry::{Bounds, MultiPolygon, Slab};
+use grid::{CellRect, Class, GridSpec, Mask, covered_cells, overlapped_cells};
 use messages::{
-    ElementRecord, FloorKind, MapStoreyRecord, NONE, RobotProfile, Site, SpaceRecord, element_flags, space_flags,
+    ElementRecord, FloorKind, MapStoreyRecord, NONE, RobotProfile, Site, SpaceRecord, space_flags,
 };
-use rayon::prelude::*;
 
 /// Width of unknown cells around the contents of a grid, so that planners see the end of the map.
 const MARGIN: i32 = TENTHS_PER_M;
@@ -56,6 +56,7 @@ pub(crate) fn slice_storey(
         lidar,
         footprints,
         floor: floor_pieces(site, &spec, [floor_z - step, floor_z + step], robot.max_slope_rad),
+        ground: Vec::new(),
         floor_above: floor_pieces(site, &spec, [lo + 1, hi], LEVEL_SLOPE_RAD),
         spaces: spaces_of(site, &spec, map_storey),
         passages: passages_of(site, &spec, floor_z, hi),
@@ -72,6 +73,7 @@ pub(crate) fn slice_storey(
     if storey.floor_kind == FloorKind::AssumedFromEnclosure {
         storey.open_to_below = open_to_below(site, &storey.spec, floor_z);
     }
+    storey.ground = ground_patches(place, &storey);
     let heights = Slab { lo: floor_z - MIN_STOREY_HEIGHT, hi: hi.max(next_floor_z(site, floor_z) + MIN_STOREY_HEIGHT) };
     storey.dependents = dependents(site, &storey, heights);
     Ok(storey)
@@ -115,56 +117,6 @@ fn spec_of(site: &Site<'_>, record: &MapStoreyRecord, resolution_m: f64) -> Resu
         let outermost: Vec<String> = elements.chain(spaces).take(4).collect();
         RasterizeError::Spec { storey: site.text(record.name).to_owned(), outermost, source }
     })
-}
-
-/// Where elements are drawn.
-#[derive(Clone, Copy)]
-struct Place<'a> {
-    site: &'a Site<'a>,
-    robot: &'a RobotProfile,
-    spec: &'a GridSpec,
-    map_storey: usize,
-}
-
-impl Place<'_> {
-    /// Cells and footprints of the elements that reach into a slab, by element.
-    fn cut_elements(
-        &self,
-        slab: Slab,
-        wanted: impl Fn(&ElementRecord) -> bool + Sync,
-        sliced: impl Fn() + Sync,
-    ) -> (Vec<ElementRuns>, Vec<(u32, LazyFootprint)>) {
-        let elements = (0..self.site.elements.len() as u32).into_par_iter();
-        let cut = |element: u32| {
-            let record = &self.site.elements[element as usize];
-            let cut = SlabCut::of(self.site.element_meshes(record), slab);
-            let is_there = !cut.is_empty();
-            let found = is_there.then(|| (self.element_runs(element, &cut), (element, LazyFootprint::of(cut, slab))));
-            sliced();
-            found
-        };
-        let wanted = elements.filter(|&k| {
-            let record = &self.site.elements[k as usize];
-            reaches(record, slab) && wanted(record)
-        });
-        wanted.filter_map(cut).unzip()
-    }
-
-    fn element_runs(&self, element: u32, cut: &SlabCut) -> ElementRuns {
-        let record = &self.site.elements[element as usize];
-        let runs = cells_of_cut(cut, self.spec);
-        let door = storey_door(self.site, self.robot, (self.spec, self.map_storey), record.door, &runs);
-        ElementRuns { element, class: record.class(), rect: CellRect::around(&runs), runs, door }
-    }
-}
-
-/// True for structure that a lidar sees: not glass, furniture or doors.
-fn is_lasting(element: &ElementRecord) -> bool {
-    let class = matches!(
-        element.class(),
-        Class::Wall | Class::Column | Class::CurtainWall | Class::Stair | Class::Ramp | Class::Slab
-    );
-    class && !element.has(element_flags::GLASS)
 }
 
 fn spaces_of(site: &Site<'_>, spec: &GridSpec, map_storey: usize) -> Vec<SpaceRuns> {

@@ -2,6 +2,7 @@
 
 use super::state_difference::StateDifference;
 use crate::layers::cell_flags::BASE_FLOOR;
+use crate::layers::ground_floor::LEVEL;
 use crate::layers::floor::{BuiltFloorCache, enclosed_floor, sides_with_floor};
 use crate::model::storey_inputs::StoreyInputs;
 use grid::join_rects;
@@ -17,6 +18,8 @@ pub(crate) struct StoreyFloor {
     pub(crate) open_passages: Vec<bool>,
     /// True if rooms without a slab are part of the floor.
     has_assumed: bool,
+    /// The patch that each cell shows, or [`LEVEL`]; empty on a storey without ground at other heights.
+    pub(crate) patch_of: Vec<u32>,
     /// Finished floor at other levels.
     pub(crate) regions: Vec<RegionRecord>,
 }
@@ -24,7 +27,7 @@ pub(crate) struct StoreyFloor {
 impl StoreyFloor {
     /// A storey without floor.
     pub(crate) fn new(floor_cache: BuiltFloorCache) -> Self {
-        Self { floor_cache, has_floor: false, has_assumed: false, open_passages: Vec::new(), regions: Vec::new() }
+        Self { floor_cache, has_floor: false, has_assumed: false, open_passages: Vec::new(), patch_of: Vec::new(), regions: Vec::new() }
     }
 
     /// Updates [`BASE_FLOOR`] for the finished floor elements.
@@ -53,6 +56,16 @@ impl StoreyFloor {
                 rect.rows(whole.width()).for_each(|row| flags[row].iter_mut().for_each(|f| *f &= !BASE_FLOOR));
                 let covered = rect.clip(&plan.runs, whole.width());
                 covered.for_each(|cells| flags[cells].iter_mut().for_each(|f| *f |= BASE_FLOOR));
+            }
+            if !storey.ground.is_empty() {
+                self.patch_of.resize(flags.len(), LEVEL);
+                for rect in &difference.floor_cells {
+                    rect.rows(whole.width()).for_each(|row| self.patch_of[row].fill(LEVEL));
+                    for (run, patch) in &plan.patches {
+                        let cells = rect.clip(std::slice::from_ref(run), whole.width());
+                        cells.for_each(|cells| self.patch_of[cells].fill(*patch));
+                    }
+                }
             }
         }
         if storey.floor_kind == FloorKind::AssumedFromEnclosure {

@@ -13,18 +13,21 @@ use crate::layers::door_passage::{DoorLayers, door_passage};
 use crate::layers::doorway_clearance::CoveredSamples;
 use crate::layers::doorway_connection::SeenCells;
 use crate::layers::floor::{BuiltFloorCache, outline, set_bit};
+use crate::layers::ground_floor::LEVEL;
 use crate::layers::keepout::{Keepout, Margins};
 use crate::layers::localization::Localization;
 use crate::layers::tile::TILE_CELLS;
-use crate::model::cell_area::slab_above_floor;
-use crate::model::door::StoreyDoor;
+use crate::model::cell_area::{slab_above_floor, to_tenths};
+use crate::model::element_runs::ElementRuns;
 use crate::model::gap;
+use crate::model::ground_patch::STEP_TOLERANCE;
 use crate::model::presence::Presence;
 use crate::model::storey_inputs::StoreyInputs;
-use grid::{CellRect, Class, GridSpec, Growth, join_rects};
+use crate::model::storey_slice::StoreySlice;
+use grid::{CellRect, Class, GridSpec, Growth, Run, join_rects};
 use messages::{
     ArchiveBuffer, ArchiveKind, BlockHashes, ContentHash, DoorPassageRecord, FLOOR_ASSUMED, FLOOR_BUILT, FloorKind,
-    GridHead, GridLayers, GridWriter, Preamble, RegionRecord, ScheduleState, copy_changed,
+    GridHead, GridLayers, GridWriter, Preamble, RegionRecord, RobotProfile, ScheduleState, copy_changed,
 };
 
 /// The grid of a storey as drawn last.
@@ -221,56 +224,34 @@ impl StoreyGrid {
             let cells = rect.clip(&passage.runs, width);
             cells.for_each(|cells| flags[cells].iter_mut().for_each(|f| *f |= FLOOR));
         }
-        let is_hung = |door: &Option<StoreyDoor>| door.as_ref().is_none_or(|d| d.is_hung(schedule_state));
+        let mut cells = DrawnCells { class, flags, rect, width };
         for obstacle in storey.obstacles.iter().filter(|o| meets(o.rect)) {
-            let presence = Presence::of(schedule_state.effective(obstacle.element as usize));
-            // A door is absent without its host wall.
-            if !presence.is_obstacle() || !is_hung(&obstacle.door) {
-                continue;
-            }
-            // A door that is being hung or removed counts as closed.
-            let stands_here = obstacle.door.as_ref().is_none_or(|d| d.stands_here);
-            let is_open_door = obstacle.class == Class::Door
-                && stands_here
-                && obstacle
-                    .door
-                    .as_ref()
-                    .is_none_or(|d| d.can_pass(schedule_state, robot) && presence == Presence::Built);
-            let set = match (is_open_door, obstacle.class == Class::Door) {
-                (true, _) => DOOR,
-                (false, true) => DOOR | OCCUPIED,
-                (false, false) => OCCUPIED,
-            };
-            // An obstacle drawn over a door hides it.
-            let keep = if set & DOOR == 0 { !DOOR } else { u8::MAX };
-            for cells in rect.clip(&obstacle.runs, width) {
-                class[cells.clone()].fill(obstacle.class.id());
-                // An open leaf or a threshold is no floor: beside its passage a door is free only where floor is. A door of
-                // another level is an obstacle only where floor is.
-                let is_set = |f: u8| stands_here && !is_open_door || f & FLOOR != 0;
-                flags[cells].iter_mut().for_each(|f| *f = *f & keep | if is_set(*f) { set } else { 0 });
-            }
-            for door in obstacle.door.iter().filter(|_| is_open_door) {
-                let passage = rect.clip(&door.passage_runs, width);
-                passage.for_each(|cells| flags[cells].iter_mut().for_each(|f| *f |= DOOR));
-                let fixed = rect.clip(&door.fixed_runs, width);
-                fixed.for_each(|cells| flags[cells].iter_mut().for_each(|f| *f |= DOOR | OCCUPIED));
-            }
+            cells.draw_obstacle(obstacle, (robot, schedule_state), |_, _| true);
         }
-        let mut set_runs = |runs: &[grid::Run], flag: u8| {
-            rect.clip(runs, width).for_each(|cells| flags[cells].iter_mut().for_each(|f| *f |= flag));
-        };
-        for structure in storey.lidar.iter().filter(|l| meets(l.rect)) {
-            if Presence::of(schedule_state.effective(structure.element as usize)) == Presence::Built {
-                set_runs(&structure.runs, STRUCTURE);
+        let is_built = |element: u32| Presence::of(schedule_state.effective(element as usize)) == Presence::Built;
+        for structure in storey.lidar.iter().filter(|l| meets(l.rect) && is_built(l.element)) {
+            cells.set_runs(&structure.runs, STRUCTURE, |_, _| true);
+        }
+        if !storey_floor.patch_of.is_empty() {
+            let patch_of = storey_floor.patch_of.as_slice();
+            cells.clear_patches(patch_of);
+            for (k, patch) in (0..).zip(&storey.ground).filter(|(_, p)| p.rect.meets(rect) && is_built(p.element)) {
+                let applies = |cell: usize, flags: u8| stands_on(storey, robot, [k, patch_of[cell]], cell, flags);
+                for obstacle in patch.obstacles.iter().filter(|o| meets(o.rect)) {
+                    cells.draw_obstacle(obstacle, (robot, schedule_state), applies);
+                }
+                for structure in patch.lidar.iter().filter(|l| meets(l.rect) && is_built(l.element)) {
+                    cells.set_runs(&structure.runs, STRUCTURE, applies);
+                }
             }
         }
         for space in storey.spaces.iter().filter(|s| meets(s.rect) && schedule_state.is_blocked(s.space as usize)) {
-            set_runs(&space.runs, BLOCKED);
+            cells.set_runs(&space.runs, BLOCKED, |_, _| true);
         }
         for &index in &difference.worked_on {
-            set_runs(storey.overhead_runs(site, index), WORK);
+            cells.set_runs(storey.overhead_runs(site, index), WORK, |_, _| true);
         }
+        let DrawnCells { flags, .. } = cells;
         let is_assumed = storey.floor_kind == FloorKind::AssumedFromEnclosure;
         let floor_value = if is_assumed { FLOOR_ASSUMED } else { FLOOR_BUILT };
         for row in rect.rows(width) {
@@ -340,6 +321,85 @@ impl StoreyGrid {
                 Some(door) => *door = record,
                 None => doors.push(record),
             }
+        }
+    }
+}
+
+/// True if what stands on or beside the patch `k` stands in the way in a cell that shows the patch `shown`: in cells of the patch, in
+/// those of one that goes on from it, and where there is no floor.
+fn stands_on(storey: &StoreySlice, robot: &RobotProfile, [k, shown]: [u32; 2], cell: usize, flags: u8) -> bool {
+    if shown == LEVEL || shown == k {
+        return shown == k || flags & FLOOR == 0;
+    }
+    let z = |k: u32| storey.ground[k as usize].z_of(cell, &storey.spec);
+    (z(k) - z(shown)).abs() <= f64::from(to_tenths(robot.step_height_m)) + STEP_TOLERANCE
+}
+
+/// Class and flags of the cells of a rectangle while they are drawn.
+struct DrawnCells<'a> {
+    class: &'a mut [u8],
+    flags: &'a mut [u8],
+    rect: &'a CellRect,
+    width: usize,
+}
+
+impl DrawnCells<'_> {
+    /// Sets a flag in the cells of runs to which it applies, by cell and flags.
+    fn set_runs(&mut self, runs: &[Run], flag: u8, applies: impl Fn(usize, u8) -> bool) {
+        let Self { flags, rect, width, .. } = self;
+        for cell in rect.clip(runs, *width).flatten() {
+            flags[cell] |= if applies(cell, flags[cell]) { flag } else { 0 };
+        }
+    }
+
+    /// Takes what stands above the level of the storey out of the cells that show a patch.
+    fn clear_patches(&mut self, patch_of: &[u32]) {
+        for cell in self.rect.rows(self.width).flatten().filter(|&cell| patch_of[cell] != LEVEL) {
+            self.class[cell] = Class::None.id();
+            self.flags[cell] &= BASE_FLOOR | FLOOR | OUTLINE;
+        }
+    }
+
+    /// Draws an obstacle or door in its cells, where it applies.
+    fn draw_obstacle(
+        &mut self,
+        obstacle: &ElementRuns,
+        (robot, schedule_state): (&RobotProfile, &ScheduleState<'_>),
+        applies: impl Fn(usize, u8) -> bool,
+    ) {
+        let presence = Presence::of(schedule_state.effective(obstacle.element as usize));
+        // A door is absent without its host wall.
+        if !presence.is_obstacle() || !obstacle.door.as_ref().is_none_or(|d| d.is_hung(schedule_state)) {
+            return;
+        }
+        // A door that is being hung or removed counts as closed.
+        let stands_here = obstacle.door.as_ref().is_none_or(|d| d.stands_here);
+        let is_open_door = obstacle.class == Class::Door
+            && stands_here
+            && obstacle
+                .door
+                .as_ref()
+                .is_none_or(|d| d.can_pass(schedule_state, robot) && presence == Presence::Built);
+        let set = match (is_open_door, obstacle.class == Class::Door) {
+            (true, _) => DOOR,
+            (false, true) => DOOR | OCCUPIED,
+            (false, false) => OCCUPIED,
+        };
+        // An obstacle drawn over a door hides it.
+        let keep = if set & DOOR == 0 { !DOOR } else { u8::MAX };
+        for cell in self.rect.clip(&obstacle.runs, self.width).flatten() {
+            let flags = &mut self.flags[cell];
+            if applies(cell, *flags) {
+                self.class[cell] = obstacle.class.id();
+                // An open leaf or a threshold is no floor: beside its passage a door is free only where floor is. A door of
+                // another level is an obstacle only where floor is.
+                let is_set = stands_here && !is_open_door || *flags & FLOOR != 0;
+                *flags = *flags & keep | if is_set { set } else { 0 };
+            }
+        }
+        for door in obstacle.door.iter().filter(|_| is_open_door) {
+            self.set_runs(&door.passage_runs, DOOR, &applies);
+            self.set_runs(&door.fixed_runs, DOOR | OCCUPIED, &applies);
         }
     }
 }

@@ -48,7 +48,9 @@ pub(crate) fn doorway_clearance(
             let obstacle = &storey.obstacles[*index as usize];
             let presence = Presence::of(schedule_state.effective(obstacle.element as usize));
             let meets = obstacle.rect.is_some_and(|rect| rect.meets(&cells));
-            obstacle.class != Class::Door && presence.is_obstacle() && meets
+            // What a robot drives on is in nobody's way.
+            let is_ground = presence == Presence::Built && storey.ground.iter().any(|p| p.element == obstacle.element);
+            obstacle.class != Class::Door && presence.is_obstacle() && meets && !is_ground
         };
         nearby.extend(storey.obstacle_squares.around(cells).filter(is_near).map(|index| (index, 0)));
         nearby.sort_unstable();

@@ -1,12 +1,14 @@
 //! Floor cells of a storey at a schedule state, from finished floor elements or assumed floor.
 
+use super::ground_floor::{GroundFloor, ground_floor};
 use super::other_levels::at_other_levels;
 use crate::model::cell_area::{BESIDE_PASSAGE_M, reach_beside};
 use crate::model::gap::FLOOR_CRACK;
+use crate::model::ground_patch::GroundPatch;
 use crate::model::storey_slice::{FloorPiece, StoreySlice};
 use frames::{Map, Point2, TENTHS_PER_M};
 use geometry::{FillRule, MultiPolygon, OrientedBox, Ring, close_gaps, difference, union, union_of};
-use grid::{Class, GridSpec, Mask, Run, covered_cells, enclosed, fill_holes};
+use grid::{Class, GridSpec, Mask, Run, enclosed, fill_holes};
 use messages::{FloorKind, RegionRecord, RobotProfile, Site};
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -23,6 +25,8 @@ pub(crate) struct BuiltFloor {
     /// Cells that floor covers whole, without passages through walls. Empty where the floor is assumed from what obstacles
     /// enclose, or missing.
     pub(crate) runs: Vec<Run>,
+    /// Cells of ground that is not level with the floor, by patch of the storey.
+    pub(crate) patches: Vec<(Run, u32)>,
     /// Floor at other levels.
     pub(crate) regions: Vec<RegionRecord>,
     /// True if rooms without a slab are part of it.
@@ -61,7 +65,8 @@ impl BuiltFloorCache {
     ) -> &BuiltFloor {
         if !self.by_finished.contains_key(finished) {
             let floor = built_floor(site, robot, storey, finished);
-            let bytes = size_of_val(floor.runs.as_slice()) + size_of_val(floor.regions.as_slice());
+            let BuiltFloor { runs, patches, regions, .. } = &floor;
+            let bytes = size_of_val(runs.as_slice()) + size_of_val(patches.as_slice()) + size_of_val(regions.as_slice());
             if self.bytes + bytes > MAX_CACHED_BYTES {
                 self.by_finished.clear();
                 self.bytes = 0;
@@ -82,13 +87,16 @@ fn built_floor(site: &Site<'_>, robot: &RobotProfile, storey: &StoreySlice, fini
     // Before anything of a storey is built that has slabs, nobody stands on it.
     let is_begun = storey.floor_kind == FloorKind::AssumedFromSpaces || !built.is_empty();
     let has_assumed = is_begun && !storey.assumed_floor.is_empty();
-    let runs = match storey.floor_kind {
-        FloorKind::AssumedFromEnclosure | FloorKind::Missing => Vec::new(),
+    let is_there = |patch: &GroundPatch| is_finished.binary_search(&patch.element).is_ok();
+    let GroundFloor { floor: runs, patches } = match storey.floor_kind {
+        FloorKind::AssumedFromEnclosure | FloorKind::Missing => GroundFloor::default(),
         FloorKind::Built | FloorKind::AssumedFromSpaces => {
-            covered_cells(&walked_on(storey, &built, &above, has_assumed), &storey.spec)
+            ground_floor(storey, robot, &walked_on(storey, &built, &above, has_assumed), is_there)
         }
     };
-    BuiltFloor { runs, has_assumed, regions: at_other_levels(site, robot, storey, &is_finished, &built) }
+    let ground = storey.ground.iter().filter(|patch| is_there(patch)).map(|patch| &patch.area);
+    let here = if patches.is_empty() { built } else { union_of(ground.chain([&built])) };
+    BuiltFloor { runs, patches, has_assumed, regions: at_other_levels(site, robot, storey, &is_finished, &here) }
 }
 
 /// Built floor without that of other levels, with what is assumed in rooms without a slab, and without shafts.

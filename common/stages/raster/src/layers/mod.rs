@@ -5,6 +5,7 @@ pub(crate) mod door_passage;
 pub(crate) mod doorway_clearance;
 pub(crate) mod doorway_connection;
 pub(crate) mod floor;
+pub(crate) mod ground_floor;
 pub(crate) mod keepout;
 pub(crate) mod localization;
 pub(crate) mod other_levels;

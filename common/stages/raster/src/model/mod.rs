@@ -3,7 +3,9 @@
 pub(crate) mod cell_area;
 pub(crate) mod door;
 pub(crate) mod door_leaves;
+pub(crate) mod element_runs;
 pub(crate) mod gap;
+pub(crate) mod ground_patch;
 pub(crate) mod obstacle_squares;
 pub(crate) mod other_levels;
 pub(crate) mod presence;

@@ -1,23 +1,13 @@
 //! The date-independent slice of a storey: runs of cells per element, space and passage.
 
-use super::door::StoreyDoor;
+use super::element_runs::ElementRuns;
+use super::ground_patch::GroundPatch;
 use super::obstacle_squares::ObstacleSquares;
 use frames::TENTHS_PER_M;
 use geometry::{Footprint, LazyFootprint, MultiPolygon, OrientedBox, Ring, Slab, SlabCut};
-use grid::{CellRect, Class, GridSpec, Run, cells_of_cut};
+use grid::{CellRect, GridSpec, Run, cells_of_cut};
 use messages::{FloorKind, Site};
 use std::sync::OnceLock;
-
-/// An element that reaches into the slab of a storey.
-#[derive(Debug)]
-pub(crate) struct ElementRuns {
-    pub(crate) element: u32,
-    pub(crate) class: Class,
-    pub(crate) runs: Vec<Run>,
-    /// Around the runs.
-    pub(crate) rect: Option<CellRect>,
-    pub(crate) door: Option<StoreyDoor>,
-}
 
 /// Upward faces of an element within a step of the floor.
 #[derive(Debug)]
@@ -68,6 +58,8 @@ pub(crate) struct StoreySlice {
     /// Sections of lasting elements at the lidar's height.
     pub(crate) lidar: Vec<ElementRuns>,
     pub(crate) floor: Vec<FloorPiece>,
+    /// Ground that leads from this floor to other heights.
+    pub(crate) ground: Vec<GroundPatch>,
     /// Upward faces in the slab: floor of another level, in the robot's way.
     pub(crate) floor_above: Vec<FloorPiece>,
     /// From the largest to the smallest: where spaces overlap the smaller wins.

@@ -68,6 +68,20 @@ impl House {
         index
     }
 
+    /// A slab 0.2 m thick that rises along x from one height to another.
+    pub(crate) fn ramp(&mut self, min: [f64; 2], max: [f64; 2], [from, to]: [f64; 2]) -> usize {
+        let (low, high) = (from.min(to), from.max(to));
+        let index = self.add(Class::Ramp, [min[0], min[1], low - 0.2], [max[0], max[1], high]);
+        let element = &mut self.builder.elements[index];
+        (element.flags, element.ground) = (element_flags::FLOOR, GroundClass::Ramp.into());
+        let n = self.builder.vertices.len();
+        for vertex in &mut self.builder.vertices[n - 8..] {
+            let top = if vertex[0] == t(min[0]) { from } else { to };
+            vertex[2] = t(if vertex[2] == t(high) { top } else { top - 0.2 });
+        }
+        index
+    }
+
     pub(crate) fn door(&mut self, clear_width_m: f64, opens: DoorCapability) -> usize {
         self.leaf([1.5, 2.4], clear_width_m, opens)
     }

@@ -1,0 +1,267 @@
+//! Finds the ground that leads from the floor of a storey to other heights, and cuts what stands on it.
+//!
+//! A face belongs to a storey if one gets to it from the storey's floor over steps that the robot takes, at most as far up and down
+//! as the next floors. That is decided for the complete model, on cells: two surfaces meet where their heights in a cell, or at the
+//! border of two cells, differ by a step at most.
+
+use super::place::{Place, is_lasting};
+use crate::model::cell_area::{slab_above_floor, to_tenths};
+use crate::model::element_runs::ElementRuns;
+use crate::model::ground_patch::{GroundPatch, STEP_TOLERANCE, z_at};
+use crate::model::storey_slice::{MIN_STOREY_HEIGHT, StoreySlice};
+use frames::TENTHS_PER_M;
+use geometry::{
+    Bounds, FillRule, MeshView, MultiPolygon, Plane, Ring, Slab, SlabCut, clip_to_slab, ring_area_doubled, union,
+    upward_triangles,
+};
+use grid::{CellRect, Mask, Run, grown_runs, overlapped_cells};
+use messages::{ElementRecord, FloorKind, element_flags};
+use rayon::prelude::*;
+use std::collections::HashMap;
+
+/// How far beside a patch obstacles are looked for that bound the way: half a metre.
+const BESIDE: i32 = TENTHS_PER_M / 2;
+
+/// Planes of one element with gradients and heights that differ by less are one.
+const GRADIENT_UNIT: f64 = 1e-4;
+const HEIGHT_UNIT: f64 = 5.0;
+
+/// The patches of a storey whose floor is built, by element.
+pub(super) fn ground_patches(place: Place<'_>, storey: &StoreySlice) -> Vec<GroundPatch> {
+    if !matches!(storey.floor_kind, FloorKind::Built | FloorKind::AssumedFromSpaces) {
+        return Vec::new();
+    }
+    let near = near_floor(candidates(place, storey.floor_z), place, storey.floor_z);
+    let kept = joined_to_floor(near, place, storey);
+    kept.into_par_iter().map(|drawn| patch(drawn, place)).collect()
+}
+
+/// Faces in one plane, not known yet to belong to the storey.
+struct Candidate {
+    element: u32,
+    plane: Plane,
+    rings: Vec<Ring>,
+    bounds: Bounds,
+    z: [i32; 2],
+}
+
+/// Heights between which ground belongs to a storey: as far as the floors of the next ones.
+fn reach_of(place: Place<'_>, floor_z: i32) -> Slab {
+    let step = to_tenths(place.robot.step_height_m);
+    let others = || place.site.map_storeys.iter().map(|s| s.floor_z_tenths).filter(|z| (z - floor_z).abs() > step);
+    let below = others().filter(|&z| z < floor_z).max();
+    let above = others().filter(|&z| z > floor_z).min();
+    // Where no storey follows, as high as one could be.
+    Slab { lo: below.unwrap_or(floor_z - 2 * MIN_STOREY_HEIGHT), hi: above.unwrap_or(floor_z + 2 * MIN_STOREY_HEIGHT) }
+}
+
+/// The faces within reach that a robot may stand on, by plane, without those that are level with a floor.
+fn candidates(place: Place<'_>, floor_z: i32) -> Vec<Candidate> {
+    let Place { site, robot, .. } = place;
+    let step = to_tenths(robot.step_height_m);
+    let reach = reach_of(place, floor_z);
+    let floors: Vec<i32> = site.map_storeys.iter().map(|s| s.floor_z_tenths).collect();
+    let is_level_with_a_floor =
+        |[lo, hi]: [i32; 2]| floors.iter().any(|z| z - step <= lo && hi <= z + step);
+    let elements = site.elements.iter().zip(0..).filter(|(e, _)| {
+        e.has(element_flags::FLOOR) && e.n_parts > 0 && reach.meets(e.min_tenths[2], e.max_tenths[2])
+    });
+    let mut found: Vec<Candidate> = Vec::new();
+    let mut plan = Vec::new();
+    for (record, element) in elements {
+        let mut by_plane: HashMap<[i64; 3], usize> = HashMap::new();
+        let origin = [record.min_tenths[0], record.min_tenths[1]].map(f64::from);
+        for triangle in site.element_meshes(record).flat_map(|mesh| upward_triangles(mesh, robot.max_slope_rad)) {
+            let z = z_range(&triangle);
+            clip_to_slab(&triangle, reach, &mut plan);
+            if ring_area_doubled(&plan) <= 0 || is_level_with_a_floor(z) {
+                continue;
+            }
+            let plane = Plane::of(&triangle);
+            let [gx, gy] = plane.gradient().map(|g| (g / GRADIENT_UNIT).round() as i64);
+            let key = [gx, gy, (plane.z(origin) / HEIGHT_UNIT).round() as i64];
+            let Some(bounds) = Bounds::of(plan.iter().copied()) else { continue };
+            let at = *by_plane.entry(key).or_insert_with(|| {
+                found.push(Candidate { element, plane, rings: Vec::new(), bounds, z });
+                found.len() - 1
+            });
+            let candidate = &mut found[at];
+            candidate.bounds = candidate.bounds.joined(bounds);
+            candidate.z = [candidate.z[0].min(z[0]), candidate.z[1].max(z[1])];
+            candidate.rings.push(plan.clone());
+        }
+    }
+    found
+}
+
+fn z_range(triangle: &[[i32; 3]; 3]) -> [i32; 2] {
+    let z = triangle.map(|v| v[2]);
+    [z[0].min(z[1]).min(z[2]), z[0].max(z[1]).max(z[2])]
+}
+
+/// Those that a chain of boxes that touch joins to the height of the floor: few are left where the floor is level.
+fn near_floor(candidates: Vec<Candidate>, place: Place<'_>, floor_z: i32) -> Vec<Candidate> {
+    let step = to_tenths(place.robot.step_height_m);
+    let cell = place.spec.cell_tenths;
+    let is_seed = |c: &Candidate| c.z[0] <= floor_z + 2 * step && floor_z - 2 * step <= c.z[1];
+    let (mut near, mut rest): (Vec<Candidate>, Vec<Candidate>) = candidates.into_iter().partition(is_seed);
+    let mut at = 0;
+    while at < near.len() {
+        let Candidate { bounds, z, .. } = near[at];
+        let around = Bounds { min: bounds.min.map(|c| c - 2 * cell), max: bounds.max.map(|c| c + 2 * cell) };
+        let touches = |other: &Candidate| {
+            around.meets(&other.bounds) && other.z[0] <= z[1] + step && z[0] - step <= other.z[1]
+        };
+        let (found, left): (Vec<_>, Vec<_>) = rest.into_iter().partition(touches);
+        near.extend(found);
+        rest = left;
+        at += 1;
+    }
+    near
+}
+
+/// A candidate with its area in plan and the cells that it overlaps.
+struct Drawn {
+    element: u32,
+    plane: Plane,
+    area: MultiPolygon,
+    cells: Vec<Run>,
+}
+
+/// Those that cells join to the floor of the storey.
+fn joined_to_floor(near: Vec<Candidate>, place: Place<'_>, storey: &StoreySlice) -> Vec<Drawn> {
+    let drawn = |candidate: Candidate| {
+        let Candidate { element, plane, rings, .. } = candidate;
+        let area = union(&rings, FillRule::NonZero);
+        let cells = overlapped_cells(&area, &[], place.spec);
+        (!cells.is_empty()).then_some(Drawn { element, plane, area, cells })
+    };
+    let mut drawn: Vec<Drawn> = near.into_par_iter().filter_map(drawn).collect();
+    if drawn.is_empty() {
+        return drawn;
+    }
+    let mut joined = Joined::new(drawn.len());
+    join_in_cells(&drawn, place, storey, &mut joined);
+    let mut at = 0;
+    drawn.retain(|_| {
+        at += 1;
+        joined.are_one(at - 1, joined.floor())
+    });
+    drawn
+}
+
+/// Joins what meets in a cell or at the border of two cells.
+fn join_in_cells(drawn: &[Drawn], place: Place<'_>, storey: &StoreySlice, joined: &mut Joined) {
+    let Place { spec, robot, .. } = place;
+    let width = spec.width as usize;
+    let mut floor = Mask::new(width, spec.height as usize);
+    let rings: Vec<Ring> = storey.floor.iter().flat_map(|piece| piece.rings.iter().cloned()).collect();
+    floor.set_runs(&overlapped_cells(&union(&rings, FillRule::NonZero), &[], spec));
+    let mut in_cells: Vec<(usize, usize)> = Vec::new();
+    for (k, one) in drawn.iter().enumerate() {
+        for run in &one.cells {
+            let row = run.row as usize * width;
+            in_cells.extend((row + run.start as usize..row + run.end as usize).map(|cell| (cell, k)));
+        }
+    }
+    in_cells.sort_unstable();
+    let of_cell = |cell: usize| {
+        let from = in_cells.partition_point(|(c, _)| *c < cell);
+        in_cells[from..].iter().take_while(move |(c, _)| *c == cell).map(|(_, k)| *k)
+    };
+    let most = f64::from(to_tenths(robot.step_height_m)) + STEP_TOLERANCE;
+    for &(cell, k) in &in_cells {
+        let (column, row) = (cell % width, cell / width);
+        // The cell itself and its neighbours, with the middle between the two.
+        let (x, y) = (column as f64 + 0.5, row as f64 + 0.5);
+        let neighbours = [
+            Some((cell, [x, y])),
+            (column > 0).then(|| (cell - 1, [x - 0.5, y])),
+            (column + 1 < width).then(|| (cell + 1, [x + 0.5, y])),
+            (row > 0).then(|| (cell - width, [x, y - 0.5])),
+            (cell + width < floor.cells.len()).then(|| (cell + width, [x, y + 0.5])),
+        ];
+        for (neighbour, middle) in neighbours.into_iter().flatten() {
+            let z = z_at(&drawn[k].plane, middle, spec);
+            if floor.cells[neighbour] && (z - f64::from(storey.floor_z)).abs() <= most {
+                joined.join(k, joined.floor());
+            }
+            let meets = |other: &usize| (z_at(&drawn[*other].plane, middle, spec) - z).abs() <= most;
+            of_cell(neighbour).filter(meets).for_each(|other| joined.join(k, other));
+        }
+    }
+}
+
+/// Disjoint sets of surfaces, with the floor of the storey as the last one.
+struct Joined(Vec<usize>);
+
+impl Joined {
+    fn new(n: usize) -> Self {
+        Self((0..=n).collect())
+    }
+
+    fn floor(&self) -> usize {
+        self.0.len() - 1
+    }
+
+    fn first(&mut self, mut k: usize) -> usize {
+        while self.0[k] != k {
+            self.0[k] = self.0[self.0[k]];
+            k = self.0[k];
+        }
+        k
+    }
+
+    fn join(&mut self, a: usize, b: usize) {
+        let (a, b) = (self.first(a), self.first(b));
+        self.0[a.max(b)] = a.min(b);
+    }
+
+    fn are_one(&mut self, a: usize, b: usize) -> bool {
+        self.first(a) == self.first(b)
+    }
+}
+
+/// Cuts what stands above a surface and beside it.
+fn patch(drawn: Drawn, place: Place<'_>) -> GroundPatch {
+    let Drawn { element, plane, area, cells } = drawn;
+    let Place { site, robot, spec, .. } = place;
+    let beside = BESIDE.unsigned_abs().div_ceil(spec.cell_tenths.unsigned_abs());
+    let around = grown_runs(&cells, beside, &CellRect::whole(spec.width, spec.height));
+    let rect = CellRect::around(&around).unwrap_or(CellRect { min: [0; 2], max: [0; 2] });
+    let plan = area.bounds().unwrap_or(Bounds { min: [0; 2], max: [0; 2] });
+    let plan = Bounds { min: plan.min.map(|c| c - BESIDE), max: plan.max.map(|c| c + BESIDE) };
+    let corners = [[plan.min[0], plan.min[1]], [plan.max[0], plan.min[1]], plan.max, [plan.min[0], plan.max[1]]];
+    let z = corners.map(|c| plane.z(c.map(f64::from)));
+    let heights = [z.into_iter().fold(f64::INFINITY, f64::min), z.into_iter().fold(f64::NEG_INFINITY, f64::max)];
+    let cut = |slab: Slab, wanted: &(dyn Fn(&ElementRecord) -> bool + Sync)| -> Vec<ElementRuns> {
+        let is_near = |e: &ElementRecord| {
+            let own = Bounds { min: [e.min_tenths[0], e.min_tenths[1]], max: [e.max_tenths[0], e.max_tenths[1]] };
+            let (lo, hi) = (heights[0] + f64::from(slab.lo), heights[1] + f64::from(slab.hi));
+            e.n_parts > 0 && own.meets(&plan) && f64::from(e.min_tenths[2]) <= hi && lo <= f64::from(e.max_tenths[2])
+        };
+        let elements = site.elements.iter().zip(0..).filter(|(e, _)| is_near(e) && wanted(e));
+        let mut found: Vec<ElementRuns> = elements
+            .filter_map(|(record, element)| {
+                let parts: Vec<(Vec<[i32; 3]>, MeshView<'_>)> =
+                    site.element_meshes(record).map(|mesh| (plane.heights_above(mesh.vertices), mesh)).collect();
+                let above = parts.iter().map(|(vertices, mesh)| MeshView { vertices, ..*mesh });
+                let own = place.element_runs(element, &SlabCut::of(above, slab), Some(&around));
+                (!own.runs.is_empty()).then_some(own)
+            })
+            .collect();
+        found.sort_by_key(|o| o.class.draw_priority());
+        found
+    };
+    let [lo, hi] = slab_above_floor(robot);
+    let lidar = to_tenths(robot.lidar_height_m);
+    GroundPatch {
+        element,
+        plane,
+        obstacles: cut(Slab { lo, hi }, &|_| true),
+        lidar: cut(Slab { lo: lidar, hi: lidar + 2 }, &is_lasting),
+        area,
+        cells,
+        rect,
+    }
+}

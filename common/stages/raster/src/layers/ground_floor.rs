@@ -1,0 +1,185 @@
+//! The floor of a storey with ground at other heights: the surface that each cell shows, and where the ground breaks off.
+
+use crate::model::cell_area::{slab_above_floor, to_tenths};
+use crate::model::gap::FLOOR_CRACK;
+use crate::model::ground_patch::{GroundPatch, STEP_TOLERANCE, z_at};
+use crate::model::storey_slice::StoreySlice;
+use geometry::{MultiPolygon, close_gaps, difference, union_of};
+use grid::{CellRect, Mask, Run, covered_cells};
+use messages::RobotProfile;
+
+/// The surface of a cell that has no patch: the level of the storey's own floor.
+pub(crate) const LEVEL: u32 = u32::MAX;
+
+/// Rows of cells whose surfaces are compared at once.
+const BAND_ROWS: u32 = 64;
+
+/// Floor cells, and which of them show a patch.
+#[derive(Debug, Default)]
+pub(crate) struct GroundFloor {
+    /// Cells that floor covers whole, without those from which the ground breaks off.
+    pub(crate) floor: Vec<Run>,
+    /// Cells that show a patch, by its index among those of the storey; also those from which the ground breaks off.
+    pub(crate) patches: Vec<(Run, u32)>,
+}
+
+/// The floor of the patches that are there and of the storey's own level, `level`.
+///
+/// A cell shows one surface. Of surfaces above each other that with too little headroom for the robot is none, and of the others that
+/// counts which is nearest to the level of the storey: what lies deeper or higher belongs to the map of another one. From a cell the
+/// ground breaks off where that beside it is lower by more than a step.
+pub(crate) fn ground_floor(
+    storey: &StoreySlice,
+    robot: &RobotProfile,
+    level: &MultiPolygon,
+    is_there: impl Fn(&GroundPatch) -> bool,
+) -> GroundFloor {
+    let there: Vec<u32> = (0..).zip(&storey.ground).filter(|(_, p)| is_there(p)).map(|(k, _)| k).collect();
+    let patches = || there.iter().map(|&k| &storey.ground[k as usize]);
+    let Some(rect) = patches().map(|p| p.rect).reduce(|a, b| a.around_both(&b)) else {
+        return GroundFloor { floor: covered_cells(level, &storey.spec), patches: Vec::new() };
+    };
+    let all = close_gaps(&union_of(patches().map(|p| &p.area).chain([level])), FLOOR_CRACK);
+    let all = if storey.shafts.is_empty() { all } else { difference(&all, &storey.shafts) };
+    let mask = |area: &MultiPolygon| {
+        let mut mask = Mask::new(storey.spec.width as usize, storey.spec.height as usize);
+        mask.set_runs(&covered_cells(area, &storey.spec));
+        mask
+    };
+    let mut floor = mask(&all);
+    let most = f64::from(to_tenths(robot.step_height_m)) + STEP_TOLERANCE;
+    let headroom = f64::from(slab_above_floor(robot)[1]);
+    let mut surfaces = Surfaces { storey, rect, of_cell: vec![LEVEL; rect.n_cells()] };
+    surfaces.choose(&there, [&floor, &mask(level)], [most, headroom]);
+    let (patches, breaks) = (surfaces.patches(&floor), surfaces.breaks(&floor, most));
+    breaks.into_iter().for_each(|cell| floor.cells[cell] = false);
+    GroundFloor { patches, floor: runs_of(&floor) }
+}
+
+/// The surface of each cell of a rectangle.
+struct Surfaces<'a> {
+    storey: &'a StoreySlice,
+    rect: CellRect,
+    of_cell: Vec<u32>,
+}
+
+impl Surfaces<'_> {
+    fn width(&self) -> usize {
+        self.storey.spec.width as usize
+    }
+
+    /// Index in `of_cell` of a cell of the grid in the rectangle.
+    fn at(&self, cell: usize) -> usize {
+        let (column, row) = (cell % self.width(), cell / self.width());
+        (row - self.rect.min[1] as usize) * self.rect.width() + column - self.rect.min[0] as usize
+    }
+
+    fn z(&self, surface: u32, middle: [f64; 2]) -> f64 {
+        match self.storey.ground.get(surface as usize) {
+            Some(patch) => z_at(&patch.plane, middle, &self.storey.spec),
+            None => f64::from(self.storey.floor_z),
+        }
+    }
+
+    fn choose(&mut self, there: &[u32], [floor, level]: [&Mask; 2], [step, headroom]: [f64; 2]) {
+        let width = self.width();
+        let (mut in_band, mut above): (Vec<(usize, u32)>, Vec<(f64, u32)>) = (Vec::new(), Vec::new());
+        for first in (self.rect.min[1]..self.rect.max[1]).step_by(BAND_ROWS as usize) {
+            let band = CellRect {
+                min: [self.rect.min[0], first],
+                max: [self.rect.max[0], self.rect.max[1].min(first + BAND_ROWS)],
+            };
+            in_band.clear();
+            for &k in there {
+                let patch = &self.storey.ground[k as usize];
+                if patch.rect.meets(&band) {
+                    in_band.extend(band.clip(&patch.cells, width).flatten().map(|cell| (cell, k)));
+                }
+            }
+            in_band.sort_unstable();
+            for same in in_band.chunk_by(|a, b| a.0 == b.0) {
+                let cell = same[0].0;
+                if !floor.cells[cell] {
+                    continue;
+                }
+                let middle = [(cell % width) as f64 + 0.5, (cell / width) as f64 + 0.5];
+                above.clear();
+                above.extend(same.iter().map(|&(_, k)| (self.z(k, middle), k)));
+                let off = |z: f64| (z - f64::from(self.storey.floor_z)).abs();
+                // A patch that begins here is the level floor of this place.
+                if level.cells[cell] && above.iter().all(|(z, _)| off(*z) > step) {
+                    above.push((f64::from(self.storey.floor_z), LEVEL));
+                }
+                above.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+                let is_roofed = |k: usize| above.get(k + 1).is_some_and(|next| next.0 - above[k].0 <= headroom);
+                let open = (0..above.len()).filter(|&k| !is_roofed(k)).map(|k| above[k]);
+                let nearest = open.min_by(|a, b| off(a.0).total_cmp(&off(b.0)));
+                let at = self.at(cell);
+                self.of_cell[at] = nearest.map_or(LEVEL, |(_, k)| k);
+            }
+        }
+    }
+
+    /// Cells beside which the ground is lower by more than `most`.
+    fn breaks(&self, floor: &Mask, most: f64) -> Vec<usize> {
+        let (width, height) = (self.width(), self.storey.spec.height as usize);
+        let surface = |cell: usize| {
+            let place = [(cell % width) as u32, (cell / width) as u32];
+            let is_in = (0..2).all(|k| self.rect.min[k] <= place[k] && place[k] < self.rect.max[k]);
+            if is_in { self.of_cell[self.at(cell)] } else { LEVEL }
+        };
+        let mut found = Vec::new();
+        for cell in self.rect.rows(width).flatten().filter(|&cell| floor.cells[cell]) {
+            let own = surface(cell);
+            let (column, row) = (cell % width, cell / width);
+            let (x, y) = (column as f64 + 0.5, row as f64 + 0.5);
+            let neighbours = [
+                (column > 0).then(|| (cell - 1, [x - 0.5, y])),
+                (column + 1 < width).then(|| (cell + 1, [x + 0.5, y])),
+                (row > 0).then(|| (cell - width, [x, y - 0.5])),
+                (row + 1 < height).then(|| (cell + width, [x, y + 0.5])),
+            ];
+            let is_lower = |(other, middle): (usize, [f64; 2])| {
+                let beside = surface(other);
+                floor.cells[other] && beside != own && self.z(own, middle) - self.z(beside, middle) > most
+            };
+            if neighbours.into_iter().flatten().any(is_lower) {
+                found.push(cell);
+            }
+        }
+        found
+    }
+
+    /// Runs of floor cells that show a patch.
+    fn patches(&self, floor: &Mask) -> Vec<(Run, u32)> {
+        let mut found = Vec::new();
+        for (row, cells) in (self.rect.min[1]..).zip(self.rect.rows(self.width())) {
+            let start = cells.start;
+            let surface = |cell: usize| if floor.cells[cell] { self.of_cell[self.at(cell)] } else { LEVEL };
+            let surfaces: Vec<u32> = cells.map(surface).collect();
+            let mut from = 0;
+            for same in surfaces.chunk_by(|a, b| a == b) {
+                if same[0] != LEVEL {
+                    let column = (start % self.width() + from) as u32;
+                    found.push((Run { row, start: column, end: column + same.len() as u32 }, same[0]));
+                }
+                from += same.len();
+            }
+        }
+        found
+    }
+}
+
+fn runs_of(mask: &Mask) -> Vec<Run> {
+    let mut runs = Vec::new();
+    for (row, cells) in (0..).zip(mask.cells.chunks_exact(mask.width.max(1))) {
+        let mut from = 0;
+        for same in cells.chunk_by(|a, b| a == b) {
+            if same[0] {
+                runs.push(Run { row, start: from as u32, end: (from + same.len()) as u32 });
+            }
+            from += same.len();
+        }
+    }
+    runs
+}

@@ -1,0 +1,39 @@
+//! Patches of ground that is not level with the floor of the storey: what a robot drives on there, and what stands in its way above it.
+
+use super::element_runs::ElementRuns;
+use geometry::{MultiPolygon, Plane};
+use grid::{CellRect, GridSpec, Run};
+
+/// Faces of an element in one plane, that lead from the floor of the storey to other heights.
+#[derive(Debug)]
+pub(crate) struct GroundPatch {
+    pub(crate) element: u32,
+    pub(crate) plane: Plane,
+    /// In plan.
+    pub(crate) area: MultiPolygon,
+    /// Cells that the area overlaps.
+    pub(crate) cells: Vec<Run>,
+    /// Around these cells and those beside them in which obstacles are looked for.
+    pub(crate) rect: CellRect,
+    /// What stands above the patch within the height of the robot, in its cells and beside them.
+    pub(crate) obstacles: Vec<ElementRuns>,
+    /// Sections of lasting elements at the lidar's height above the patch.
+    pub(crate) lidar: Vec<ElementRuns>,
+}
+
+/// Heights that differ by more than a step and this are no step: vertices are whole tenths of a millimetre.
+pub(crate) const STEP_TOLERANCE: f64 = 5.0;
+
+/// Height of a plane at a place in columns and rows of a grid, in tenths of a millimetre.
+pub(crate) fn z_at(plane: &Plane, [column, row]: [f64; 2], spec: &GridSpec) -> f64 {
+    let at = |cells: f64, first: i32| (cells + f64::from(first)) * f64::from(spec.cell_tenths);
+    plane.z([at(column, spec.first_cell[0]), at(row, spec.first_cell[1])])
+}
+
+impl GroundPatch {
+    /// Height of the patch, or of its continuation, in the middle of a cell, by its index.
+    pub(crate) fn z_of(&self, cell: usize, spec: &GridSpec) -> f64 {
+        let width = spec.width as usize;
+        z_at(&self.plane, [(cell % width) as f64 + 0.5, (cell / width) as f64 + 0.5], spec)
+    }
+}

@@ -1,0 +1,148 @@
+//! Ramps as floor of a storey: where they are free, what stands on them, where they break off.
+#![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
+
+mod support;
+
+use grid::Class;
+use messages::*;
+use proptest::prelude::*;
+use support::{Drawn, House};
+
+const FREE: i8 = 0;
+const OCCUPIED: i8 = 100;
+const UNKNOWN: i8 = -1;
+
+/// A yard of 6 m by 6 m, and a ramp 3 m wide that leaves it to the east and rises by `rise` over 10 m.
+fn yard(rise: f64) -> House {
+    let mut house = House { bounds_m: [-1.0, -1.0, 18.0, 7.0], ..House::empty() };
+    house.slab([0.0, 0.0], [6.0, 6.0], 0.0);
+    house.ramp([6.0, 1.5], [16.0, 4.5], [0.0, rise]);
+    house
+}
+
+fn planning_along(drawn: &Drawn, y: f64) -> Vec<i8> {
+    (0..100).map(|k| drawn.planning(6.05 + f64::from(k) * 0.1, y)).collect()
+}
+
+#[test]
+fn a_ramp_within_the_limit_is_free_from_its_foot_to_its_head() {
+    for rise in [0.8, -0.8] {
+        let drawn = yard(rise).map();
+        assert!(planning_along(&drawn, 3.0).iter().all(|&p| p == FREE), "{rise}: {:?}", planning_along(&drawn, 3.0));
+        assert_eq!(drawn.planning(16.5, 3.0), UNKNOWN, "nothing is known behind its head");
+        assert_eq!((drawn.keepout(15.95, 3.0), drawn.keepout(11.0, 3.0)), (100, -1), "it breaks off at its head alone");
+        assert_eq!((drawn.keepout(11.0, 1.55), drawn.keepout(6.1, 3.0)), (100, -1), "and at its sides");
+    }
+}
+
+#[test]
+fn a_robot_that_may_not_climb_it_has_an_obstacle_there() {
+    assert!(planning_along(&yard(1.4).map(), 3.0)[10..].iter().all(|&p| p == OCCUPIED), "14 % is too steep");
+    let robot = RobotProfile { max_slope_rad: 0.05, ..RobotProfile::DEFAULT };
+    let along = planning_along(&yard(0.8).map_at(|_| {}, &robot), 3.0);
+    assert!(along[10..].iter().all(|&p| p == OCCUPIED), "{along:?}");
+    let robot = RobotProfile { max_slope_rad: 0.2, ..RobotProfile::DEFAULT };
+    assert!(planning_along(&yard(1.4).map_at(|_| {}, &robot), 3.0).iter().all(|&p| p == FREE));
+}
+
+#[test]
+fn what_stands_on_a_ramp_is_in_the_way_by_its_height_above_the_ramp() {
+    let mut house = yard(0.8);
+    // At x = 14 the ramp is at 0.64 m: a beam at 1.5 m hangs 0.86 m above it, one at 2.0 m leaves room for the robot.
+    house.add(Class::Beam, [14.0, 1.5, 1.5], [14.2, 4.5, 1.7]);
+    house.add(Class::Beam, [12.0, 1.5, 2.0], [12.2, 4.5, 2.2]);
+    // A kerb of 3 cm is a step that the robot takes, one of 10 cm is not.
+    house.add(Class::Furniture, [9.0, 2.0, 0.2], [9.2, 2.6, 0.27]);
+    house.add(Class::Furniture, [9.0, 3.5, 0.2], [9.2, 4.1, 0.356]);
+    let drawn = house.map();
+    let at = |x: f64, y: f64| (drawn.planning(x, y), Class::ALL[usize::from(drawn.grid().class[drawn.at(x, y)])]);
+    assert_eq!(at(14.1, 3.0), (OCCUPIED, Class::Beam));
+    assert_eq!(at(12.1, 3.0), (FREE, Class::None));
+    assert_eq!(at(9.15, 2.3), (FREE, Class::None));
+    assert_eq!(at(9.15, 3.8), (OCCUPIED, Class::Furniture));
+}
+
+#[test]
+fn a_parapet_beside_a_ramp_bounds_it_and_the_lidar_sees_it() {
+    let mut house = yard(0.8);
+    house.add(Class::Wall, [6.0, 4.5, 0.7], [16.0, 4.7, 1.6]);
+    let drawn = house.map();
+    // At the head of the ramp the parapet stands a metre high, at its foot it hangs above the robot's lidar.
+    assert_eq!((drawn.planning(15.5, 4.55), drawn.localization(15.5, 4.55)), (OCCUPIED, 100));
+    assert_eq!((drawn.planning(6.5, 4.55), drawn.localization(6.5, 4.55)), (OCCUPIED, -1));
+    assert_eq!(drawn.keepout(13.0, 4.35), -1, "behind a parapet nobody falls");
+    assert_eq!(drawn.keepout(13.0, 1.65), 100);
+}
+
+#[test]
+fn floor_under_a_ramp_counts_where_the_robot_fits_below() {
+    let mut house = House { bounds_m: [-1.0, -1.0, 30.0, 7.0], ..House::empty() };
+    house.slab([0.0, 0.0], [28.0, 6.0], 0.0);
+    house.ramp([6.0, 1.5], [26.0, 4.5], [0.0, 2.0]);
+    let drawn = house.map();
+    // The underside is 1.35 m above the floor at x = 21.5, and the ramp itself 1.0 m at x = 16.
+    assert_eq!(drawn.planning(24.0, 3.0), FREE, "the robot fits below");
+    assert_eq!(drawn.planning(12.0, 3.0), FREE, "it drives on the ramp");
+    assert_eq!(drawn.planning(16.0, 1.45), FREE, "beside the ramp is floor");
+    assert_eq!(drawn.planning(16.0, 1.55), UNKNOWN, "the ramp breaks off");
+    assert_eq!(drawn.keepout(16.0, 1.75), 100);
+}
+
+#[test]
+fn a_ramp_that_is_not_built_yet_leads_nowhere() {
+    let drawn = yard(0.8).map_at(
+        |state| {
+            state.head.plan_time_s = 7;
+            state.effective[1] = ElementState::NotStarted.into();
+        },
+        &RobotProfile::DEFAULT,
+    );
+    assert!(planning_along(&drawn, 3.0).iter().all(|&p| p == UNKNOWN));
+    assert_eq!(drawn.keepout(5.95, 3.0), 100, "the yard ends in a drop-off");
+}
+
+#[test]
+fn ground_that_nothing_leads_to_is_not_on_the_map() {
+    let mut house = yard(0.8);
+    house.ramp([6.0, 5.0], [16.0, 6.5], [0.3, 1.1]);
+    let drawn = house.map();
+    assert_eq!(drawn.planning(8.0, 5.5), OCCUPIED, "its body stands there");
+    assert_eq!(drawn.planning(15.5, 5.5), OCCUPIED);
+}
+
+proptest! {
+    /// Against the height of the ramp in every cell, without polygons or patches.
+    #[test]
+    fn a_cell_of_a_ramp_is_free_if_nothing_stands_within_the_robots_height_above_it(
+        rise in -0.9f64..0.9,
+        boxes in prop::collection::vec((6.2f64..15.0, 1.6f64..4.0, 0.1f64..1.0, -0.6f64..2.4, 0.05f64..0.6), 0..6),
+    ) {
+        let mut house = yard(rise);
+        for &(x, y, side, z, height) in &boxes {
+            house.add(Class::Furniture, [x, y, z], [x + side, y + side, z + height]);
+        }
+        let drawn = house.map();
+        let [lo, hi] = RobotProfile::DEFAULT.slab_m();
+        // Cells off the foot, the head and the sides of the ramp.
+        for (column, row) in (2..98).flat_map(|c| (2..28).map(move |r| (c, r))) {
+            let [x0, y0] = [6.0 + f64::from(column) * 0.1, 1.5 + f64::from(row) * 0.1];
+            let ground = [x0, x0 + 0.1].map(|x| rise * (x - 6.0) / 10.0);
+            let (low, high) = (ground[0].min(ground[1]), ground[0].max(ground[1]));
+            // A millimetre more or less than the exact overlap may go either way.
+            let meets = |margin: f64| boxes.iter().any(|&(x, y, side, z, height)| {
+                let plan = |at: f64, from: f64| at - margin < from + side && from < at + 0.1 + margin;
+                let slab = low + lo - margin < z + height && z < high + hi + margin;
+                plan(x0, x) && plan(y0, y) && slab
+            });
+            // On the slope a box meets the slab at one side of the cell only, so that its plan decides with its height.
+            let surely = boxes.iter().any(|&(x, y, side, z, height)| {
+                let plan = |at: f64, from: f64| at + 0.001 < from + side && from < at + 0.099;
+                plan(x0, x) && plan(y0, y) && high + lo + 0.001 < z + height && z < low + hi - 0.001
+            });
+            let planning = drawn.planning(x0 + 0.05, y0 + 0.05);
+            prop_assert!(planning == FREE || planning == OCCUPIED, "{} at {:?}", planning, (x0, y0));
+            prop_assert!(!surely || planning == OCCUPIED, "{:?} is in the way at {:?}", boxes, (x0, y0));
+            prop_assert!(meets(0.001) || planning == FREE, "nothing stands at {:?}", (x0, y0));
+        }
+    }
+}
