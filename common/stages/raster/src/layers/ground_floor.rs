@@ -1,6 +1,7 @@
 //! The floor of a storey with ground at other heights: the surface that each cell shows, and where the ground breaks off.
 
 use crate::model::cell_area::{slab_above_floor, to_tenths};
+use crate::model::element_runs::ElementRuns;
 use crate::model::gap::FLOOR_CRACK;
 use crate::model::ground_patch::{GroundPatch, STEP_TOLERANCE, z_at};
 use crate::model::storey_slice::StoreySlice;
@@ -25,9 +26,9 @@ pub(crate) struct GroundFloor {
 
 /// The floor of the patches that are there and of the storey's own level, `level`.
 ///
-/// A cell shows one surface. Of surfaces above each other that with too little headroom for the robot is none, and of the others that
-/// counts which is nearest to the level of the storey: what lies deeper or higher belongs to the map of another one. From a cell the
-/// ground breaks off where that beside it is lower by more than a step.
+/// A cell shows one surface. Of surfaces above each other one counts only if the robot fits below the next, and below its body; of those
+/// that do it is the one nearest to the level of the storey: what lies deeper or higher belongs to the map of another one. From a cell
+/// the ground breaks off where that beside it is lower by more than a step.
 pub(crate) fn ground_floor(
     storey: &StoreySlice,
     robot: &RobotProfile,
@@ -49,7 +50,15 @@ pub(crate) fn ground_floor(
     let mut floor = mask(&all);
     let most = f64::from(to_tenths(robot.step_height_m)) + STEP_TOLERANCE;
     let headroom = f64::from(slab_above_floor(robot)[1]);
-    let mut surfaces = Surfaces { storey, rect, of_cell: vec![LEVEL; rect.n_cells()] };
+    let of_ground = |o: &&ElementRuns| patches().any(|patch| patch.element == o.element);
+    let bodies = |obstacles| BodyCells::of(Iterator::filter(<[ElementRuns]>::iter(obstacles), of_ground));
+    let mut surfaces = Surfaces {
+        storey,
+        rect,
+        of_cell: vec![LEVEL; rect.n_cells()],
+        above_level: bodies(&storey.obstacles),
+        above_patches: storey.ground.iter().map(|patch| bodies(&patch.obstacles)).collect(),
+    };
     surfaces.choose(&there, [&floor, &mask(level)], [most, headroom]);
     let (patches, breaks) = (surfaces.patches(&floor), surfaces.breaks(&floor, most));
     breaks.into_iter().for_each(|cell| floor.cells[cell] = false);
@@ -61,6 +70,25 @@ struct Surfaces<'a> {
     storey: &'a StoreySlice,
     rect: CellRect,
     of_cell: Vec<u32>,
+    /// Where bodies of ground stand in the way on the storey's level, and on each patch.
+    above_level: BodyCells,
+    above_patches: Vec<BodyCells>,
+}
+
+/// Cells of bodies, as sorted runs of each.
+struct BodyCells(Vec<Vec<Run>>);
+
+impl BodyCells {
+    fn of<'a>(bodies: impl Iterator<Item = &'a ElementRuns>) -> Self {
+        Self(bodies.map(|body| body.runs.clone()).collect())
+    }
+
+    fn hold(&self, column: u32, row: u32) -> bool {
+        self.0.iter().any(|runs| {
+            let at = runs.partition_point(|run| (run.row, run.end) <= (row, column));
+            runs.get(at).is_some_and(|run| run.row == row && run.start <= column)
+        })
+    }
 }
 
 impl Surfaces<'_> {
@@ -102,7 +130,8 @@ impl Surfaces<'_> {
                 if !floor.cells[cell] {
                     continue;
                 }
-                let middle = [(cell % width) as f64 + 0.5, (cell / width) as f64 + 0.5];
+                let (column, row) = ((cell % width) as u32, (cell / width) as u32);
+                let middle = [f64::from(column) + 0.5, f64::from(row) + 0.5];
                 above.clear();
                 above.extend(same.iter().map(|&(_, k)| (self.z(k, middle), k)));
                 let off = |z: f64| (z - f64::from(self.storey.floor_z)).abs();
@@ -112,7 +141,11 @@ impl Surfaces<'_> {
                 }
                 above.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
                 let is_roofed = |k: usize| above.get(k + 1).is_some_and(|next| next.0 - above[k].0 <= headroom);
-                let open = (0..above.len()).filter(|&k| !is_roofed(k)).map(|k| above[k]);
+                let is_filled = |surface: u32| {
+                    self.above_patches.get(surface as usize).unwrap_or(&self.above_level).hold(column, row)
+                };
+                let is_open = |k: &usize| !is_roofed(*k) && (above.len() == 1 || !is_filled(above[*k].1));
+                let open = (0..above.len()).filter(is_open).map(|k| above[k]);
                 let nearest = open.min_by(|a, b| off(a.0).total_cmp(&off(b.0)));
                 let at = self.at(cell);
                 self.of_cell[at] = nearest.map_or(LEVEL, |(_, k)| k);
