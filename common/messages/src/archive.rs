@@ -363,10 +363,10 @@ pub(crate) struct SectionLayout {
     pub(crate) count: usize,
 }
 
-/// Byte ranges of these sections, and the archive's length.
-pub(crate) fn layout<const N: usize>(sections: &[SectionLayout; N]) -> ([Range<usize>; N], usize) {
-    let mut end = table_end(N);
-    let ranges = std::array::from_fn(|k| place(&sections[k], &mut end));
+/// Byte ranges of the first `n` of these sections, empty ones of the others, and the archive's length.
+pub(crate) fn layout<const N: usize>(sections: &[SectionLayout; N], n: usize) -> ([Range<usize>; N], usize) {
+    let mut end = table_end(n);
+    let ranges = std::array::from_fn(|k| if k < n { place(&sections[k], &mut end) } else { 0..0 });
     (ranges, end)
 }
 

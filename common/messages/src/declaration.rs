@@ -192,7 +192,7 @@ macro_rules! section_writer {
     (
         layers $(#[$meta:meta])* $writer:ident of $view:ident {
             $(#[$head_doc:meta])* $head_vis:vis $head:ident: one($head_id:literal, $head_type:ty),
-            $($(#[$doc:meta])* $vis:vis $layer:ident: many($id:literal, $cell:ty),)*
+            $($(#[$doc:meta])* $vis:vis $layer:ident: $shape:ident($id:literal, $cell:ty),)*
         }
     ) => {
         $(#[$meta])*
@@ -204,6 +204,8 @@ macro_rules! section_writer {
         impl<'a> $writer<'a> {
             /// Head and layers.
             const N_SECTIONS: usize = 1 + [$(stringify!($layer)),*].len();
+            /// Head and the layers that every grid has; they come first.
+            const N_ALWAYS: usize = 1 $(+ $crate::declaration::section!(always $shape))*;
 
             /// The sections of a grid of so many cells.
             fn layouts(n_cells: usize) -> [$crate::archive::SectionLayout; $writer::N_SECTIONS] {
@@ -222,7 +224,7 @@ macro_rules! section_writer {
         }
 
         impl $view<'_> {
-            /// Cells of each layer.
+            /// Cells of each layer; zero of one that is not there.
             fn layer_lengths(&self) -> [usize; $writer::N_SECTIONS - 1] {
                 [$(self.$layer.len()),*]
             }
@@ -346,6 +348,10 @@ macro_rules! section {
     (list $list:ident, $name:expr; optional_group($first:literal, $view:ident, $writer:ident)) => {
         $list.extend($crate::section::Section::optional_group($name, $view::sections()))
     };
+
+    // Layers that every grid has, counted.
+    (always many) => { 1 };
+    (always if_any) => { 0 };
 
     (nothing one) => { bytemuck::Zeroable::zeroed() };
     (nothing $shape:ident) => { Default::default() };

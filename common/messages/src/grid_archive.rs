@@ -1,6 +1,6 @@
 //! The `grid` archive: layers of one map storey, written in place.
 
-use crate::archive::{ArchiveError, HASHED_BLOCK, hash_of_blocks, layout, seal, write_preamble, write_table};
+use crate::archive::{ArchiveError, HASHED_BLOCK, Preamble, hash_of_blocks, layout, seal, write_preamble, write_table};
 use crate::archive_kind::ArchiveKind;
 use crate::content_hash::ContentHash;
 use crate::declaration::declare_archive;
@@ -65,6 +65,11 @@ pub const FLOOR_BUILT: u8 = 1;
 /// Value of the layer `floor` where it is assumed.
 pub const FLOOR_ASSUMED: u8 = 2;
 
+/// Value of the layer `elevation` where there is no floor.
+pub const NO_HEIGHT: i32 = i32::MIN;
+/// Value of the layer `slope` where there is no floor.
+pub const NO_SLOPE: u16 = u16::MAX;
+
 declare_archive! {
     /// Layers of one map storey, read in place; row-major from the lower left.
     view Grid;
@@ -85,13 +90,22 @@ declare_archive! {
         pub floor: many(6, u8),
         /// Index of the space plus 1; 0 for none.
         pub space: many(7, u16),
+        /// Height of the ground in the middle of a cell in `map`, in tenths of a millimetre; [`NO_HEIGHT`] where there is none. Only of
+        /// a storey whose ground is not level.
+        pub elevation: if_any(8, i32),
+        /// Slope of the ground in milliradians; [`NO_SLOPE`] where there is none. Together with the elevation.
+        pub slope: if_any(9, u16),
     }
 }
 
 impl Grid<'_> {
     fn check(&self) -> Result<(), ArchiveError> {
         let n = u64::from(self.head.width) * u64::from(self.head.height);
-        if self.layer_lengths().iter().any(|&l| l as u64 != n) || self.head.cell_tenths <= 0 {
+        let lengths = self.layer_lengths().map(|l| l as u64);
+        let (always, heights) = lengths.split_at(GridLayers::N_ALWAYS - 1);
+        let is_level = heights.iter().all(|&l| l == 0);
+        let is_whole = always.iter().all(|&l| l == n) && (is_level || heights.iter().all(|&l| l == n));
+        if !is_whole || self.head.cell_tenths <= 0 {
             return Err(ArchiveError::Index { what: "a layer" });
         }
         check_tags([self.head.floor], "kind of floor")?;
@@ -101,6 +115,15 @@ impl Grid<'_> {
     /// Where the grid lies.
     pub fn spec(&self) -> GridSpec {
         self.head.spec()
+    }
+
+    /// Height of the ground in the middle of a cell in `map`, in tenths of a millimetre; `None` where there is none. On a level storey
+    /// it is that of the floor.
+    pub fn height_tenths(&self, cell: usize) -> Option<i32> {
+        match self.elevation.get(cell) {
+            Some(&height) => Some(height).filter(|&height| height != NO_HEIGHT),
+            None => Some(self.head.floor_z_tenths).filter(|_| self.floor[cell] != 0),
+        }
     }
 
     /// Class of what a cell shows.
@@ -118,27 +141,61 @@ impl Grid<'_> {
 #[derive(Debug)]
 pub struct GridWriter<'a> {
     out: &'a mut [u8],
-    ranges: [Range<usize>; N_SECTIONS],
+    place: Place,
+}
+
+/// Where the sections of a grid lie.
+#[derive(Debug, Clone)]
+struct Place {
+    n_sections: usize,
+    sections: [Range<usize>; N_SECTIONS],
+    length: usize,
+}
+
+impl Place {
+    fn of(n_cells: usize, n_sections: usize) -> Self {
+        let (sections, length) = layout(&GridLayers::layouts(n_cells), n_sections);
+        Self { n_sections, sections, length }
+    }
+
+    /// The sections of a grid in memory of a length.
+    fn in_memory(n_cells: usize, length: usize) -> Self {
+        let of_length = [GridLayers::N_ALWAYS, N_SECTIONS].map(|n| Self::of(n_cells, n));
+        of_length.into_iter().find(|place| place.length == length).expect("the memory has the grid's length")
+    }
+
+    fn head<'a>(&self, grid: &'a [u8]) -> &'a GridHead {
+        bytemuck::from_bytes(&grid[self.sections[0].clone()])
+    }
 }
 
 impl<'a> GridWriter<'a> {
-    /// Bytes that a grid of this many cells needs.
+    /// Bytes that a grid of this many cells needs on a level storey.
     pub fn len_of(n_cells: usize) -> usize {
-        layout(&GridLayers::layouts(n_cells)).1
+        Place::of(n_cells, GridLayers::N_ALWAYS).length
     }
 
-    /// Begins a grid in memory of exactly [`Self::len_of`] bytes at a multiple of 64. Its layers hold zeros.
+    /// The same with the heights of its cells.
+    pub fn len_with_heights(n_cells: usize) -> usize {
+        Place::of(n_cells, N_SECTIONS).length
+    }
+
+    /// Begins a grid in memory of exactly [`Self::len_of`] or [`Self::len_with_heights`] bytes at a multiple of 64. Its layers hold
+    /// zeros, but for heights and slopes: there are none.
     ///
     /// # Panics
     /// If the memory has another length than the grid needs.
     pub fn new(out: &'a mut [u8], head: &GridHead) -> Self {
         let layouts = GridLayers::layouts(head.spec().n_cells());
-        let (ranges, length) = layout(&layouts);
-        assert_eq!(out.len(), length, "the memory has the grid's length");
-        write_table(out, &layouts);
-        out[ranges[0].clone()].copy_from_slice(bytemuck::bytes_of(head));
-        ranges[1..].iter().for_each(|layer| out[layer.clone()].fill(0));
-        Self { out, ranges }
+        let place = Place::in_memory(head.spec().n_cells(), out.len());
+        write_table(out, &layouts[..place.n_sections]);
+        out[place.sections[0].clone()].copy_from_slice(bytemuck::bytes_of(head));
+        place.sections[1..].iter().for_each(|layer| out[layer.clone()].fill(0));
+        let mut writer = Self { out, place };
+        let GridLayers { elevation, slope, .. } = writer.layers();
+        elevation.fill(NO_HEIGHT);
+        slope.fill(NO_SLOPE);
+        writer
     }
 
     /// Goes on with a grid of `n_cells` that was begun in this memory, sealed or not.
@@ -146,19 +203,18 @@ impl<'a> GridWriter<'a> {
     /// # Panics
     /// If the memory has another length than the grid needs.
     pub fn resume(out: &'a mut [u8], n_cells: usize) -> Self {
-        let (ranges, length) = layout(&GridLayers::layouts(n_cells));
-        assert_eq!(out.len(), length, "the memory has the grid's length");
-        Self { out, ranges }
+        let place = Place::in_memory(n_cells, out.len());
+        Self { out, place }
     }
 
     /// The layers, as they were written so far.
     pub fn layers(&mut self) -> GridLayers<'_> {
-        GridLayers::of(self.out, &self.ranges)
+        GridLayers::of(self.out, &self.place.sections)
     }
 
     /// Makes it an archive; returns its content hash.
     pub fn seal(self) -> ContentHash {
-        seal(self.out, ArchiveKind::Grid, N_SECTIONS)
+        seal(self.out, ArchiveKind::Grid, self.place.n_sections)
     }
 
     /// The same, after nothing but cells in these rectangles changed since the hashes were made; all are made if there are none.
@@ -168,14 +224,14 @@ impl<'a> GridWriter<'a> {
         is_changed.clear();
         is_changed.resize(content.len().div_ceil(HASHED_BLOCK), hashes.is_empty());
         hashes.resize(is_changed.len(), 0);
-        let spec = head_of(self.out).spec();
-        for bytes in changed.iter().flat_map(|rect| cell_bytes(spec, &self.ranges, rect)) {
+        let spec = self.place.head(self.out).spec();
+        for bytes in changed.iter().flat_map(|rect| cell_bytes(spec, &self.place.sections, rect)) {
             is_changed[(bytes.start - 64) / HASHED_BLOCK..=(bytes.end - 1 - 64) / HASHED_BLOCK].fill(true);
         }
         let blocks = content.chunks(HASHED_BLOCK).zip(hashes.iter_mut()).zip(&*is_changed);
         blocks.filter(|(_, changed)| **changed).for_each(|((block, hash), _)| *hash = xxh3_64(block));
         let content_hash = hash_of_blocks(hashes.iter().copied());
-        write_preamble(self.out, ArchiveKind::Grid, N_SECTIONS, content_hash);
+        write_preamble(self.out, ArchiveKind::Grid, self.place.n_sections, content_hash);
         content_hash
     }
 }
@@ -188,11 +244,6 @@ pub struct BlockHashes {
     is_changed: Vec<bool>,
 }
 
-/// The head of a grid: it is the first section, however many cells follow.
-fn head_of(grid: &[u8]) -> &GridHead {
-    bytemuck::from_bytes(&grid[layout(&GridLayers::layouts(0)).0[0].clone()])
-}
-
 /// Where the cells of a rectangle lie in a grid, in all layers. They are not empty.
 fn cell_bytes<'a>(
     spec: GridSpec,
@@ -200,7 +251,7 @@ fn cell_bytes<'a>(
     rect: &CellRect,
 ) -> impl Iterator<Item = Range<usize>> + use<'a> {
     let rect = *rect;
-    sections[1..].iter().flat_map(move |layer| {
+    sections[1..].iter().filter(|layer| !layer.is_empty()).flat_map(move |layer| {
         let (start, size) = (layer.start, layer.len() / spec.n_cells().max(1));
         let rows = rect.rows(spec.width as usize).filter(|row| !row.is_empty());
         rows.map(move |row| start + row.start * size..start + row.end * size)
@@ -215,8 +266,14 @@ fn cell_bytes<'a>(
 pub fn copy_changed<'a>(grid: &[u8], copy: &mut [u8], changed: impl Iterator<Item = &'a CellRect>) {
     assert_eq!(grid.len(), copy.len(), "both are versions of one grid");
     copy[..64].fill(0);
-    let spec = head_of(grid).spec();
-    let (sections, _) = layout(&GridLayers::layouts(spec.n_cells()));
+    let n_sections = if Preamble::of(grid, ArchiveKind::Grid).is_ok_and(|p| p.n_sections as usize == N_SECTIONS) {
+        N_SECTIONS
+    } else {
+        GridLayers::N_ALWAYS
+    };
+    // The head is the first section, however many cells follow.
+    let spec = Place::of(0, n_sections).head(grid).spec();
+    let Place { sections, .. } = Place::of(spec.n_cells(), n_sections);
     let before_layers = 64..sections[1].start;
     copy[before_layers.clone()].copy_from_slice(&grid[before_layers]);
     for bytes in changed.flat_map(|rect| cell_bytes(spec, &sections, rect)) {
@@ -237,12 +294,14 @@ mod tests {
         #[test]
         fn a_grid_of_which_cells_changed_is_sealed_and_copied_as_if_it_were_new(
             size in [1u32..300, 1u32..120],
+            has_heights in any::<bool>(),
             changes in prop::collection::vec(([0.0..1.0f64, 0.0..1.0], [0.0..0.3f64, 0.0..0.3]), 1..5),
         ) {
             let [width, height] = size;
             let head = GridHead { cell_tenths: 500, width, height, ..GridHead::EMPTY };
             let n_cells = head.spec().n_cells();
-            let mut grid = ArchiveBuffer::zeroed(GridWriter::len_of(n_cells));
+            let len_of = if has_heights { GridWriter::len_with_heights } else { GridWriter::len_of };
+            let mut grid = ArchiveBuffer::zeroed(len_of(n_cells));
             let mut hashes = BlockHashes::default();
             GridWriter::new(grid.bytes_mut(), &head).seal_changed(&mut hashes, &[]);
             let mut copy = ArchiveBuffer::zeroed(grid.bytes().len());
@@ -255,6 +314,7 @@ mod tests {
                 let layers = writer.layers();
                 for cell in rect.rows(width as usize).flatten() {
                     (layers.class[cell], layers.planning[cell], layers.space[cell]) = (3, 100, layers.space[cell] + 259);
+                    layers.elevation.get_mut(cell).into_iter().for_each(|z| *z = 7_000);
                 }
                 let hash = writer.seal_changed(&mut hashes, &[rect]);
                 prop_assert_eq!(GridWriter::resume(grid.bytes_mut(), n_cells).seal(), hash);

@@ -108,7 +108,9 @@ pub use deviation_records::*;
 pub use deviations::{Deviations, DeviationsBuilder};
 pub use diagnostic_record::DiagnosticRecord;
 pub use diagnostics::{Diagnostic, DiagnosticCode, Named, Report, Severity};
-pub use grid_archive::{BlockHashes, FLOOR_ASSUMED, FLOOR_BUILT, Grid, GridHead, GridLayers, GridWriter, copy_changed};
+pub use grid_archive::{
+    BlockHashes, FLOOR_ASSUMED, FLOOR_BUILT, Grid, GridHead, GridLayers, GridWriter, NO_HEIGHT, NO_SLOPE, copy_changed,
+};
 pub use grids::{DoorPassage, DoorPassageRecord, GridSlotRecord, Grids, GridsBuilder, GridsHead, RegionRecord};
 pub use ground::{Ground, GroundWriter};
 pub use ground_records::*;

@@ -111,7 +111,27 @@ fn ground_that_nothing_leads_to_is_not_on_the_map() {
     assert_eq!(drawn.planning(15.5, 5.5), OCCUPIED);
 }
 
+#[test]
+fn heights_and_slopes_are_those_of_the_faces_and_a_level_storey_has_none() {
+    let mut house = yard(0.8);
+    // A slab 3 cm higher than the rest is level floor all the same.
+    house.slab([0.0, 0.0], [2.0, 6.0], 0.03);
+    let drawn = house.map();
+    let grid = drawn.grid();
+    let at = |x: f64, y: f64| {
+        let cell = drawn.at(x, y);
+        (grid.elevation[cell], grid.slope[cell])
+    };
+    assert_eq!([at(1.05, 3.05), at(4.05, 3.05)], [(300, 0), (0, 0)]);
+    assert_eq!(at(11.05, 3.05), (4_040, 80), "8 % are 80 milliradians");
+    assert_eq!(at(11.05, 6.55), (NO_HEIGHT, NO_SLOPE));
+    let mut level = yard(0.8);
+    level.builder.elements[1].n_parts = 0;
+    assert_eq!((level.map().grid().elevation.len(), grid.height_tenths(drawn.at(11.05, 3.05))), (0, Some(4_040)));
+}
+
 proptest! {
+    #![proptest_config(ProptestConfig::with_cases(48))]
     /// Against the height of the ramp in every cell, without polygons or patches.
     #[test]
     fn a_cell_of_a_ramp_is_free_if_nothing_stands_within_the_robots_height_above_it(
@@ -142,6 +162,8 @@ proptest! {
                 plan(x0, x) && plan(y0, y) && high + lo + 0.001 < z + height && z < low + hi - 0.001
             });
             let planning = drawn.planning(x0 + 0.05, y0 + 0.05);
+            let height = drawn.grid().elevation[drawn.at(x0 + 0.05, y0 + 0.05)];
+            prop_assert!((f64::from(height) / 1e4 - f64::midpoint(ground[0], ground[1])).abs() < 2e-4, "{} at {}", height, x0);
             prop_assert!(planning == FREE || planning == OCCUPIED, "{} at {:?}", planning, (x0, y0));
             prop_assert!(!surely || planning == OCCUPIED, "{:?} is in the way at {:?}", boxes, (x0, y0));
             prop_assert!(meets(0.001) || planning == FREE, "nothing stands at {:?}", (x0, y0));

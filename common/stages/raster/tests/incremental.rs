@@ -42,12 +42,8 @@ fn box_element() -> impl Strategy<Value = BoxElement> {
         rise: 0.0,
     });
     let foot = prop::sample::select(vec![0.0, 0.02, -0.1]);
-    let ramp = (place, 2.0f64..6.0, 0.5f64..3.0, foot, -0.12f64..0.12).prop_map(|((x, y), w, d, foot, slope)| BoxElement {
-        class: Class::Ramp,
-        min: [x, y, foot],
-        size: [w, d, 0.0],
-        is_floor: true,
-        rise: slope * w,
+    let ramp = (place, 2.0f64..6.0, 0.5f64..3.0, foot, -0.12f64..0.12).prop_map(|((x, y), w, d, foot, slope)| {
+        BoxElement { class: Class::Ramp, min: [x, y, foot], size: [w, d, 0.0], is_floor: true, rise: slope * w }
     });
     prop_oneof![3 => obstacle, 2 => floor, 2 => ramp]
 }
@@ -206,6 +202,8 @@ fn compare(incremental: &Rasterizer, full: &Rasterizer) -> Result<(), TestCaseEr
         differs("floor", (0..a.floor.len()).find(|&i| a.floor[i] != b.floor[i]))?;
         differs("planning", (0..a.planning.len()).find(|&i| a.planning[i] != b.planning[i]))?;
         differs("keepout", (0..a.keepout.len()).find(|&i| a.keepout[i] != b.keepout[i]))?;
+        differs("elevation", (0..a.elevation.len()).find(|&i| a.elevation[i] != b.elevation[i]))?;
+        differs("slope", (0..a.slope.len()).find(|&i| a.slope[i] != b.slope[i]))?;
         differs("localization", (0..a.localization.len()).find(|&i| a.localization[i] != b.localization[i]))?;
         prop_assert_eq!((redrawn.content_hash, redrawn.input_hash), (drawn.content_hash, drawn.input_hash));
         prop_assert!(redrawn.archive == drawn.archive);

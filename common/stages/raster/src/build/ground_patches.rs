@@ -7,7 +7,7 @@
 use super::place::{Place, is_lasting};
 use crate::model::cell_area::{slab_above_floor, to_tenths};
 use crate::model::element_runs::ElementRuns;
-use crate::model::ground_patch::{GroundPatch, STEP_TOLERANCE, z_at};
+use crate::model::ground_patch::{GroundPatch, LevelFace, STEP_TOLERANCE, z_at};
 use crate::model::storey_slice::{MIN_STOREY_HEIGHT, StoreySlice};
 use frames::TENTHS_PER_M;
 use geometry::{
@@ -57,14 +57,29 @@ fn reach_of(place: Place<'_>, floor_z: i32) -> Slab {
 
 /// The faces within reach that a robot may stand on, by plane, without those that are level with a floor.
 fn candidates(place: Place<'_>, floor_z: i32) -> Vec<Candidate> {
+    let step = to_tenths(place.robot.step_height_m);
+    let floors: Vec<i32> = place.site.map_storeys.iter().map(|s| s.floor_z_tenths).collect();
+    let is_level_with_a_floor = |[lo, hi]: [i32; 2]| floors.iter().any(|z| z - step <= lo && hi <= z + step);
+    faces_by_plane(place, reach_of(place, floor_z), |z| !is_level_with_a_floor(z))
+}
+
+/// Floor within a step of the floor of a storey.
+pub(super) fn level_faces(place: Place<'_>, floor_z: i32) -> Vec<LevelFace> {
+    let step = to_tenths(place.robot.step_height_m);
+    // The slab's faces lie half a unit inside its bounds: one unit more includes both heights.
+    let faces = faces_by_plane(place, Slab { lo: floor_z - step - 1, hi: floor_z + step + 1 }, |_| true);
+    let level_face = |face: Candidate| {
+        let cells = overlapped_cells(&union(&face.rings, FillRule::NonZero), &[], place.spec);
+        Some(LevelFace { element: face.element, plane: face.plane, rect: CellRect::around(&cells)?, cells })
+    };
+    faces.into_par_iter().filter_map(level_face).collect()
+}
+
+/// Parts between two heights of the faces that a robot may stand on, by element and plane; `wanted` is asked with the heights of each.
+fn faces_by_plane(place: Place<'_>, heights: Slab, wanted: impl Fn([i32; 2]) -> bool) -> Vec<Candidate> {
     let Place { site, robot, .. } = place;
-    let step = to_tenths(robot.step_height_m);
-    let reach = reach_of(place, floor_z);
-    let floors: Vec<i32> = site.map_storeys.iter().map(|s| s.floor_z_tenths).collect();
-    let is_level_with_a_floor =
-        |[lo, hi]: [i32; 2]| floors.iter().any(|z| z - step <= lo && hi <= z + step);
     let elements = site.elements.iter().zip(0..).filter(|(e, _)| {
-        e.has(element_flags::FLOOR) && e.n_parts > 0 && reach.meets(e.min_tenths[2], e.max_tenths[2])
+        e.has(element_flags::FLOOR) && e.n_parts > 0 && heights.meets(e.min_tenths[2], e.max_tenths[2])
     });
     let mut found: Vec<Candidate> = Vec::new();
     let mut plan = Vec::new();
@@ -73,14 +88,16 @@ fn candidates(place: Place<'_>, floor_z: i32) -> Vec<Candidate> {
         let origin = [record.min_tenths[0], record.min_tenths[1]].map(f64::from);
         for triangle in site.element_meshes(record).flat_map(|mesh| upward_triangles(mesh, robot.max_slope_rad)) {
             let z = z_range(&triangle);
-            clip_to_slab(&triangle, reach, &mut plan);
-            if ring_area_doubled(&plan) <= 0 || is_level_with_a_floor(z) {
+            if !heights.meets(z[0], z[1]) || !wanted(z) {
                 continue;
             }
+            clip_to_slab(&triangle, heights, &mut plan);
+            let Some(bounds) = Bounds::of(plan.iter().copied()).filter(|_| ring_area_doubled(&plan) > 0) else {
+                continue;
+            };
             let plane = Plane::of(&triangle);
             let [gx, gy] = plane.gradient().map(|g| (g / GRADIENT_UNIT).round() as i64);
             let key = [gx, gy, (plane.z(origin) / HEIGHT_UNIT).round() as i64];
-            let Some(bounds) = Bounds::of(plan.iter().copied()) else { continue };
             let at = *by_plane.entry(key).or_insert_with(|| {
                 found.push(Candidate { element, plane, rings: Vec::new(), bounds, z });
                 found.len() - 1
@@ -109,9 +126,8 @@ fn near_floor(candidates: Vec<Candidate>, place: Place<'_>, floor_z: i32) -> Vec
     while at < near.len() {
         let Candidate { bounds, z, .. } = near[at];
         let around = Bounds { min: bounds.min.map(|c| c - 2 * cell), max: bounds.max.map(|c| c + 2 * cell) };
-        let touches = |other: &Candidate| {
-            around.meets(&other.bounds) && other.z[0] <= z[1] + step && z[0] - step <= other.z[1]
-        };
+        let touches =
+            |other: &Candidate| around.meets(&other.bounds) && other.z[0] <= z[1] + step && z[0] - step <= other.z[1];
         let (found, left): (Vec<_>, Vec<_>) = rest.into_iter().partition(touches);
         near.extend(found);
         rest = left;

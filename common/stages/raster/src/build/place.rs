@@ -30,7 +30,8 @@ impl Place<'_> {
             let record = &self.site.elements[element as usize];
             let cut = SlabCut::of(self.site.element_meshes(record), slab);
             let is_there = !cut.is_empty();
-            let found = is_there.then(|| (self.element_runs(element, &cut, None), (element, LazyFootprint::of(cut, slab))));
+            let found =
+                is_there.then(|| (self.element_runs(element, &cut, None), (element, LazyFootprint::of(cut, slab))));
             sliced();
             found
         };

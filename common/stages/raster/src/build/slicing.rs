@@ -3,22 +3,18 @@
 use super::assumed_floor::{assumed_floor_of, open_to_below, shafts_at};
 use super::dependents::dependents;
 use super::floor_faces::{LEVEL_SLOPE_RAD, floor_pieces};
-use super::ground_patches::ground_patches;
+use super::ground_patches::{ground_patches, level_faces};
 use super::place::{Place, is_lasting};
 use super::slice_count::{SliceCount, slab_of};
 use crate::error::RasterizeError;
 use crate::layers::floor::sides_with_floor;
 use crate::model::cell_area::{cells_beside, to_tenths};
 use crate::model::obstacle_squares::ObstacleSquares;
-use crate::model::storey_slice::{
-    MIN_STOREY_HEIGHT, Overhead, Passage, SpaceRuns, StoreySlice, next_floor_z,
-};
+use crate::model::storey_slice::{MIN_STOREY_HEIGHT, Overhead, Passage, SpaceRuns, StoreySlice, next_floor_z};
 use frames::TENTHS_PER_M;
 use geometry::{Bounds, MultiPolygon, Slab};
 use grid::{CellRect, Class, GridSpec, Mask, covered_cells, overlapped_cells};
-use messages::{
-    ElementRecord, FloorKind, MapStoreyRecord, NONE, RobotProfile, Site, SpaceRecord, space_flags,
-};
+use messages::{ElementRecord, FloorKind, MapStoreyRecord, NONE, RobotProfile, Site, SpaceRecord, space_flags};
 
 /// Width of unknown cells around the contents of a grid, so that planners see the end of the map.
 const MARGIN: i32 = TENTHS_PER_M;
@@ -57,6 +53,7 @@ pub(crate) fn slice_storey(
         footprints,
         floor: floor_pieces(site, &spec, [floor_z - step, floor_z + step], robot.max_slope_rad),
         ground: Vec::new(),
+        level_faces: Vec::new(),
         floor_above: floor_pieces(site, &spec, [lo + 1, hi], LEVEL_SLOPE_RAD),
         spaces: spaces_of(site, &spec, map_storey),
         passages: passages_of(site, &spec, floor_z, hi),
@@ -74,6 +71,9 @@ pub(crate) fn slice_storey(
         storey.open_to_below = open_to_below(site, &storey.spec, floor_z);
     }
     storey.ground = ground_patches(place, &storey);
+    if !storey.ground.is_empty() {
+        storey.level_faces = level_faces(place, floor_z);
+    }
     let heights = Slab { lo: floor_z - MIN_STOREY_HEIGHT, hi: hi.max(next_floor_z(site, floor_z) + MIN_STOREY_HEIGHT) };
     storey.dependents = dependents(site, &storey, heights);
     Ok(storey)

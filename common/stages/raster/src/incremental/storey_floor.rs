@@ -2,8 +2,8 @@
 
 use super::state_difference::StateDifference;
 use crate::layers::cell_flags::BASE_FLOOR;
-use crate::layers::ground_floor::LEVEL;
 use crate::layers::floor::{BuiltFloorCache, enclosed_floor, sides_with_floor};
+use crate::layers::ground_floor::LEVEL;
 use crate::model::storey_inputs::StoreyInputs;
 use grid::join_rects;
 use messages::{FloorKind, RegionRecord, ScheduleState};
@@ -27,7 +27,14 @@ pub(crate) struct StoreyFloor {
 impl StoreyFloor {
     /// A storey without floor.
     pub(crate) fn new(floor_cache: BuiltFloorCache) -> Self {
-        Self { floor_cache, has_floor: false, has_assumed: false, open_passages: Vec::new(), patch_of: Vec::new(), regions: Vec::new() }
+        Self {
+            floor_cache,
+            has_floor: false,
+            has_assumed: false,
+            open_passages: Vec::new(),
+            patch_of: Vec::new(),
+            regions: Vec::new(),
+        }
     }
 
     /// Updates [`BASE_FLOOR`] for the finished floor elements.

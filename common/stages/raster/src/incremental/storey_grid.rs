@@ -20,14 +20,16 @@ use crate::layers::tile::TILE_CELLS;
 use crate::model::cell_area::{slab_above_floor, to_tenths};
 use crate::model::element_runs::ElementRuns;
 use crate::model::gap;
-use crate::model::ground_patch::STEP_TOLERANCE;
+use crate::model::ground_patch::{STEP_TOLERANCE, z_at};
 use crate::model::presence::Presence;
 use crate::model::storey_inputs::StoreyInputs;
 use crate::model::storey_slice::StoreySlice;
+use geometry::Plane;
 use grid::{CellRect, Class, GridSpec, Growth, Run, join_rects};
 use messages::{
     ArchiveBuffer, ArchiveKind, BlockHashes, ContentHash, DoorPassageRecord, FLOOR_ASSUMED, FLOOR_BUILT, FloorKind,
-    GridHead, GridLayers, GridWriter, Preamble, RegionRecord, RobotProfile, ScheduleState, copy_changed,
+    GridHead, GridLayers, GridWriter, NO_HEIGHT, NO_SLOPE, Preamble, RegionRecord, RobotProfile, ScheduleState,
+    copy_changed,
 };
 
 /// The grid of a storey as drawn last.
@@ -73,7 +75,8 @@ impl StoreyGrid {
             reserved: 0,
         };
         let n_cells = storey.spec.n_cells();
-        let mut archive = ArchiveBuffer::zeroed(GridWriter::len_of(n_cells));
+        let len_of = if storey.ground.is_empty() { GridWriter::len_of } else { GridWriter::len_with_heights };
+        let mut archive = ArchiveBuffer::zeroed(len_of(n_cells));
         let mut writer = GridWriter::new(archive.bytes_mut(), &head);
         let whole = storey.whole();
         for space in &storey.spaces {
@@ -212,7 +215,7 @@ impl StoreyGrid {
         let width = storey.spec.width as usize;
         let Self { archive, flags, storey_floor, difference, .. } = self;
         let mut writer = GridWriter::resume(archive.bytes_mut(), flags.len());
-        let GridLayers { class, floor, planning, .. } = writer.layers();
+        let GridLayers { class, floor, planning, elevation, slope, .. } = writer.layers();
         for row in rect.rows(width) {
             class[row.clone()].fill(Class::None.id());
             flags[row].iter_mut().for_each(|f| *f = *f & (BASE_FLOOR | OUTLINE) | (*f & BASE_FLOOR) << 1);
@@ -260,6 +263,18 @@ impl StoreyGrid {
                 *floor = if flags & FLOOR != 0 { floor_value } else { 0 };
                 *planning = PLANNING[usize::from(flags)];
             }
+        }
+        if !storey_floor.patch_of.is_empty() {
+            let is_level = |cell: usize| storey_floor.patch_of[cell] == LEVEL;
+            let mut heights = DrawnHeights { storey, flags, elevation, slope, rect };
+            heights.clear();
+            for face in storey.level_faces.iter().filter(|f| f.rect.meets(rect) && is_built(f.element)) {
+                heights.raise(&face.plane, &face.cells, is_level);
+            }
+            for (k, patch) in (0..).zip(&storey.ground).filter(|(_, p)| p.rect.meets(rect) && is_built(p.element)) {
+                heights.raise(&patch.plane, &patch.cells, |cell| storey_floor.patch_of[cell] == k);
+            }
+            heights.fill_level();
         }
         for cells in rect.clip(&storey.assumed_runs, width) {
             floor[cells].iter_mut().filter(|floor| **floor != 0).for_each(|floor| *floor = FLOOR_ASSUMED);
@@ -335,6 +350,51 @@ fn stands_on(storey: &StoreySlice, robot: &RobotProfile, [k, shown]: [u32; 2], c
     (z(k) - z(shown)).abs() <= f64::from(to_tenths(robot.step_height_m)) + STEP_TOLERANCE
 }
 
+/// Heights and slopes of the cells of a rectangle while they are drawn.
+struct DrawnHeights<'a> {
+    storey: &'a StoreySlice,
+    flags: &'a [u8],
+    elevation: &'a mut [i32],
+    slope: &'a mut [u16],
+    rect: &'a CellRect,
+}
+
+impl DrawnHeights<'_> {
+    fn width(&self) -> usize {
+        self.storey.spec.width as usize
+    }
+
+    fn clear(&mut self) {
+        for row in self.rect.rows(self.width()) {
+            self.elevation[row.clone()].fill(NO_HEIGHT);
+            self.slope[row].fill(NO_SLOPE);
+        }
+    }
+
+    /// Makes cells with floor as high as a plane where they are lower, of those that are wanted.
+    fn raise(&mut self, plane: &Plane, cells: &[Run], wanted: impl Fn(usize) -> bool) {
+        let slope = (plane.slope_rad() * 1_000.0).round() as u16;
+        for cell in self.rect.clip(cells, self.width()).flatten() {
+            if self.flags[cell] & FLOOR != 0 && wanted(cell) {
+                let middle = [(cell % self.width()) as f64 + 0.5, (cell / self.width()) as f64 + 0.5];
+                let height = z_at(plane, middle, &self.storey.spec).round() as i32;
+                if height > self.elevation[cell] {
+                    (self.elevation[cell], self.slope[cell]) = (height, slope);
+                }
+            }
+        }
+    }
+
+    /// Floor of which no face is known lies at the level of the storey.
+    fn fill_level(&mut self) {
+        for cell in self.rect.rows(self.width()).flatten() {
+            if self.flags[cell] & FLOOR != 0 && self.elevation[cell] == NO_HEIGHT {
+                (self.elevation[cell], self.slope[cell]) = (self.storey.floor_z, 0);
+            }
+        }
+    }
+}
+
 /// Class and flags of the cells of a rectangle while they are drawn.
 struct DrawnCells<'a> {
     class: &'a mut [u8],
@@ -376,10 +436,7 @@ impl DrawnCells<'_> {
         let stands_here = obstacle.door.as_ref().is_none_or(|d| d.stands_here);
         let is_open_door = obstacle.class == Class::Door
             && stands_here
-            && obstacle
-                .door
-                .as_ref()
-                .is_none_or(|d| d.can_pass(schedule_state, robot) && presence == Presence::Built);
+            && obstacle.door.as_ref().is_none_or(|d| d.can_pass(schedule_state, robot) && presence == Presence::Built);
         let set = match (is_open_door, obstacle.class == Class::Door) {
             (true, _) => DOOR,
             (false, true) => DOOR | OCCUPIED,

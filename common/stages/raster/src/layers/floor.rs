@@ -66,7 +66,8 @@ impl BuiltFloorCache {
         if !self.by_finished.contains_key(finished) {
             let floor = built_floor(site, robot, storey, finished);
             let BuiltFloor { runs, patches, regions, .. } = &floor;
-            let bytes = size_of_val(runs.as_slice()) + size_of_val(patches.as_slice()) + size_of_val(regions.as_slice());
+            let bytes =
+                size_of_val(runs.as_slice()) + size_of_val(patches.as_slice()) + size_of_val(regions.as_slice());
             if self.bytes + bytes > MAX_CACHED_BYTES {
                 self.by_finished.clear();
                 self.bytes = 0;

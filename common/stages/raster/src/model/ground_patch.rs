@@ -21,6 +21,16 @@ pub(crate) struct GroundPatch {
     pub(crate) lidar: Vec<ElementRuns>,
 }
 
+/// Faces of an element in one plane within a step of the floor of the storey, for the heights of its cells.
+#[derive(Debug)]
+pub(crate) struct LevelFace {
+    pub(crate) element: u32,
+    pub(crate) plane: Plane,
+    /// Cells that the faces overlap.
+    pub(crate) cells: Vec<Run>,
+    pub(crate) rect: CellRect,
+}
+
 /// Heights that differ by more than a step and this are no step: vertices are whole tenths of a millimetre.
 pub(crate) const STEP_TOLERANCE: f64 = 5.0;
 

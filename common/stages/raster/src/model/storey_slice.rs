@@ -1,7 +1,7 @@
 //! The date-independent slice of a storey: runs of cells per element, space and passage.
 
 use super::element_runs::ElementRuns;
-use super::ground_patch::GroundPatch;
+use super::ground_patch::{GroundPatch, LevelFace};
 use super::obstacle_squares::ObstacleSquares;
 use frames::TENTHS_PER_M;
 use geometry::{Footprint, LazyFootprint, MultiPolygon, OrientedBox, Ring, Slab, SlabCut};
@@ -60,6 +60,8 @@ pub(crate) struct StoreySlice {
     pub(crate) floor: Vec<FloorPiece>,
     /// Ground that leads from this floor to other heights.
     pub(crate) ground: Vec<GroundPatch>,
+    /// Floor within a step of this floor, where there is such ground.
+    pub(crate) level_faces: Vec<LevelFace>,
     /// Upward faces in the slab: floor of another level, in the robot's way.
     pub(crate) floor_above: Vec<FloorPiece>,
     /// From the largest to the smallest: where spaces overlap the smaller wins.
