@@ -200,6 +200,7 @@ GRID_SECTIONS: dict[str, tuple[int, Any]] = {
     "keepout": (5, "i1"),
     "floor": (6, "u1"),
     "space": (7, "<u2"),
+    "slope": (9, "<u2"),
 }
 GRIDS_SECTIONS: dict[str, tuple[int, Any]] = {
     "head": (1, GRIDS_HEAD),
