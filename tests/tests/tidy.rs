@@ -39,7 +39,7 @@ const ALLOWED: [(&str, &[&str]); 36] = [
     ("tasks", &["diagnostics", "frames", "messages", "schedule-files"]),
     ("schedule", &["diagnostics", "frames", "messages", "schedule-files", "tasks"]),
     ("ground", &["frames", "geometry", "messages"]),
-    ("raster", &["diagnostics", "frames", "geometry", "grid", "messages"]),
+    ("raster", &["diagnostics", "frames", "geometry", "grid", "ground", "messages"]),
     ("waypoints", &["diagnostics", "frames", "geometry", "grid", "messages"]),
     ("alignment", &["diagnostics", "frames", "geometry", "grid", "messages", "occupancy", "raster"]),
     ("deviations", &["frames", "geometry", "grid", "messages", "occupancy"]),

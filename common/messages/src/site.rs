@@ -139,6 +139,11 @@ impl<'a> Site<'a> {
         self.meshes(space.first_part, space.n_parts)
     }
 
+    /// The map storeys that are levels of a building, with their indices: all but that of the ground outdoors, which has no height.
+    pub fn levels(&self) -> impl DoubleEndedIterator<Item = (usize, &'a MapStoreyRecord)> + Clone + use<'a> {
+        self.map_storeys.iter().enumerate().filter(|(_, storey)| storey.floor != FloorKind::Ground)
+    }
+
     /// The floor polygon of a space.
     pub fn floor_polygon(&self, space: &SpaceRecord) -> MultiPolygon {
         let mut polygons: Vec<Polygon> = Vec::new();

@@ -104,6 +104,8 @@ pub enum FloorKind {
     AssumedFromEnclosure = 3,
     /// Nowhere: the model has neither floor faces nor spaces nor walls.
     Missing = 4,
+    /// The ground outdoors at whatever height: terrain, roads, and floor that one gets to from there.
+    Ground = 5,
 }
 
 impl FloorKind {
@@ -113,6 +115,7 @@ impl FloorKind {
             Self::Built => "built",
             Self::AssumedFromSpaces | Self::AssumedFromEnclosure => "assumed",
             Self::Missing => "none",
+            Self::Ground => "ground",
         }
     }
 }

@@ -185,7 +185,7 @@ impl DoorBuilder<'_> {
         let (low, high) =
             opening.map_or((record.min_tenths[2], record.max_tenths[2]), |o| (o.bottom_z_tenths, o.top_z_tenths));
         let (low, high) = (metres(low), metres(high));
-        let floors = site.map_storeys.iter().map(|s| metres(s.floor_z_tenths));
+        let floors = site.levels().map(|(_, s)| metres(s.floor_z_tenths));
         let bottom = floors.filter(|f| low < *f && *f <= (low + FLOOR_ABOVE_M).min(high)).fold(low, f64::max);
         let height = high - bottom;
         let own = door.overall_height_m;

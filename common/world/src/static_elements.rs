@@ -100,6 +100,6 @@ pub(crate) fn storey_of(input: &ExportInput<'_>, record: &ElementRecord) -> u32 
 
 /// The highest map storey whose floor is not above a height, else the lowest.
 pub(crate) fn storey_at(input: &ExportInput<'_>, z_m: f64) -> u32 {
-    let below = input.site.map_storeys.iter().rposition(|s| metres(s.floor_z_tenths) <= z_m + 1e-6);
-    below.unwrap_or(0) as u32
+    let below = input.site.levels().rfind(|(_, s)| metres(s.floor_z_tenths) <= z_m + 1e-6);
+    below.map_or(0, |(storey, _)| storey as u32)
 }

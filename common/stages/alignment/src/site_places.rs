@@ -105,7 +105,7 @@ impl SitePlaces {
         };
         Self {
             rooms: Room::all_of(site),
-            floors: (0..).zip(site.map_storeys).map(|(k, storey)| (k, metres(storey.floor_z_tenths))).collect(),
+            floors: site.levels().map(|(k, storey)| (k as u32, metres(storey.floor_z_tenths))).collect(),
             portals: (0..).zip(site.elements).filter_map(portal).collect(),
         }
     }

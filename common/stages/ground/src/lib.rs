@@ -39,7 +39,7 @@ mod visible_faces;
 
 pub use contacts::MAX_STEP_M;
 pub use site_ground::SiteGround;
-pub use upward_faces::MAX_SLOPE_RAD;
+pub use upward_faces::{MAX_SLOPE_RAD, upward_faces};
 
 use messages::{GroundWriter, OtherSite, ScheduleState, Site};
 

@@ -17,7 +17,7 @@ const SLOPE_TOLERANCE_RAD: f64 = 1e-3;
 const SKIN_SHARE: f64 = 0.1;
 
 /// The faces of a mesh that carry somebody by its class, counter-clockwise from above, with their slopes.
-pub(crate) fn upward_faces(mesh: MeshView<'_>, class: GroundClass) -> Vec<(Triangle, f32)> {
+pub fn upward_faces(mesh: MeshView<'_>, class: GroundClass) -> Vec<([[i32; 3]; 3], f32)> {
     let max_slope_rad = match class {
         GroundClass::StairTread | GroundClass::ScaffoldDeck => LEVEL_RAD,
         _ => MAX_SLOPE_RAD,

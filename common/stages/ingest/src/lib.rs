@@ -69,6 +69,7 @@ mod input;
 mod merge;
 mod meshes;
 mod openings;
+mod outdoors;
 mod passages;
 mod progress;
 mod schedule_merge;

@@ -9,6 +9,7 @@ use crate::ground_class::ground_class_of;
 use crate::input::SourceFile;
 use crate::merge::Merged;
 use crate::meshes::{MeshedBody, OutOfRange, add_body};
+use crate::outdoors::add_outdoors;
 use crate::passages::add_openings_and_doors;
 use crate::schedule_records::add_schedule;
 use crate::site_frame::SiteFrame;
@@ -37,6 +38,7 @@ pub(crate) fn site_of(files: &[SourceFile], merged: &Merged, frame: SiteFrame) -
         merged.model.boundaries.iter().map(|b| BoundaryRecord { space: b.space as u32, element: b.element as u32 }),
     );
     add_contacts(&mut builder, merged, frame);
+    add_outdoors(&mut builder, &merged.model.container.global_id);
     add_schedule(&mut builder, merged);
     for (source, diagnostic) in &merged.diagnostics {
         add_diagnostic(&mut builder, *source, diagnostic);

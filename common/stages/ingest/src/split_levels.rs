@@ -59,7 +59,7 @@ pub(crate) struct LevelInputs<'a> {
 }
 
 /// Maps that a site can have: grids are published in that many slots.
-const MAX_MAP_STOREYS: usize = 64;
+pub(crate) const MAX_MAP_STOREYS: usize = 64;
 
 /// Floor of one height that is connected, beside the storeys' own.
 #[derive(Debug)]

@@ -111,6 +111,69 @@ fn ground_that_nothing_leads_to_is_not_on_the_map() {
     assert_eq!(drawn.planning(15.5, 5.5), OCCUPIED);
 }
 
+/// Terrain that rises by 5 % over 20 m, goes on level, falls by a metre and goes on; after that by 14 %.
+fn outdoors() -> House {
+    let mut house = House { floor: FloorKind::Ground, bounds_m: [0.0, 0.0, 50.0, 10.0], ..House::empty() };
+    house.terrain([0.0, 0.0], [20.0, 10.0], [0.0, 1.0]);
+    house.terrain([20.0, 0.0], [30.0, 10.0], [1.0, 1.0]);
+    house.terrain([30.0, 0.0], [40.0, 10.0], [0.0, 0.0]);
+    house.terrain([40.0, 0.0], [50.0, 10.0], [0.0, 1.4]);
+    house
+}
+
+#[test]
+fn terrain_within_the_limit_is_free_and_where_it_falls_is_a_drop_off() {
+    let drawn = outdoors().map();
+    let along: Vec<i8> = (0..500).map(|k| drawn.planning(0.05 + f64::from(k) * 0.1, 5.05)).collect();
+    assert!(along[..299].iter().chain(&along[300..400]).all(|&p| p == FREE), "{along:?}");
+    assert_eq!(along[299], UNKNOWN, "the upper cell at the step breaks off");
+    assert!(along[400..].iter().all(|&p| p == UNKNOWN), "14 % are too steep for this robot");
+    assert_eq!([28.0, 29.75, 29.95, 30.15, 31.0].map(|x| drawn.keepout(x, 5.05)), [-1, 100, 100, 100, -1]);
+    assert_eq!(drawn.grid().height_tenths(drawn.at(10.05, 5.05)), Some(5_025));
+    let robot = RobotProfile { max_slope_rad: 0.2, ..RobotProfile::DEFAULT };
+    assert_eq!(outdoors().map_at(|_| {}, &robot).planning(45.0, 5.0), FREE);
+}
+
+#[test]
+fn what_stands_on_terrain_is_in_the_way_by_its_height_above_the_terrain() {
+    let mut house = outdoors();
+    house.add(Class::Wall, [10.0, 3.0, -1.0], [10.5, 4.0, 2.0]);
+    // Its top is 4 cm above the ground: a step that the robot takes.
+    house.add(Class::Furniture, [24.0, 3.0, 0.8], [24.5, 4.0, 1.04]);
+    house.add(Class::Beam, [26.0, 3.0, 2.0], [26.5, 4.0, 2.2]);
+    house.add(Class::Beam, [34.0, 3.0, 2.0], [34.5, 4.0, 2.2]);
+    // A level slab that one gets to from the terrain is ground, and one in the air is not.
+    house.slab([30.0, 6.0], [36.0, 9.0], 0.03);
+    house.slab([41.0, 6.0], [49.0, 9.0], 5.0);
+    let drawn = house.map();
+    let at = |x: f64| (drawn.planning(x, 3.55), Class::ALL[usize::from(drawn.grid().class[drawn.at(x, 3.55)])]);
+    assert_eq!(at(10.25), (OCCUPIED, Class::Wall));
+    assert_eq!([at(24.25), at(34.25)], [(FREE, Class::None); 2]);
+    assert_eq!(at(26.25), (OCCUPIED, Class::Beam));
+    assert_eq!(drawn.localization(10.05, 3.55), 100);
+    assert_eq!(drawn.grid().height_tenths(drawn.at(33.0, 7.0)), Some(300));
+    assert_eq!(drawn.planning(45.0, 7.0), UNKNOWN);
+}
+
+#[test]
+fn an_excavation_is_there_once_its_earth_is_removed() {
+    let at = |state: ElementState, x: f64| {
+        let mut house = House { floor: FloorKind::Ground, bounds_m: [0.0, 0.0, 20.0, 10.0], ..House::empty() };
+        house.terrain([0.0, 0.0], [8.0, 10.0], [0.0, 0.0]);
+        house.terrain([8.0, 0.0], [20.0, 10.0], [-2.0, -2.0]);
+        let earth = house.add(Class::Other, [8.0, 0.0, -2.0], [20.0, 10.0, 0.0]);
+        house.builder.elements[earth].ground = GroundClass::Terrain.into();
+        let drawn = house.map_at(|builder| builder.effective[earth] = state.into(), &RobotProfile::DEFAULT);
+        (drawn.planning(x, 5.05), drawn.keepout(x, 5.05), drawn.grid().height_tenths(drawn.at(x, 5.05)))
+    };
+    assert_eq!(at(ElementState::Built, 12.05), (FREE, -1, Some(0)), "it is level ground");
+    assert_eq!(at(ElementState::Built, 7.95), (FREE, -1, Some(0)));
+    assert_eq!(at(ElementState::Removed, 12.05), (FREE, -1, Some(-20_000)), "the pit has a floor");
+    assert_eq!(at(ElementState::Removed, 7.95), (UNKNOWN, 100, None), "and an edge");
+    assert_eq!(at(ElementState::Removed, 7.75).1, 100);
+    assert_eq!(at(ElementState::BeingRemoved, 12.05).1, 100, "while they dig nobody drives there");
+}
+
 #[test]
 fn heights_and_slopes_are_those_of_the_faces_and_a_level_storey_has_none() {
     let mut house = yard(0.8);

@@ -2,7 +2,7 @@
 
 use frames::{Map, Point2, TENTHS_PER_M};
 use grid::{Cell, GridSpec, LineOfSight, SparseLayer, sparse_distances};
-use messages::Grid;
+use messages::{FloorKind, Grid};
 
 /// The free space of a storey for a robot of one radius.
 ///
@@ -21,7 +21,9 @@ pub(crate) struct FreeSpace {
 impl FreeSpace {
     pub(crate) fn of(grid: &Grid<'_>, radius_m: f64) -> Self {
         let spec = grid.spec();
-        let not_free: Vec<bool> = grid.planning.iter().map(|&p| p != 0).collect();
+        // On the ground outdoors nothing is planned: ways over slopes are none of a map that is level.
+        let is_planned = grid.head.floor != FloorKind::Ground;
+        let not_free: Vec<bool> = grid.planning.iter().map(|&p| p != 0 || !is_planned).collect();
         let squared = sparse_distances(&not_free, spec.width as usize);
         drop(not_free);
         // Minimum squared distance in cells, with a tolerance of a tenth of a millimetre.

@@ -88,7 +88,7 @@ fn stands(storey: &StoreyInputs<'_>, element: usize) -> bool {
 fn target_points(storey: &StoreyInputs<'_>, request: &StoreyRequest<'_>) -> Vec<(u32, SurfacePoint)> {
     let site = storey.site;
     let floor = storey.grid.head.floor_z_tenths;
-    let next = site.map_storeys.iter().map(|s| s.floor_z_tenths).filter(|z| *z > floor).min();
+    let next = site.levels().map(|(_, s)| s.floor_z_tenths).filter(|z| *z > floor).min();
     let heights_m = [metres(floor), next.map_or(f64::INFINITY, metres)];
     let is_target = |element: usize| {
         let class = site.elements[element].class();

@@ -77,7 +77,7 @@ pub(crate) fn element_portals(
             wholes.entry(whole_of(site, index)).or_default().push(index);
         }
     }
-    let mut from_below: Vec<usize> = (0..free_spaces.len()).collect();
+    let mut from_below: Vec<usize> = site.levels().map(|(storey, _)| storey).collect();
     from_below.sort_by_key(|&storey| site.map_storeys[storey].floor_z_tenths);
     let mut portals = Vec::new();
     for (whole, elements) in wholes {
@@ -216,13 +216,13 @@ fn entrances(site: &Site<'_>, elements: &[usize], kind: VerticalKind, storey: us
 /// True if no other storey's floor is nearer to this height.
 fn is_nearest(site: &Site<'_>, storey: usize, z: i64) -> bool {
     let far = |k: usize| (i64::from(site.map_storeys[k].floor_z_tenths) - z).abs();
-    (0..site.map_storeys.len()).all(|k| far(storey) <= far(k))
+    site.levels().all(|(k, _)| far(storey) <= far(k))
 }
 
 /// Heights of the other mapped levels of a storey.
 fn levels_beside(site: &Site<'_>, storey: usize) -> Vec<i32> {
     let floor_z = site.map_storeys[storey].floor_z_tenths;
-    let others = site.map_storeys.iter().enumerate().filter(|(k, _)| *k != storey).map(|(_, s)| s.floor_z_tenths);
+    let others = site.levels().filter(|(k, _)| *k != storey).map(|(_, s)| s.floor_z_tenths);
     others.filter(|z| (i64::from(*z) - i64::from(floor_z)).abs() < MIN_STOREY_HEIGHT_TENTHS).collect()
 }
 

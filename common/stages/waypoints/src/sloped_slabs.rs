@@ -44,7 +44,7 @@ fn portal(site: &Site<'_>, robot: &RobotProfile, free_spaces: &[&FreeSpace], ele
 /// The map storey whose floor is at a height.
 fn level_at(site: &Site<'_>, z: i32) -> Option<usize> {
     let far = |k: &usize| (i64::from(site.map_storeys[*k].floor_z_tenths) - i64::from(z)).abs();
-    (0..site.map_storeys.len()).min_by_key(far).filter(|k| far(k) <= LEVEL_TENTHS)
+    site.levels().map(|(storey, _)| storey).min_by_key(far).filter(|k| far(k) <= LEVEL_TENTHS)
 }
 
 /// Corners of faces at a height, and the middles of the edges between them.

@@ -31,7 +31,7 @@ pub(crate) fn steps(
     free_spaces: &[&FreeSpace],
 ) -> Vec<Portal> {
     let mut found = Vec::new();
-    let mut from_below: Vec<usize> = (0..free_spaces.len()).collect();
+    let mut from_below: Vec<usize> = site.levels().map(|(storey, _)| storey).collect();
     let z = |storey: usize| site.map_storeys[storey].floor_z_tenths;
     from_below.sort_by_key(|&storey| z(storey));
     for (at, &low) in from_below.iter().enumerate() {

@@ -38,7 +38,7 @@ pub(crate) fn open_to_below(site: &Site<'_>, spec: &GridSpec, floor_z: i32) -> V
     let is_outdoors = |s: &&SpaceRecord| s.has(space_flags::EXTERNAL) && s.floor_z_tenths < floor_z + TENTHS_PER_M / 2;
     let outdoors = site.spaces.iter().filter(is_outdoors).map(|s| site.floor_polygon(s)).collect::<Vec<_>>();
     let is_lower = |s: &&MapStoreyRecord| s.floor_z_tenths < floor_z - 4 * TENTHS_PER_M / 10;
-    let lower: Vec<Ring> = site.map_storeys.iter().filter(is_lower).map(|s| plan_of(s.bounds_tenths)).collect();
+    let lower: Vec<Ring> = site.levels().map(|(_, s)| s).filter(is_lower).map(|s| plan_of(s.bounds_tenths)).collect();
     let unclosed = difference(&union(&lower, FillRule::NonZero), &closed_below(site, floor_z));
     let open = [from_below(site, floor_z), shafts_at(site, floor_z), union_of(&outdoors), unclosed];
     overlapped_cells(&union_of(&open), &[], spec)

@@ -4,7 +4,7 @@ use crate::model::other_levels::candidates;
 use crate::model::storey_slice::{Dependent, StoreySlice};
 use geometry::Slab;
 use grid::CellRect;
-use messages::{NONE, Site};
+use messages::{FloorKind, NONE, Site};
 
 /// Elements that reach between these heights or are drawn on the storey, sorted by element. May include elements without
 /// effect.
@@ -26,7 +26,9 @@ pub(crate) fn dependents(site: &Site<'_>, storey: &StoreySlice, heights: Slab) -
         }
     }
     for patch in &storey.ground {
-        add(&mut list.of(patch.element).floor, Some(patch.rect));
+        if patch.element != NONE {
+            add(&mut list.of(patch.element).floor, Some(patch.rect));
+        }
         for drawn in patch.obstacles.iter().chain(&patch.lidar) {
             add(&mut list.of(drawn.element).cells, drawn.rect);
             let leaves = drawn.door.iter().flat_map(|door| &door.leaves);
@@ -46,8 +48,10 @@ pub(crate) fn dependents(site: &Site<'_>, storey: &StoreySlice, heights: Slab) -
         add(&mut list.of(piece.element).floor, piece.rect);
     }
     let mut floors: Vec<u32> = pieces().map(|piece| piece.element).collect();
-    floors.extend(storey.ground.iter().map(|patch| patch.element));
-    floors.extend(candidates(site, storey.floor_z));
+    floors.extend(storey.ground.iter().map(|patch| patch.element).filter(|e| *e != NONE));
+    if storey.floor_kind != FloorKind::Ground {
+        floors.extend(candidates(site, storey.floor_z));
+    }
     floors.sort_unstable();
     floors.dedup();
     for (index, element) in (0..).zip(floors) {

@@ -5,17 +5,19 @@
 //! border of two cells, differ by a step at most.
 
 use super::place::{Place, is_lasting};
-use crate::model::cell_area::{slab_above_floor, to_tenths};
+use crate::model::cell_area::{cells_around, slab_above_floor, to_tenths};
 use crate::model::element_runs::ElementRuns;
 use crate::model::ground_patch::{GroundPatch, LevelFace, STEP_TOLERANCE, z_at};
+use crate::model::obstacle_squares::ObstacleSquares;
 use crate::model::storey_slice::{MIN_STOREY_HEIGHT, StoreySlice};
 use frames::TENTHS_PER_M;
 use geometry::{
     Bounds, FillRule, MeshView, MultiPolygon, Plane, Ring, Slab, SlabCut, clip_to_slab, ring_area_doubled, union,
     upward_triangles,
 };
-use grid::{CellRect, Mask, Run, grown_runs, overlapped_cells};
-use messages::{ElementRecord, FloorKind, element_flags};
+use grid::{CellRect, GridSpec, Mask, Run, grown_runs, overlapped_cells};
+use ground::upward_faces;
+use messages::{ElementRecord, FloorKind, GroundClass, NONE, element_flags};
 use rayon::prelude::*;
 use std::collections::HashMap;
 
@@ -31,9 +33,56 @@ pub(super) fn ground_patches(place: Place<'_>, storey: &StoreySlice) -> Vec<Grou
     if !matches!(storey.floor_kind, FloorKind::Built | FloorKind::AssumedFromSpaces) {
         return Vec::new();
     }
-    let near = near_floor(candidates(place, storey.floor_z), place, storey.floor_z);
-    let kept = joined_to_floor(near, place, storey);
-    kept.into_par_iter().map(|drawn| patch(drawn, place)).collect()
+    let near: Vec<Drawn> = drawn(near_floor(candidates(place, storey.floor_z), place, storey.floor_z), place.spec);
+    if near.is_empty() {
+        return Vec::new();
+    }
+    let mut floor = Mask::new(place.spec.width as usize, place.spec.height as usize);
+    let rings: Vec<Ring> = storey.floor.iter().flat_map(|piece| piece.rings.iter().cloned()).collect();
+    floor.set_runs(&overlapped_cells(&union(&rings, FillRule::NonZero), &[], place.spec));
+    let level = Level { floor_z: f64::from(storey.floor_z), cells: floor };
+    let kept = joined(near, 0, Some(&level), place);
+    patches(kept, place, |_| true)
+}
+
+/// The patches of the ground outdoors: of terrain and roads, and of floor to which one gets from there.
+pub(super) fn outdoor_patches(place: Place<'_>) -> Vec<GroundPatch> {
+    let Place { site, robot, spec, .. } = place;
+    let all = Slab { lo: i32::MIN / 2, hi: i32::MAX / 2 };
+    let is_earth = |class: GroundClass| matches!(class, GroundClass::Terrain | GroundClass::Road);
+    let limit = robot.max_slope_rad + SLOPE_TOLERANCE_RAD;
+    let faces = |meshes: Vec<MeshView<'_>>, class: GroundClass| -> Vec<[[i32; 3]; 3]> {
+        let faces = meshes.into_iter().flat_map(|mesh| upward_faces(mesh, class));
+        faces.filter(|(_, slope_rad)| f64::from(*slope_rad) <= limit).map(|(triangle, _)| triangle).collect()
+    };
+    let mut earth = Vec::new();
+    for (record, element) in site.elements.iter().zip(0..).filter(|(e, _)| is_earth(e.ground.get()) && e.n_parts > 0) {
+        let faces = faces(site.element_meshes(record).collect(), record.ground.get());
+        add_by_plane(&mut earth, (element, record.min_tenths), faces.into_iter(), all);
+    }
+    for record in site.terrains.iter().filter(|t| is_earth(t.ground.get())) {
+        let faces = faces(site.terrain_meshes(record).collect(), record.ground.get());
+        add_by_plane(&mut earth, (NONE, record.min_tenths), faces.into_iter(), all);
+    }
+    let mut surfaces = drawn(earth, spec);
+    let n_earth = surfaces.len();
+    let is_floor = |k: usize| {
+        let class = site.elements[k].ground.get();
+        class.is_floor_of_maps() && class != GroundClass::Foundation && !is_earth(class)
+    };
+    let floors = faces_by_plane(place, all, |_| true).into_iter().filter(|c| is_floor(c.element as usize));
+    surfaces.extend(drawn(floors.collect(), spec));
+    // What is terrain itself is no obstacle on terrain: where it is too steep or breaks off there is no floor.
+    patches(joined(surfaces, n_earth, None, place), place, |record| !is_earth(record.ground.get()))
+}
+
+/// Slopes are computed from vertices that were rounded to tenths of a millimetre.
+const SLOPE_TOLERANCE_RAD: f64 = 1e-3;
+
+/// The floor of a storey at one height.
+struct Level {
+    floor_z: f64,
+    cells: Mask,
 }
 
 /// Faces in one plane, not known yet to belong to the storey.
@@ -48,7 +97,7 @@ struct Candidate {
 /// Heights between which ground belongs to a storey: as far as the floors of the next ones.
 fn reach_of(place: Place<'_>, floor_z: i32) -> Slab {
     let step = to_tenths(place.robot.step_height_m);
-    let others = || place.site.map_storeys.iter().map(|s| s.floor_z_tenths).filter(|z| (z - floor_z).abs() > step);
+    let others = || place.site.levels().map(|(_, s)| s.floor_z_tenths).filter(|z| (z - floor_z).abs() > step);
     let below = others().filter(|&z| z < floor_z).max();
     let above = others().filter(|&z| z > floor_z).min();
     // Where no storey follows, as high as one could be.
@@ -58,7 +107,7 @@ fn reach_of(place: Place<'_>, floor_z: i32) -> Slab {
 /// The faces within reach that a robot may stand on, by plane, without those that are level with a floor.
 fn candidates(place: Place<'_>, floor_z: i32) -> Vec<Candidate> {
     let step = to_tenths(place.robot.step_height_m);
-    let floors: Vec<i32> = place.site.map_storeys.iter().map(|s| s.floor_z_tenths).collect();
+    let floors: Vec<i32> = place.site.levels().map(|(_, s)| s.floor_z_tenths).collect();
     let is_level_with_a_floor = |[lo, hi]: [i32; 2]| floors.iter().any(|z| z - step <= lo && hi <= z + step);
     faces_by_plane(place, reach_of(place, floor_z), |z| !is_level_with_a_floor(z))
 }
@@ -81,34 +130,45 @@ fn faces_by_plane(place: Place<'_>, heights: Slab, wanted: impl Fn([i32; 2]) -> 
     let elements = site.elements.iter().zip(0..).filter(|(e, _)| {
         e.has(element_flags::FLOOR) && e.n_parts > 0 && heights.meets(e.min_tenths[2], e.max_tenths[2])
     });
-    let mut found: Vec<Candidate> = Vec::new();
-    let mut plan = Vec::new();
+    let mut found = Vec::new();
     for (record, element) in elements {
-        let mut by_plane: HashMap<[i64; 3], usize> = HashMap::new();
-        let origin = [record.min_tenths[0], record.min_tenths[1]].map(f64::from);
-        for triangle in site.element_meshes(record).flat_map(|mesh| upward_triangles(mesh, robot.max_slope_rad)) {
-            let z = z_range(&triangle);
-            if !heights.meets(z[0], z[1]) || !wanted(z) {
-                continue;
-            }
-            clip_to_slab(&triangle, heights, &mut plan);
-            let Some(bounds) = Bounds::of(plan.iter().copied()).filter(|_| ring_area_doubled(&plan) > 0) else {
-                continue;
-            };
-            let plane = Plane::of(&triangle);
-            let [gx, gy] = plane.gradient().map(|g| (g / GRADIENT_UNIT).round() as i64);
-            let key = [gx, gy, (plane.z(origin) / HEIGHT_UNIT).round() as i64];
-            let at = *by_plane.entry(key).or_insert_with(|| {
-                found.push(Candidate { element, plane, rings: Vec::new(), bounds, z });
-                found.len() - 1
-            });
-            let candidate = &mut found[at];
-            candidate.bounds = candidate.bounds.joined(bounds);
-            candidate.z = [candidate.z[0].min(z[0]), candidate.z[1].max(z[1])];
-            candidate.rings.push(plan.clone());
-        }
+        let faces = site.element_meshes(record).flat_map(|mesh| upward_triangles(mesh, robot.max_slope_rad));
+        add_by_plane(&mut found, (element, record.min_tenths), faces.filter(|t| wanted(z_range(t))), heights);
     }
     found
+}
+
+/// Adds the parts between two heights of faces of a body, those in one plane as one candidate.
+fn add_by_plane(
+    found: &mut Vec<Candidate>,
+    (element, min_tenths): (u32, [i32; 3]),
+    faces: impl Iterator<Item = [[i32; 3]; 3]>,
+    heights: Slab,
+) {
+    let mut by_plane: HashMap<[i64; 3], usize> = HashMap::new();
+    let origin = [min_tenths[0], min_tenths[1]].map(f64::from);
+    let mut plan = Vec::new();
+    for triangle in faces {
+        let z = z_range(&triangle);
+        if !heights.meets(z[0], z[1]) {
+            continue;
+        }
+        clip_to_slab(&triangle, heights, &mut plan);
+        let Some(bounds) = Bounds::of(plan.iter().copied()).filter(|_| ring_area_doubled(&plan) > 0) else {
+            continue;
+        };
+        let plane = Plane::of(&triangle);
+        let [gx, gy] = plane.gradient().map(|g| (g / GRADIENT_UNIT).round() as i64);
+        let key = [gx, gy, (plane.z(origin) / HEIGHT_UNIT).round() as i64];
+        let at = *by_plane.entry(key).or_insert_with(|| {
+            found.push(Candidate { element, plane, rings: Vec::new(), bounds, z });
+            found.len() - 1
+        });
+        let candidate = &mut found[at];
+        candidate.bounds = candidate.bounds.joined(bounds);
+        candidate.z = [candidate.z[0].min(z[0]), candidate.z[1].max(z[1])];
+        candidate.rings.push(plan.clone());
+    }
 }
 
 fn z_range(triangle: &[[i32; 3]; 3]) -> [i32; 2] {
@@ -144,41 +204,41 @@ struct Drawn {
     cells: Vec<Run>,
 }
 
-/// Those that cells join to the floor of the storey.
-fn joined_to_floor(near: Vec<Candidate>, place: Place<'_>, storey: &StoreySlice) -> Vec<Drawn> {
+fn drawn(candidates: Vec<Candidate>, spec: &GridSpec) -> Vec<Drawn> {
     let drawn = |candidate: Candidate| {
         let Candidate { element, plane, rings, .. } = candidate;
         let area = union(&rings, FillRule::NonZero);
-        let cells = overlapped_cells(&area, &[], place.spec);
+        let cells = overlapped_cells(&area, &[], spec);
         (!cells.is_empty()).then_some(Drawn { element, plane, area, cells })
     };
-    let mut drawn: Vec<Drawn> = near.into_par_iter().filter_map(drawn).collect();
-    if drawn.is_empty() {
-        return drawn;
-    }
-    let mut joined = Joined::new(drawn.len());
-    join_in_cells(&drawn, place, storey, &mut joined);
+    candidates.into_par_iter().filter_map(drawn).collect()
+}
+
+/// The first `n_seeds` surfaces, and those that cells join to them or to the level of the storey.
+fn joined(mut surfaces: Vec<Drawn>, n_seeds: usize, level: Option<&Level>, place: Place<'_>) -> Vec<Drawn> {
+    let mut joined = Joined::new(surfaces.len());
+    (0..n_seeds).for_each(|k| joined.join(k, joined.floor()));
+    join_in_cells(&surfaces, n_seeds, level, place, &mut joined);
     let mut at = 0;
-    drawn.retain(|_| {
+    surfaces.retain(|_| {
         at += 1;
         joined.are_one(at - 1, joined.floor())
     });
-    drawn
+    surfaces
 }
 
-/// Joins what meets in a cell or at the border of two cells.
-fn join_in_cells(drawn: &[Drawn], place: Place<'_>, storey: &StoreySlice, joined: &mut Joined) {
+/// Joins what meets in a cell or at the border of two cells: surfaces after the first `n_seeds` with each other, with those, and with
+/// the level.
+fn join_in_cells(surfaces: &[Drawn], n_seeds: usize, level: Option<&Level>, place: Place<'_>, joined: &mut Joined) {
     let Place { spec, robot, .. } = place;
     let width = spec.width as usize;
-    let mut floor = Mask::new(width, spec.height as usize);
-    let rings: Vec<Ring> = storey.floor.iter().flat_map(|piece| piece.rings.iter().cloned()).collect();
-    floor.set_runs(&overlapped_cells(&union(&rings, FillRule::NonZero), &[], spec));
+    let whole = CellRect::whole(spec.width, spec.height);
+    let mut near = Mask::new(width, spec.height as usize);
+    surfaces[n_seeds..].iter().for_each(|surface| near.set_runs(&grown_runs(&surface.cells, 1, &whole)));
     let mut in_cells: Vec<(usize, usize)> = Vec::new();
-    for (k, one) in drawn.iter().enumerate() {
-        for run in &one.cells {
-            let row = run.row as usize * width;
-            in_cells.extend((row + run.start as usize..row + run.end as usize).map(|cell| (cell, k)));
-        }
+    for (k, surface) in surfaces.iter().enumerate() {
+        let cells = whole.clip(&surface.cells, width).flatten();
+        in_cells.extend(cells.filter(|&cell| near.cells[cell]).map(|cell| (cell, k)));
     }
     in_cells.sort_unstable();
     let of_cell = |cell: usize| {
@@ -186,7 +246,7 @@ fn join_in_cells(drawn: &[Drawn], place: Place<'_>, storey: &StoreySlice, joined
         in_cells[from..].iter().take_while(move |(c, _)| *c == cell).map(|(_, k)| *k)
     };
     let most = f64::from(to_tenths(robot.step_height_m)) + STEP_TOLERANCE;
-    for &(cell, k) in &in_cells {
+    for &(cell, k) in in_cells.iter().filter(|(_, k)| *k >= n_seeds) {
         let (column, row) = (cell % width, cell / width);
         // The cell itself and its neighbours, with the middle between the two.
         let (x, y) = (column as f64 + 0.5, row as f64 + 0.5);
@@ -195,14 +255,14 @@ fn join_in_cells(drawn: &[Drawn], place: Place<'_>, storey: &StoreySlice, joined
             (column > 0).then(|| (cell - 1, [x - 0.5, y])),
             (column + 1 < width).then(|| (cell + 1, [x + 0.5, y])),
             (row > 0).then(|| (cell - width, [x, y - 0.5])),
-            (cell + width < floor.cells.len()).then(|| (cell + width, [x, y + 0.5])),
+            (cell + width < near.cells.len()).then(|| (cell + width, [x, y + 0.5])),
         ];
         for (neighbour, middle) in neighbours.into_iter().flatten() {
-            let z = z_at(&drawn[k].plane, middle, spec);
-            if floor.cells[neighbour] && (z - f64::from(storey.floor_z)).abs() <= most {
+            let z = z_at(&surfaces[k].plane, middle, spec);
+            if level.is_some_and(|level| level.cells.cells[neighbour] && (z - level.floor_z).abs() <= most) {
                 joined.join(k, joined.floor());
             }
-            let meets = |other: &usize| (z_at(&drawn[*other].plane, middle, spec) - z).abs() <= most;
+            let meets = |other: &usize| (z_at(&surfaces[*other].plane, middle, spec) - z).abs() <= most;
             of_cell(neighbour).filter(meets).for_each(|other| joined.join(k, other));
         }
     }
@@ -238,27 +298,43 @@ impl Joined {
     }
 }
 
+/// The patches of surfaces; what is `in_the_way` on them by its kind is cut.
+fn patches(surfaces: Vec<Drawn>, place: Place<'_>, in_the_way: impl Fn(&ElementRecord) -> bool) -> Vec<GroundPatch> {
+    let Place { site, spec, .. } = place;
+    let corners = |e: &ElementRecord| [e.min_tenths, e.max_tenths].map(|c| [c[0], c[1]].map(f64::from));
+    let rect = |e: &ElementRecord| {
+        let is_there = e.n_parts > 0 && in_the_way(e);
+        if is_there { cells_around(corners(e).into_iter(), 0.0, spec) } else { None }
+    };
+    let elements = ObstacleSquares::of(site.elements.iter().map(rect), spec);
+    surfaces.into_par_iter().map(|surface| patch(surface, place, &elements)).collect()
+}
+
 /// Cuts what stands above a surface and beside it.
-fn patch(drawn: Drawn, place: Place<'_>) -> GroundPatch {
-    let Drawn { element, plane, area, cells } = drawn;
+fn patch(surface: Drawn, place: Place<'_>, elements: &ObstacleSquares) -> GroundPatch {
+    let Drawn { element, plane, area, cells } = surface;
     let Place { site, robot, spec, .. } = place;
     let beside = BESIDE.unsigned_abs().div_ceil(spec.cell_tenths.unsigned_abs());
     let around = grown_runs(&cells, beside, &CellRect::whole(spec.width, spec.height));
     let rect = CellRect::around(&around).unwrap_or(CellRect { min: [0; 2], max: [0; 2] });
-    let plan = area.bounds().unwrap_or(Bounds { min: [0; 2], max: [0; 2] });
-    let plan = Bounds { min: plan.min.map(|c| c - BESIDE), max: plan.max.map(|c| c + BESIDE) };
-    let corners = [[plan.min[0], plan.min[1]], [plan.max[0], plan.min[1]], plan.max, [plan.min[0], plan.max[1]]];
-    let z = corners.map(|c| plane.z(c.map(f64::from)));
-    let heights = [z.into_iter().fold(f64::INFINITY, f64::min), z.into_iter().fold(f64::NEG_INFINITY, f64::max)];
-    let cut = |slab: Slab, wanted: &(dyn Fn(&ElementRecord) -> bool + Sync)| -> Vec<ElementRuns> {
-        let is_near = |e: &ElementRecord| {
-            let own = Bounds { min: [e.min_tenths[0], e.min_tenths[1]], max: [e.max_tenths[0], e.max_tenths[1]] };
-            let (lo, hi) = (heights[0] + f64::from(slab.lo), heights[1] + f64::from(slab.hi));
-            e.n_parts > 0 && own.meets(&plan) && f64::from(e.min_tenths[2]) <= hi && lo <= f64::from(e.max_tenths[2])
+    let corners = [0, 1, 2, 3].map(|k| {
+        let corner = |axis: usize, is_high: bool| f64::from(if is_high { rect.max[axis] } else { rect.min[axis] });
+        z_at(&plane, [corner(0, k & 1 == 1), corner(1, k & 2 == 2)], spec)
+    });
+    let [low, high] =
+        [corners.into_iter().fold(f64::INFINITY, f64::min), corners.into_iter().fold(f64::NEG_INFINITY, f64::max)];
+    let mut near: Vec<u32> = elements.around(rect).collect();
+    near.sort_unstable();
+    near.dedup();
+    let cut = |slab: Slab, wanted: &dyn Fn(&ElementRecord) -> bool| -> Vec<ElementRuns> {
+        let reaches = |e: &ElementRecord| {
+            let (lo, hi) = (low + f64::from(slab.lo), high + f64::from(slab.hi));
+            f64::from(e.min_tenths[2]) <= hi && lo <= f64::from(e.max_tenths[2])
         };
-        let elements = site.elements.iter().zip(0..).filter(|(e, _)| is_near(e) && wanted(e));
-        let mut found: Vec<ElementRuns> = elements
-            .filter_map(|(record, element)| {
+        let records = near.iter().map(|&element| (element, &site.elements[element as usize]));
+        let mut found: Vec<ElementRuns> = records
+            .filter(|(_, record)| reaches(record) && wanted(record))
+            .filter_map(|(element, record)| {
                 let parts: Vec<(Vec<[i32; 3]>, MeshView<'_>)> =
                     site.element_meshes(record).map(|mesh| (plane.heights_above(mesh.vertices), mesh)).collect();
                 let above = parts.iter().map(|(vertices, mesh)| MeshView { vertices, ..*mesh });

@@ -24,7 +24,7 @@ impl<'a> SliceCount<'a> {
             let slab = slab_of(storey, robot);
             site.elements.iter().filter(|element| reaches(element, slab)).count()
         };
-        Self { done: AtomicUsize::new(0), total: site.map_storeys.iter().map(of_storey).sum(), progress }
+        Self { done: AtomicUsize::new(0), total: site.levels().map(|(_, storey)| of_storey(storey)).sum(), progress }
     }
 
     /// One more.

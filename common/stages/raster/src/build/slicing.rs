@@ -3,14 +3,16 @@
 use super::assumed_floor::{assumed_floor_of, open_to_below, shafts_at};
 use super::dependents::dependents;
 use super::floor_faces::{LEVEL_SLOPE_RAD, floor_pieces};
-use super::ground_patches::{ground_patches, level_faces};
+use super::ground_patches::{ground_patches, level_faces, outdoor_patches};
 use super::place::{Place, is_lasting};
 use super::slice_count::{SliceCount, slab_of};
 use crate::error::RasterizeError;
 use crate::layers::floor::sides_with_floor;
 use crate::model::cell_area::{cells_beside, to_tenths};
 use crate::model::obstacle_squares::ObstacleSquares;
-use crate::model::storey_slice::{MIN_STOREY_HEIGHT, Overhead, Passage, SpaceRuns, StoreySlice, next_floor_z};
+use crate::model::storey_slice::{
+    MIN_STOREY_HEIGHT, Overhead, Passage, SpaceRuns, StoreySlice, next_floor_z, overhead_slab,
+};
 use frames::TENTHS_PER_M;
 use geometry::{Bounds, MultiPolygon, Slab};
 use grid::{CellRect, Class, GridSpec, Mask, covered_cells, overlapped_cells};
@@ -37,6 +39,9 @@ pub(crate) fn slice_storey(
     let Slab { lo, hi } = slab;
     let step = to_tenths(robot.step_height_m);
     let place = Place { site, robot, spec: &spec, map_storey };
+    if record.floor == FloorKind::Ground {
+        return Ok(slice_outdoors(place, record));
+    }
     let (mut obstacles, footprints) = place.cut_elements(slab, |_| true, || count.sliced());
     let lidar_z = floor_z + to_tenths(robot.lidar_height_m);
     let (lidar, _) = place.cut_elements(Slab { lo: lidar_z, hi: lidar_z + 2 }, is_lasting, || {});
@@ -61,7 +66,7 @@ pub(crate) fn slice_storey(
         assumed_runs: Vec::new(),
         shafts: shafts_at(site, floor_z),
         open_to_below: Vec::new(),
-        overhead: overhead(site, floor_z),
+        overhead: overhead(site, record),
         dependents: Vec::new(),
     };
     storey.assumed_floor = assumed_floor_of(site, robot, &storey);
@@ -92,8 +97,37 @@ fn mark_beside_assumed(storey: &mut StoreySlice) {
     }
 }
 
-fn overhead(site: &Site<'_>, floor_z: i32) -> Vec<Overhead> {
-    let slab = Slab { lo: floor_z, hi: next_floor_z(site, floor_z) };
+/// Cuts the ground outdoors: there is no level, and what stands on it is in the way by its height above the ground below it.
+fn slice_outdoors(place: Place<'_>, record: &MapStoreyRecord) -> StoreySlice {
+    let Place { site, map_storey, spec, .. } = place;
+    let mut storey = StoreySlice {
+        map_storey: map_storey as u32,
+        spec: *spec,
+        floor_z: record.floor_z_tenths,
+        floor_kind: FloorKind::Ground,
+        obstacle_squares: ObstacleSquares::of(std::iter::empty(), spec),
+        obstacles: Vec::new(),
+        lidar: Vec::new(),
+        footprints: Vec::new(),
+        floor: Vec::new(),
+        ground: outdoor_patches(place),
+        level_faces: Vec::new(),
+        floor_above: Vec::new(),
+        spaces: Vec::new(),
+        passages: Vec::new(),
+        assumed_floor: MultiPolygon::default(),
+        assumed_runs: Vec::new(),
+        shafts: MultiPolygon::default(),
+        open_to_below: Vec::new(),
+        overhead: overhead(site, record),
+        dependents: Vec::new(),
+    };
+    storey.dependents = dependents(site, &storey, overhead_slab(site, FloorKind::Ground, record.floor_z_tenths));
+    storey
+}
+
+fn overhead(site: &Site<'_>, record: &MapStoreyRecord) -> Vec<Overhead> {
+    let slab = overhead_slab(site, record.floor.get(), record.floor_z_tenths);
     let reaches = |e: &ElementRecord| e.n_parts > 0 && slab.meets(e.min_tenths[2], e.max_tenths[2]);
     let elements = site.elements.iter().zip(0..).filter(|(e, _)| reaches(e));
     elements.map(|(_, element)| Overhead::new(element)).collect()

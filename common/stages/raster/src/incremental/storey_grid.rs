@@ -28,7 +28,7 @@ use geometry::Plane;
 use grid::{CellRect, Class, GridSpec, Growth, Run, join_rects};
 use messages::{
     ArchiveBuffer, ArchiveKind, BlockHashes, ContentHash, DoorPassageRecord, FLOOR_ASSUMED, FLOOR_BUILT, FloorKind,
-    GridHead, GridLayers, GridWriter, NO_HEIGHT, NO_SLOPE, Preamble, RegionRecord, RobotProfile, ScheduleState,
+    GridHead, GridLayers, GridWriter, NO_HEIGHT, NO_SLOPE, NONE, Preamble, RegionRecord, RobotProfile, ScheduleState,
     copy_changed,
 };
 
@@ -231,7 +231,9 @@ impl StoreyGrid {
         for obstacle in storey.obstacles.iter().filter(|o| meets(o.rect)) {
             cells.draw_obstacle(obstacle, (robot, schedule_state), |_, _| true);
         }
-        let is_built = |element: u32| Presence::of(schedule_state.effective(element as usize)) == Presence::Built;
+        let is_built = |element: u32| {
+            element == NONE || Presence::of(schedule_state.effective(element as usize)) == Presence::Built
+        };
         for structure in storey.lidar.iter().filter(|l| meets(l.rect) && is_built(l.element)) {
             cells.set_runs(&structure.runs, STRUCTURE, |_, _| true);
         }

@@ -9,7 +9,7 @@ use crate::model::storey_slice::{FloorPiece, StoreySlice};
 use frames::{Map, Point2, TENTHS_PER_M};
 use geometry::{FillRule, MultiPolygon, OrientedBox, Ring, close_gaps, difference, union, union_of};
 use grid::{Class, GridSpec, Mask, Run, enclosed, fill_holes};
-use messages::{FloorKind, RegionRecord, RobotProfile, Site};
+use messages::{FloorKind, NONE, RegionRecord, RobotProfile, Site};
 use std::borrow::Cow;
 use std::collections::HashMap;
 
@@ -88,16 +88,20 @@ fn built_floor(site: &Site<'_>, robot: &RobotProfile, storey: &StoreySlice, fini
     // Before anything of a storey is built that has slabs, nobody stands on it.
     let is_begun = storey.floor_kind == FloorKind::AssumedFromSpaces || !built.is_empty();
     let has_assumed = is_begun && !storey.assumed_floor.is_empty();
-    let is_there = |patch: &GroundPatch| is_finished.binary_search(&patch.element).is_ok();
+    let is_there = |patch: &GroundPatch| patch.element == NONE || is_finished.binary_search(&patch.element).is_ok();
     let GroundFloor { floor: runs, patches } = match storey.floor_kind {
         FloorKind::AssumedFromEnclosure | FloorKind::Missing => GroundFloor::default(),
-        FloorKind::Built | FloorKind::AssumedFromSpaces => {
+        FloorKind::Built | FloorKind::AssumedFromSpaces | FloorKind::Ground => {
             ground_floor(storey, robot, &walked_on(storey, &built, &above, has_assumed), is_there)
         }
     };
     let ground = storey.ground.iter().filter(|patch| is_there(patch)).map(|patch| &patch.area);
-    let here = if patches.is_empty() { built } else { union_of(ground.chain([&built])) };
-    BuiltFloor { runs, patches, has_assumed, regions: at_other_levels(site, robot, storey, &is_finished, &here) }
+    let regions = match storey.floor_kind {
+        FloorKind::Ground => Vec::new(),
+        _ if patches.is_empty() => at_other_levels(site, robot, storey, &is_finished, &built),
+        _ => at_other_levels(site, robot, storey, &is_finished, &union_of(ground.chain([&built]))),
+    };
+    BuiltFloor { runs, patches, has_assumed, regions }
 }
 
 /// Built floor without that of other levels, with what is assumed in rooms without a slab, and without shafts.
@@ -142,7 +146,7 @@ pub(crate) fn enclosed_floor(storey: &StoreySlice, stands: impl Fn(u32) -> bool)
 pub(crate) fn outline(storey: &StoreySlice, complete: &BuiltFloor) -> Mask {
     let mut outline = match storey.floor_kind {
         FloorKind::AssumedFromEnclosure => enclosed_floor(storey, |_| true),
-        FloorKind::Built | FloorKind::AssumedFromSpaces | FloorKind::Missing => {
+        FloorKind::Built | FloorKind::AssumedFromSpaces | FloorKind::Missing | FloorKind::Ground => {
             Mask::new(storey.spec.width as usize, storey.spec.height as usize)
         }
     };

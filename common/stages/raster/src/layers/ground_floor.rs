@@ -7,7 +7,8 @@ use crate::model::ground_patch::{GroundPatch, STEP_TOLERANCE, z_at};
 use crate::model::storey_slice::StoreySlice;
 use geometry::{MultiPolygon, close_gaps, difference, union_of};
 use grid::{CellRect, Mask, Run, covered_cells};
-use messages::RobotProfile;
+use messages::{FloorKind, RobotProfile};
+use std::collections::HashSet;
 
 /// The surface of a cell that has no patch: the level of the storey's own floor.
 pub(crate) const LEVEL: u32 = u32::MAX;
@@ -27,8 +28,8 @@ pub(crate) struct GroundFloor {
 /// The floor of the patches that are there and of the storey's own level, `level`.
 ///
 /// A cell shows one surface. Of surfaces above each other one counts only if the robot fits below the next, and below its body; of those
-/// that do it is the one nearest to the level of the storey: what lies deeper or higher belongs to the map of another one. From a cell
-/// the ground breaks off where that beside it is lower by more than a step.
+/// that do it is the one nearest to the level of the storey: what lies deeper or higher belongs to the map of another one. Outdoors it
+/// is the highest. From a cell the ground breaks off where that beside it is lower by more than a step.
 pub(crate) fn ground_floor(
     storey: &StoreySlice,
     robot: &RobotProfile,
@@ -50,7 +51,8 @@ pub(crate) fn ground_floor(
     let mut floor = mask(&all);
     let most = f64::from(to_tenths(robot.step_height_m)) + STEP_TOLERANCE;
     let headroom = f64::from(slab_above_floor(robot)[1]);
-    let of_ground = |o: &&ElementRuns| patches().any(|patch| patch.element == o.element);
+    let elements: HashSet<u32> = patches().map(|patch| patch.element).collect();
+    let of_ground = |o: &&ElementRuns| elements.contains(&o.element);
     let bodies = |obstacles| BodyCells::of(Iterator::filter(<[ElementRuns]>::iter(obstacles), of_ground));
     let mut surfaces = Surfaces {
         storey,
@@ -59,7 +61,8 @@ pub(crate) fn ground_floor(
         above_level: bodies(&storey.obstacles),
         above_patches: storey.ground.iter().map(|patch| bodies(&patch.obstacles)).collect(),
     };
-    surfaces.choose(&there, [&floor, &mask(level)], [most, headroom]);
+    let level = (storey.floor_kind != FloorKind::Ground).then(|| mask(level));
+    surfaces.choose(&there, (&floor, level.as_ref()), [most, headroom]);
     let (patches, breaks) = (surfaces.patches(&floor), surfaces.breaks(&floor, most));
     breaks.into_iter().for_each(|cell| floor.cells[cell] = false);
     GroundFloor { patches, floor: runs_of(&floor) }
@@ -109,7 +112,7 @@ impl Surfaces<'_> {
         }
     }
 
-    fn choose(&mut self, there: &[u32], [floor, level]: [&Mask; 2], [step, headroom]: [f64; 2]) {
+    fn choose(&mut self, there: &[u32], (floor, level): (&Mask, Option<&Mask>), [step, headroom]: [f64; 2]) {
         let width = self.width();
         let (mut in_band, mut above): (Vec<(usize, u32)>, Vec<(f64, u32)>) = (Vec::new(), Vec::new());
         for first in (self.rect.min[1]..self.rect.max[1]).step_by(BAND_ROWS as usize) {
@@ -136,7 +139,7 @@ impl Surfaces<'_> {
                 above.extend(same.iter().map(|&(_, k)| (self.z(k, middle), k)));
                 let off = |z: f64| (z - f64::from(self.storey.floor_z)).abs();
                 // A patch that begins here is the level floor of this place.
-                if level.cells[cell] && above.iter().all(|(z, _)| off(*z) > step) {
+                if level.is_some_and(|level| level.cells[cell]) && above.iter().all(|(z, _)| off(*z) > step) {
                     above.push((f64::from(self.storey.floor_z), LEVEL));
                 }
                 above.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
@@ -146,7 +149,10 @@ impl Surfaces<'_> {
                 };
                 let is_open = |k: &usize| !is_roofed(*k) && (above.len() == 1 || !is_filled(above[*k].1));
                 let open = (0..above.len()).filter(is_open).map(|k| above[k]);
-                let nearest = open.min_by(|a, b| off(a.0).total_cmp(&off(b.0)));
+                let nearest = match level {
+                    Some(_) => open.min_by(|a, b| off(a.0).total_cmp(&off(b.0))),
+                    None => above.last().copied(),
+                };
                 let at = self.at(cell);
                 self.of_cell[at] = nearest.map_or(LEVEL, |(_, k)| k);
             }

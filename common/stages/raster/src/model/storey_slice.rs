@@ -138,7 +138,7 @@ impl StoreySlice {
     fn overhead_cells(&self, site: &Site<'_>, index: u32) -> &(Vec<Run>, Option<CellRect>) {
         let overhead = &self.overhead[index as usize];
         overhead.cells.get_or_init(|| {
-            let slab = Slab { lo: self.floor_z, hi: next_floor_z(site, self.floor_z) };
+            let slab = overhead_slab(site, self.floor_kind, self.floor_z);
             let cut = SlabCut::of(site.element_meshes(&site.elements[overhead.element as usize]), slab);
             let runs = cells_of_cut(&cut, &self.spec);
             let rect = CellRect::around(&runs);
@@ -147,9 +147,17 @@ impl StoreySlice {
     }
 }
 
+/// Heights between which an element that is worked on makes what lies below it keep-out: to the next floor, outdoors all.
+pub(crate) fn overhead_slab(site: &Site<'_>, floor_kind: FloorKind, floor_z: i32) -> Slab {
+    if floor_kind == FloorKind::Ground {
+        return Slab { lo: i32::MIN / 2, hi: i32::MAX / 2 };
+    }
+    Slab { lo: floor_z, hi: next_floor_z(site, floor_z) }
+}
+
 /// Height of the next floor above, or of the top of the highest element.
 pub(crate) fn next_floor_z(site: &Site<'_>, floor_z: i32) -> i32 {
-    let above = site.map_storeys.iter().map(|s| s.floor_z_tenths).filter(|z| *z >= floor_z + MIN_STOREY_HEIGHT);
+    let above = site.levels().map(|(_, s)| s.floor_z_tenths).filter(|z| *z >= floor_z + MIN_STOREY_HEIGHT);
     let top = site.elements.iter().filter(|e| e.n_parts > 0).map(|e| e.max_tenths[2]).max();
     above.min().or(top).unwrap_or(floor_z).max(floor_z + MIN_STOREY_HEIGHT)
 }

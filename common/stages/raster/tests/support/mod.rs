@@ -64,8 +64,33 @@ impl House {
 
     pub(crate) fn slab(&mut self, min: [f64; 2], max: [f64; 2], top: f64) -> usize {
         let index = self.add(Class::Slab, [min[0], min[1], top - 0.2], [max[0], max[1], top]);
-        self.builder.elements[index].flags = element_flags::FLOOR;
+        let element = &mut self.builder.elements[index];
+        (element.flags, element.ground) = (element_flags::FLOOR, GroundClass::Floor.into());
         index
+    }
+
+    /// Terrain of the site itself: a sheet over a rectangle that rises along x from one height to another.
+    pub(crate) fn terrain(&mut self, [x0, y0]: [f64; 2], [x1, y1]: [f64; 2], [from, to]: [f64; 2]) {
+        let b = &mut self.builder;
+        let corners = [[x0, y0, from], [x1, y0, to], [x1, y1, to], [x0, y1, from]];
+        b.parts.push(PartRecord {
+            first_vertex: b.vertices.len() as u32,
+            n_vertices: 4,
+            first_triangle: b.triangles.len() as u32,
+            n_triangles: 2,
+            closed: 0,
+            colour: 0,
+        });
+        b.vertices.extend(corners.map(|c| c.map(t)));
+        b.triangles.extend([[0, 1, 2], [0, 2, 3]]);
+        b.terrains.push(TerrainRecord {
+            first_part: b.parts.len() as u32 - 1,
+            n_parts: 1,
+            ground: GroundClass::Terrain.into(),
+            min_tenths: [x0, y0, from.min(to)].map(t),
+            max_tenths: [x1, y1, from.max(to)].map(t),
+            ..bytemuck::Zeroable::zeroed()
+        });
     }
 
     /// A slab 0.2 m thick that rises along x from one height to another.
