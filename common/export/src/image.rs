@@ -81,10 +81,19 @@ pub(crate) fn rows_from_top<T>(layer: &[T], width: usize) -> impl Iterator<Item 
 
 /// A PNG file of these pixels.
 pub(crate) fn png_bytes(width: u32, height: u32, color: png::ColorType, pixels: &[u8]) -> Vec<u8> {
+    encoded(width, height, (color, png::BitDepth::Eight), pixels)
+}
+
+/// A PNG file of grey pixels of 16 bits, big-endian from the top.
+pub(crate) fn grey_16_bits(width: u32, height: u32, pixels: &[u8]) -> Vec<u8> {
+    encoded(width, height, (png::ColorType::Grayscale, png::BitDepth::Sixteen), pixels)
+}
+
+fn encoded(width: u32, height: u32, (color, depth): (png::ColorType, png::BitDepth), pixels: &[u8]) -> Vec<u8> {
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, width, height);
     encoder.set_color(color);
-    encoder.set_depth(png::BitDepth::Eight);
+    encoder.set_depth(depth);
     encoder.set_compression(png::Compression::Fast);
     let written = encoder.write_header().and_then(|mut writer| writer.write_image_data(pixels));
     written.expect("the pixels match the size, and memory does not fail");

@@ -21,6 +21,8 @@
 //! - `storeys/*/localization.{pgm,yaml}`: finished structure at the height of the lidar, without glass and furniture.
 //! - `storeys/*/keepout.{pgm,yaml}`: Nav2 keep-out mask: 0 for drop-offs, work and closed rooms, with margins; 205
 //!   elsewhere, so that the filter never makes an unknown cell free.
+//! - `storeys/*/elevation.{png,yaml}`, `slope.{png,yaml}`, where the ground of a storey is not level: height of the ground in `map` in
+//!   metres, and its slope in radians; a value is `offset + scale * pixel`, the pixel `none` has no ground.
 //! - `storeys/*/route.geojson`: this storey's ways for Nav2's route server; stairs that lead away from it as collections of
 //!   one line, which Nav2 skips.
 //! - `storeys/*/waypoints.yaml`: for Nav2's waypoint panel.
@@ -91,6 +93,7 @@ mod pictures;
 mod probability_layer;
 mod provenance;
 mod reach;
+mod relief;
 mod report;
 mod route;
 mod scan_summary;
@@ -189,6 +192,7 @@ fn storey_files<E>(
     let map_storey = grid.head.map_storey;
     let folder = storey_folder(input.site, map_storey, &input.site.map_storeys[map_storey as usize]);
     maps::files(&folder, grid).try_for_each(&mut *add)?;
+    relief::files(&folder, grid).try_for_each(&mut *add)?;
     pictures::files(&folder, input, grid).try_for_each(&mut *add)?;
     if let Some(probability) = &input.probability {
         probability_layer::files(&folder, input, grid, probability).into_iter().try_for_each(&mut *add)?;

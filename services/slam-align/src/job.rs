@@ -174,10 +174,12 @@ fn align(
         Ok(hints) => hints,
         Err(why) => return Ok(Found::UnknownPlace(Arc::new(why))),
     };
-    let storeys: Vec<u32> = (0..references.len() as u32).collect();
+    // A map that bends over slopes is not compared with that of the ground outdoors, which is the last.
+    let storeys: Vec<u32> = site.levels().map(|(storey, _)| storey as u32).collect();
+    let references = &references[..storeys.len()];
     if let Some(storey) = search_area.storey {
         if !storeys.contains(&storey) {
-            return Err(format!("the site has no storey {storey}").into());
+            return Err(format!("the site has no storey {storey} with which maps are aligned").into());
         }
         hints.push(PlaceHint::on_storey(storey));
     }

@@ -179,13 +179,16 @@ impl ReferenceMaps {
         let storeys: Vec<StoreyMap> = manifest
             .storeys
             .iter()
-            .filter(|s| !free_scale || wanted.is_none_or(|wanted| s.index == wanted))
+            .filter(|s| s.floor != GROUND && (!free_scale || wanted.is_none_or(|wanted| s.index == wanted)))
             .map(|s| StoreyMap {
                 path: folder.join(&s.directory).join(LOCALIZATION),
                 index: s.index,
                 floor_z_m: Some(s.floor_z_m),
             })
             .collect();
+        if manifest.storeys.iter().any(|s| s.floor == GROUND && Some(s.index) == wanted) {
+            return Err(unusable("that storey is the ground outdoors, with which no map is aligned".to_owned()));
+        }
         if wanted.is_some_and(|wanted| storeys.iter().all(|s| s.index != wanted)) || storeys.is_empty() {
             return Err(unusable("it has no such storey".to_owned()));
         }
@@ -206,6 +209,8 @@ impl ReferenceMaps {
 }
 
 const MANIFEST: &str = "manifest.json";
+/// What a manifest says of the floor of the map storey outdoors.
+const GROUND: &str = "ground";
 const LOCALIZATION: &str = "localization.yaml";
 
 /// The folder that `convert` wrote around the localization map of a storey, and that storey.
@@ -236,6 +241,7 @@ impl Manifest {
 struct ManifestStorey {
     index: u32,
     directory: PathBuf,
+    floor: String,
     floor_z_m: f64,
 }
 

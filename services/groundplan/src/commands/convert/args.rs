@@ -119,6 +119,8 @@ Files in OUT (written whole or not at all, the same bytes for the same input):
     planning.{pgm,yaml}         for global planning: 0 occupied, 254 free, 205 unknown or no floor
     localization.{pgm,yaml}     what a lidar sees of finished structure
     keepout.{pgm,yaml}          Nav2 keep-out mask: 0 drop-offs, work and margins, 205 elsewhere
+    elevation.{png,yaml}        where the ground is not level: its height in map, 16 bits, in the yaml's scale
+    slope.{png,yaml}            and its slope in radians
     waypoints.yaml              this storey's waypoints for Nav2
     route.geojson               this storey's graph for Nav2's route server, with ways to others
     semantic.png  classes.png   for people; class ids for programs

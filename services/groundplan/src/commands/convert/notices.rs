@@ -16,7 +16,8 @@ const MAX_ROOMS: usize = 6;
 pub(super) fn notices(input: &ExportInput<'_>, world_diagnostics: &[Diagnostic]) -> Vec<String> {
     let site = input.site;
     let mut kinds = Kinds::default();
-    if input.grids.heads().any(|head| head.floor == FloorKind::Missing) {
+    let has = |kind: FloorKind| input.grids.heads().any(|head| head.floor == kind);
+    if has(FloorKind::Missing) && !has(FloorKind::Ground) {
         kinds.add("floor_missing", NO_FLOOR.to_owned());
     }
     if let Some(line) = assumed_floors(input) {
