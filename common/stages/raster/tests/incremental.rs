@@ -172,7 +172,8 @@ fn work_that_ends_while_there_is_no_floor_leaves_no_margin_behind() {
     let given = incremental.draw_once(&site, &built, |archive| archive);
     assert!(given.len() == 1 && last == given[0].bytes());
     assert_eq!(incremental.drawn().len(), 0);
-    let index = |rasterizer: &Rasterizer| rasterizer.index(&site, &built, "robot", &[]).finish();
+    let index =
+        |rasterizer: &Rasterizer| rasterizer.index(&site, &built, "robot", &[], &SafetyRules::default()).finish();
     assert_eq!(index(&incremental).bytes(), index(&full).bytes());
 }
 
