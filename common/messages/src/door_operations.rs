@@ -224,6 +224,12 @@ pub struct DoorFrame {
 }
 
 impl DoorFrame {
+    /// The point in `map` at a place in the frame, tenths of a millimetre.
+    pub fn at(&self, x: f64, y: f64) -> [f64; 2] {
+        let across = [-self.along[1], self.along[0]];
+        [0, 1].map(|k| self.origin[k] + x * self.along[k] + y * across[k])
+    }
+
     /// Left is where the model's frame begins; without one the direction of the passage counts.
     pub fn of(door: &DoorRecord, passage: &OrientedBox) -> Self {
         let dot = |a: [f64; 2], b: [f64; 2]| a[0] * b[0] + a[1] * b[1];

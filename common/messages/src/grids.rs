@@ -4,7 +4,7 @@ use crate::archive::ArchiveError;
 use crate::content_hash::ContentHash;
 use crate::declaration::declare_archive;
 use crate::robot::RobotProfile;
-use crate::safety_rules::{SafetyRuleRecord, check_archive};
+use crate::safety_rules::{SafetyRuleRecord, SafetyRules, check_archive};
 use crate::site_records::BoxRecord;
 use crate::tag::{Tag, check_tags};
 use bytemuck::{CheckedBitPattern, NoUninit, Pod, Zeroable};
@@ -205,6 +205,13 @@ impl Grids<'_> {
             return Err(ArchiveError::Unknown { what: "reason for a closed door" });
         }
         check_archive(self.safety_rules, self.safety_materials)
+    }
+}
+
+impl SafetyRules {
+    /// The rules of an index.
+    pub fn of(index: &Grids<'_>) -> Self {
+        Self::read(index.safety_rules, index.safety_materials)
     }
 }
 

@@ -1,7 +1,6 @@
 //! Rules of a robot about the distance that it keeps and the speed at which it drives near elements, by what they mean.
 
 use crate::archive::{ArchiveError, Text};
-use crate::grids::Grids;
 use crate::tag::Tag;
 use bytemuck::{CheckedBitPattern, NoUninit, Pod, Zeroable};
 use grid::Class;
@@ -168,10 +167,9 @@ impl SafetyRules {
         Ok(())
     }
 
-    /// The rules of an index.
-    pub fn of(index: &Grids<'_>) -> Self {
-        let materials = String::from_utf8_lossy(index.safety_materials).into_owned();
-        Self { records: index.safety_rules.to_vec(), materials }
+    /// The rules of an archive that was checked.
+    pub(crate) fn read(records: &[SafetyRuleRecord], materials: &[u8]) -> Self {
+        Self { records: records.to_vec(), materials: String::from_utf8_lossy(materials).into_owned() }
     }
 
     /// True if there are none.

@@ -62,7 +62,13 @@ fn sectors(storey: StoreyElements<'_>, door: &DoorRecord, whole: &OrientedBox) -
                 // Which side is the front, the model does not say.
                 LeafMotion::Swing { left, .. } if frame.assumed => (left, vec![-1.0, 1.0]),
                 LeafMotion::Swing { left, towards, .. } => (left, vec![towards]),
-                LeafMotion::Fold { left } => (left, vec![-1.0, 1.0]),
+                LeafMotion::Fold { .. } => {
+                    // Folded in the middle it stands out by half of its width.
+                    let [from, to] = span.map(|share| share * width);
+                    let depth = (to - from) / 2.0;
+                    found.push(rectangle(&frame, [from, to], depth));
+                    continue;
+                }
                 LeafMotion::Slide { .. } | LeafMotion::Rise | LeafMotion::Turn | LeafMotion::Fixed => continue,
             };
             let radius = (span[1] - span[0]) * width;
@@ -77,10 +83,15 @@ fn sectors(storey: StoreyElements<'_>, door: &DoorRecord, whole: &OrientedBox) -
     found
 }
 
+/// The rectangle over a stretch of the door's x axis, so deep on both sides; counter-clockwise.
+fn rectangle(frame: &DoorFrame, [from, to]: [f64; 2], depth: f64) -> Vec<[f64; 2]> {
+    let corners = [[from, -depth], [to, -depth], [to, depth], [from, depth]];
+    corners.map(|[x, y]| frame.at(x, y)).to_vec()
+}
+
 /// A quarter of a circle, counter-clockwise: around a hinge on the door's x axis, to one side along it and one way across.
 fn sector(frame: &DoorFrame, hinge: f64, radius: f64, [side, way]: [f64; 2]) -> Vec<[f64; 2]> {
-    let across = [-frame.along[1], frame.along[0]];
-    let at = |x: f64, y: f64| [0, 1].map(|k| frame.origin[k] + x * frame.along[k] + y * across[k]);
+    let at = |x: f64, y: f64| frame.at(x, y);
     // Corners lie outside of the circle, so that the polygon holds it.
     let step = std::f64::consts::FRAC_PI_2 / f64::from(N_CORNERS - 1);
     let outer = radius / libm::cos(step / 2.0);
