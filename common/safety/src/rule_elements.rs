@@ -49,13 +49,13 @@ impl StoreyElements<'_> {
         elements
             .map(|(element, record)| (element, record, self.cells_of_element(element, record, is_work)))
             .filter(|(.., runs)| !runs.is_empty())
-            .map(|(element, record, runs)| (element, self.to_the_face(record, runs, &mut wholes)))
+            .map(|(element, record, runs)| (element, self.with_frame(record, runs, &mut wholes)))
             .collect()
     }
 
     /// The cells of an element with those of the other parts of its whole that lie before it: a pane lies in a frame, and is as
     /// near as its frame's face. `wholes` are cells of wholes, by element.
-    fn to_the_face(
+    fn with_frame(
         &self,
         record: &ElementRecord,
         mut runs: Vec<Run>,

@@ -107,8 +107,9 @@ impl SafetyLayer {
                     (self.speed_source[cell], distance[cell]) = (nearest.label, nearest.fifths);
                 }
             }
-            if reach > 0 {
-                let cost = (COSTS[0] - (COSTS[0] - COSTS[1]) * nearest.fifths / reach) as u8;
+            let share = ((COSTS[0] - COSTS[1]) * nearest.fifths).checked_div(reach);
+            if let Some(share) = share {
+                let cost = (COSTS[0] - share) as u8;
                 if cost > self.cost[cell] {
                     (self.cost[cell], self.cost_source[cell]) = (cost, nearest.label);
                 }
