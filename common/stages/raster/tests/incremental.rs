@@ -133,7 +133,7 @@ proptest! {
             drawn.copy_into(memory.bytes_mut());
             prop_assert!(memory.bytes() == drawn.archive, "a copy of an earlier version is one of this");
             incremental.drawn().for_each(|drawn| assert_filter_frees_nothing(&Grid::open(drawn.archive).unwrap()));
-            let [redrawn, anew] = [&mut incremental, &mut full].map(|r| r.index(&site, &schedule_state, "r", &[]).finish());
+            let [redrawn, anew] = [&mut incremental, &mut full].map(|r| r.index(&site, &schedule_state, "r", &[], &SafetyRules::default()).finish());
             prop_assert_eq!(redrawn.bytes(), anew.bytes());
             before = Some(builder);
         }
