@@ -175,8 +175,8 @@ pub(crate) fn grids() -> ArchiveBuffer {
     let doors = &[DoorPassageRecord { width_in_map_m: 0.8, ..Zeroable::zeroed() }];
     let regions = &[RegionRecord { area_m2: 1.0, ..Zeroable::zeroed() }];
     let mut rules = SafetyRules::default();
-    rules.add(SafetySubject::Material("marble"), Some(0.5), Some(0.3)).unwrap();
-    rules.add(SafetySubject::Glass, Some(1.0), None).unwrap();
+    rules.add(SafetySubject::Material("marble"), Some(0.5), Some(0.3)).expect("a rule that can be");
+    rules.add(SafetySubject::Glass, Some(1.0), None).expect("a rule that can be");
     GridsBuilder {
         head,
         slots,
