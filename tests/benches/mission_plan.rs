@@ -60,7 +60,7 @@ fn measure(arguments: &Arguments, model: &Path) {
     let schedule_state = ScheduleState::open(schedule_state.bytes()).expect("a schedule state");
     let mut rasterizer = Rasterizer::new(&site, &RobotProfile::DEFAULT, 0.05).expect("a resolution that fits");
     rasterizer.draw(&site, &schedule_state);
-    let index = rasterizer.index(&site, &schedule_state, "default", &[]).finish();
+    let index = rasterizer.index(&site, &schedule_state, "default", &[], &messages::SafetyRules::default()).finish();
     let index = Grids::open(index.bytes()).expect("an index");
     let grids: Vec<Grid<'_>> = rasterizer.drawn().map(|g| Grid::open(g.archive).expect("a grid")).collect();
     let mut options = MissionPlanOptions::parse(&format!("[scan]\nquality = {}", arguments.quality)).expect("options");

@@ -17,7 +17,7 @@ fn root() -> PathBuf {
 }
 
 /// Crates of the workspace that each crate may depend on.
-const ALLOWED: [(&str, &[&str]); 36] = [
+const ALLOWED: [(&str, &[&str]); 37] = [
     ("diagnostics", &[]),
     ("input-files", &[]),
     ("frames", &[]),
@@ -30,7 +30,8 @@ const ALLOWED: [(&str, &[&str]); 36] = [
     ("bus", &["messages"]),
     ("site-view", &["bus", "messages"]),
     ("daemon", &["bus", "input-files", "messages", "site-view"]),
-    ("export", &["diagnostics", "frames", "geometry", "grid", "input-files", "messages"]),
+    ("safety", &["frames", "geometry", "grid", "messages"]),
+    ("export", &["diagnostics", "frames", "geometry", "grid", "input-files", "messages", "safety"]),
     ("world", &["convex", "diagnostics", "export", "frames", "geometry", "grid", "messages"]),
     ("cloud", &["export", "frames", "geometry", "grid", "messages"]),
     ("occupancy", &["grid", "input-files", "messages"]),
@@ -40,7 +41,7 @@ const ALLOWED: [(&str, &[&str]); 36] = [
     ("schedule", &["diagnostics", "frames", "messages", "schedule-files", "tasks"]),
     ("ground", &["frames", "geometry", "messages"]),
     ("raster", &["diagnostics", "frames", "geometry", "grid", "ground", "messages"]),
-    ("waypoints", &["diagnostics", "frames", "geometry", "grid", "messages"]),
+    ("waypoints", &["diagnostics", "frames", "geometry", "grid", "messages", "safety"]),
     ("alignment", &["diagnostics", "frames", "geometry", "grid", "messages", "occupancy", "raster"]),
     ("deviations", &["frames", "geometry", "grid", "messages", "occupancy"]),
     ("answers", &["diagnostics", "export", "frames", "messages", "schedule", "waypoints"]),
@@ -50,7 +51,19 @@ const ALLOWED: [(&str, &[&str]); 36] = [
     ("waypoint-gen", &["bus", "daemon", "messages", "site-view", "waypoints"]),
     (
         "ros-bridge",
-        &["bus", "daemon", "diagnostics", "export", "frames", "grid", "messages", "ros", "site-view", "world"],
+        &[
+            "bus",
+            "daemon",
+            "diagnostics",
+            "export",
+            "frames",
+            "grid",
+            "messages",
+            "ros",
+            "safety",
+            "site-view",
+            "world",
+        ],
     ),
     (
         "web",

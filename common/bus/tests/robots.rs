@@ -26,7 +26,17 @@ fn index(robot_name: &str) -> ArchiveBuffer {
         plan_time_s: 0,
         robot: RobotProfile::DEFAULT,
     };
-    GridsBuilder { head, slots: &[], robot_name, robot_footprint_m: &[], doors: &[], regions: &[] }.finish()
+    GridsBuilder {
+        head,
+        slots: &[],
+        robot_name,
+        robot_footprint_m: &[],
+        doors: &[],
+        regions: &[],
+        safety_rules: &[],
+        safety_materials: &[],
+    }
+    .finish()
 }
 
 #[test]

@@ -4,7 +4,7 @@ use crate::failure::Failure;
 use crate::file_text::FileText;
 use crate::setting::Configured;
 use input_files::{MAX_CONFIGURATION_BYTES, read_regular_text};
-use messages::{DoorCapability, RobotProfile};
+use messages::{DoorCapability, RobotProfile, SafetyKind, SafetyRules, SafetySubject};
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
 
@@ -17,6 +17,8 @@ pub struct Robot {
     pub profile: RobotProfile,
     /// Outline in the robot's frame, in metres; may be empty.
     pub footprint_m: Vec<[f64; 2]>,
+    /// Distances that it keeps from elements, and its speed near them; none unless the profile has some.
+    pub safety: SafetyRules,
 }
 
 /// A file that is no robot profile.
@@ -67,11 +69,29 @@ struct RobotToml {
     lidar_height_m: Option<f64>,
     lidar_range_m: Option<f64>,
     sensor_height_m: Option<f64>,
+    #[serde(default)]
+    safety: Vec<SafetyToml>,
+}
+
+/// An entry of `[[safety]]`.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct SafetyToml {
+    near: String,
+    material: Option<String>,
+    class: Option<String>,
+    distance_m: Option<f64>,
+    speed_m_s: Option<f64>,
 }
 
 impl Default for Robot {
     fn default() -> Self {
-        Self { name: "default".to_owned(), profile: RobotProfile::DEFAULT, footprint_m: Vec::new() }
+        Self {
+            name: "default".to_owned(),
+            profile: RobotProfile::DEFAULT,
+            footprint_m: Vec::new(),
+            safety: SafetyRules::default(),
+        }
     }
 }
 
@@ -143,8 +163,50 @@ impl RobotToml {
         if self.name.trim().is_empty() {
             return Err("name is empty".to_owned());
         }
-        Ok(Robot { name: self.name, profile, footprint_m })
+        let safety = safety_rules(&self.safety)?;
+        Ok(Robot { name: self.name, profile, footprint_m, safety })
     }
+}
+
+/// The rules of the entries of `[[safety]]`; errors name the entry by its number, from 1, and what it is near.
+fn safety_rules(entries: &[SafetyToml]) -> Result<SafetyRules, String> {
+    let mut rules = SafetyRules::default();
+    for (number, entry) in (1..).zip(entries) {
+        let named = |what: String| format!("safety entry {number} (near {:?}): {what}", entry.near);
+        let subject = entry.subject().map_err(named)?;
+        rules.add(subject, entry.distance_m, entry.speed_m_s).map_err(|why| named(why.to_string()))?;
+    }
+    Ok(rules)
+}
+
+impl SafetyToml {
+    fn subject(&self) -> Result<SafetySubject<'_>, String> {
+        let kind = SafetyKind::ALL.into_iter().find(|kind| kind.name() == self.near);
+        let kind = kind.ok_or_else(|| {
+            let names = SafetyKind::ALL.map(SafetyKind::name).join(", ");
+            format!("near may be {names}")
+        })?;
+        if self.material.is_some() && kind != SafetyKind::Material {
+            return Err("material belongs to near = \"material\"".to_owned());
+        }
+        if self.class.is_some() && kind != SafetyKind::Class {
+            return Err("class belongs to near = \"class\"".to_owned());
+        }
+        Ok(match kind {
+            SafetyKind::Glass => SafetySubject::Glass,
+            SafetyKind::StairEdge => SafetySubject::StairEdge,
+            SafetyKind::DoorSwing => SafetySubject::DoorSwing,
+            SafetyKind::Work => SafetySubject::Work,
+            SafetyKind::Material => SafetySubject::Material(self.material.as_deref().ok_or("material is missing")?),
+            SafetyKind::Class => class_named(self.class.as_deref().ok_or("class is missing")?)?,
+        })
+    }
+}
+
+/// The class with a name as on maps.
+fn class_named(name: &str) -> Result<SafetySubject<'_>, String> {
+    let names = || SafetySubject::class_names().collect::<Vec<_>>().join(", ");
+    SafetySubject::of_class(name).ok_or_else(|| format!("class is {name:?}, it may be {}", names()))
 }
 
 /// An outline has an area, and the circle of the radius holds it: planners may use either.
@@ -218,5 +280,44 @@ mod tests {
             assert!(error.contains(word), "{error}");
         }
         assert_eq!(parse("name = \"x\"\nopens = [\"none\"]").unwrap().profile.opens, 0);
+    }
+
+    #[test]
+    fn a_robot_without_safety_entries_has_no_rules_and_one_with_them_has_them_in_their_order() {
+        assert!(parse("name = \"x\"").unwrap().safety.is_empty());
+        let robot = parse(
+            "name = \"x\"\n[[safety]]\nnear = \"glass\"\ndistance_m = 0.6\nspeed_m_s = 0.4\n\
+             [[safety]]\nnear = \"material\"\nmaterial = \"Marble\"\nspeed_m_s = 0.2\n\
+             [[safety]]\nnear = \"class\"\nclass = \"curtain_wall\"\ndistance_m = 1.0\n",
+        )
+        .unwrap();
+        let rules = robot.safety.records();
+        let found: Vec<_> =
+            rules.iter().map(|rule| (robot.safety.subject(rule), rule.distance_m, rule.speed_m_s)).collect();
+        let expected = [
+            (SafetySubject::Glass, 0.6, 0.4),
+            (SafetySubject::Material("Marble"), 0.0, 0.2),
+            (SafetySubject::of_class("curtain_wall").unwrap(), 1.0, 0.0),
+        ];
+        assert_eq!(found, expected);
+    }
+
+    #[test]
+    fn a_safety_entry_that_cannot_be_is_refused_by_its_number_and_name() {
+        let first = "name = \"x\"\n[[safety]]\nnear = \"work\"\ndistance_m = 2.0\n[[safety]]\n";
+        for (entry, expected) in [
+            ("near = \"glas\"\ndistance_m = 1.0", "safety entry 2 (near \"glas\"): near may be glass, stair_edge"),
+            ("near = \"glass\"\ndistance_m = -1.0", "safety entry 2 (near \"glass\"): distance_m is -1"),
+            ("near = \"glass\"\ndistance_m = 21.0", "distance_m is 21, it must be from 0 to 20"),
+            ("near = \"glass\"\nspeed_m_s = nan", "speed_m_s is NaN"),
+            ("near = \"glass\"", "neither distance_m nor speed_m_s"),
+            ("near = \"material\"\ndistance_m = 1.0", "safety entry 2 (near \"material\"): material is missing"),
+            ("near = \"glass\"\nmaterial = \"marble\"\ndistance_m = 1.0", "material belongs to near"),
+            ("near = \"class\"\nclass = \"sofa\"\ndistance_m = 1.0", "class is \"sofa\", it may be wall, column"),
+            ("near = \"glass\"\ndistance = 1.0", "unknown field `distance`"),
+        ] {
+            let error = parse(&format!("{first}{entry}\n")).unwrap_err();
+            assert!(error.contains(expected), "{error}");
+        }
     }
 }

@@ -43,6 +43,8 @@ pub struct RosConfig {
     pub initial_pose: bool,
     /// What is published; all if left out.
     pub outputs: BTreeSet<RosOutput>,
+    /// True to publish the limits of speed of the robot's profile on `speed_mask` and `speed_info`; without limits, none in any cell.
+    pub speed_mask: bool,
     /// True: while maps are stale the keep-out mask keeps the robot out of everything.
     pub keepout_when_stale: bool,
     /// True to let ROS 2 change the plan time, start searches and confirm.
@@ -77,6 +79,7 @@ impl Default for RosConfig {
             robot_frame: "base_link".to_owned(),
             initial_pose: false,
             outputs: RosOutput::ALL.into(),
+            speed_mask: false,
             keepout_when_stale: false,
             allow_control: false,
             service_mapping: RosServiceMapping::default(),

@@ -237,6 +237,10 @@ codes! {
     // Evaluating the schedule, with what several robots observed: `schedule`.
     /// An element that one robot saw and another confirmed absent.
     ObservationConflict = "observation_conflict",
+
+    // Planning missions with distances to keep: `waypoints`.
+    /// A waypoint within a distance that the robot is to keep from an element: no other place serves.
+    WithinSafetyDistance = "within_safety_distance",
 }
 
 #[cfg(test)]

@@ -28,6 +28,11 @@
 //! - `storeys/*/waypoints.yaml`: for Nav2's waypoint panel.
 //! - `storeys/*/probability.{pgm,yaml}`, if the schedule state was decided by probabilities: the probability that an obstacle
 //!   is in a cell, in per cent, as a map in the mode `scale`; `probability.png` for people.
+//! - `storeys/*/speed.{pgm,yaml}`, if the robot's profile has limits of speed: Nav2's speed mask, 0 without a limit, else so many
+//!   steps of metres per second; `speed_filter.yaml` has the parameters of its filter info server (type 2, absolute).
+//! - `storeys/*/costs.{pgm,yaml}`, if the profile has distances to keep: 1 to 90 per cent of what is lethal within them, unknown
+//!   elsewhere, in the mode `raw`; a mask for a keep-out filter, which skips what is unknown.
+//! - `storeys/*/safety.json`, with either: the rules, and which element each of these cells has its value from.
 //! - `storeys/*/semantic.png`, `waypoints.png`, `classes.png`: for people; class ids for programs.
 //!
 //! In all JSON documents keys of measures end with their unit, and what there is not is null, never an empty text. Their
@@ -96,6 +101,7 @@ mod reach;
 mod relief;
 mod report;
 mod route;
+mod safety_files;
 mod scan_summary;
 mod schedule_report;
 mod semantic;
@@ -120,6 +126,7 @@ pub use provenance::{link_rule, schedule_file};
 pub use reach::{FloorReach, NotMapped, RoomNotMapped, spaces_not_mapped};
 pub use report::Report;
 pub use route::{SiteGraph, nav2_route_file};
+pub use safety_files::SafetyDocument;
 pub use scan_summary::ScanSummary;
 pub use schedule_report::{ScheduleFindings, ScheduleReport};
 pub use semantic::Semantic;
@@ -197,6 +204,7 @@ fn storey_files<E>(
     if let Some(probability) = &input.probability {
         probability_layer::files(&folder, input, grid, probability).into_iter().try_for_each(&mut *add)?;
     }
+    safety_files::files(&folder, input, grid).into_iter().try_for_each(&mut *add)?;
     add(ExportFile::new(format!("{folder}/waypoints.yaml"), waypoints::nav2_yaml(input, map_storey)))?;
     add(ExportFile::new(format!("{folder}/route.geojson"), nav2_route_file(input, map_storey, "map")))?;
     add(mission_plan_picture::file(&folder, input, grid))

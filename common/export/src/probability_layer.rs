@@ -87,7 +87,7 @@ fn percent_of(probability: f64) -> u8 {
 }
 
 /// The pixel that map servers read as this value in the mode `scale`, with the thresholds 0 and 1.
-fn pixel_of_percent(percent: u8) -> u8 {
+pub(crate) fn pixel_of_percent(percent: u8) -> u8 {
     255 - ((u32::from(percent) * 255 + 50) / 100) as u8
 }
 

@@ -13,6 +13,7 @@ fn schemas_are_current() {
     check::<export::DatesManifest>("dates-manifest");
     check::<export::DeviationsDocument>("deviations");
     check::<export::Report>("report");
+    check::<export::SafetyDocument>("safety");
     check::<export::Semantic>("semantic");
     check::<export::SiteFrameFile>("site-frame");
     check::<export::SiteGraph>("site-graph");

@@ -4,8 +4,8 @@
 pub const REACHED: u8 = 128;
 
 /// Cost of a step along a side, and across a corner.
-const SIDE: u16 = 5;
-const CORNER: u16 = 7;
+pub(crate) const SIDE: u16 = 5;
+pub(crate) const CORNER: u16 = 7;
 
 /// Steps of column and row to the neighbours of a cell.
 const DIRECTIONS: [[isize; 2]; 8] = [[1, 0], [-1, 0], [0, 1], [0, -1], [1, 1], [-1, 1], [1, -1], [-1, -1]];

@@ -70,6 +70,8 @@ pub enum MapMode {
     Trinary,
     /// As values from 0, white, to 100, black; nothing is unknown.
     Scale,
+    /// As values from 0 to 100; higher pixels are unknown.
+    Raw,
 }
 
 /// The YAML text beside an image.
@@ -90,6 +92,8 @@ impl std::fmt::Display for MapYaml<'_> {
         let (mode, occupied, free) = match self.mode {
             MapMode::Trinary => ("trinary", "0.65", "0.196"),
             MapMode::Scale => ("scale", "1.0", "0.0"),
+            // The thresholds are required, and not used.
+            MapMode::Raw => ("raw", "0.65", "0.196"),
         };
         writeln!(f, "mode: {mode}")?;
         writeln!(f, "resolution: {:?}", self.spec.resolution_m())?;

@@ -4,6 +4,7 @@ use crate::archive::ArchiveError;
 use crate::content_hash::ContentHash;
 use crate::declaration::declare_archive;
 use crate::robot::RobotProfile;
+use crate::safety_rules::{SafetyRuleRecord, SafetyRules, check_archive};
 use crate::site_records::BoxRecord;
 use crate::tag::{Tag, check_tags};
 use bytemuck::{CheckedBitPattern, NoUninit, Pod, Zeroable};
@@ -185,6 +186,10 @@ declare_archive! {
         pub regions: many(5, RegionRecord),
         /// Outline of the robot in its frame, in metres; may be empty.
         pub robot_footprint_m: many(6, [f64; 2]),
+        /// Distances that the robot keeps from elements, and its speed near them.
+        pub safety_rules: if_any(7, SafetyRuleRecord),
+        /// Words of materials that rules name, one after the other, UTF-8.
+        pub safety_materials: if_any(8, u8),
     }
 }
 
@@ -199,7 +204,14 @@ impl Grids<'_> {
         if self.doors.iter().any(|d| d.reasons & !DoorPassage::REASON_BITS != 0) {
             return Err(ArchiveError::Unknown { what: "reason for a closed door" });
         }
-        Ok(())
+        check_archive(self.safety_rules, self.safety_materials)
+    }
+}
+
+impl SafetyRules {
+    /// The rules of an index.
+    pub fn of(index: &Grids<'_>) -> Self {
+        Self::read(index.safety_rules, index.safety_materials)
     }
 }
 
@@ -223,6 +235,8 @@ mod tests {
             robot_footprint_m: &[],
             doors: &[],
             regions: &[],
+            safety_rules: &[],
+            safety_materials: &[],
         }
         .finish();
         let grids = Grids::open(buffer.bytes()).unwrap();
@@ -238,9 +252,17 @@ mod tests {
                 plan_time_s: 3,
                 robot,
             };
-            let buffer =
-                GridsBuilder { head, slots: &[], robot_name: "r", robot_footprint_m: &[], doors: &[], regions: &[] }
-                    .finish();
+            let buffer = GridsBuilder {
+                head,
+                slots: &[],
+                robot_name: "r",
+                robot_footprint_m: &[],
+                doors: &[],
+                regions: &[],
+                safety_rules: &[],
+                safety_materials: &[],
+            }
+            .finish();
             Grids::open(buffer.bytes()).unwrap_err().to_string()
         };
         let usual = RobotProfile::DEFAULT;

@@ -57,6 +57,7 @@ mod declaration;
 mod deviation_records;
 mod deviations;
 mod diagnostic_record;
+pub mod door_operations;
 mod grid_archive;
 mod grids;
 mod ground;
@@ -71,6 +72,7 @@ pub mod payload;
 #[cfg(test)]
 mod python_layouts;
 mod robot;
+mod safety_rules;
 mod sample_header;
 mod schedule_date_view;
 mod schedule_dates;
@@ -122,6 +124,7 @@ pub use moving_leaves::{LeafPanel, MovingLeaves};
 pub use packed_grid::HeldGrid;
 pub use payload::Payload;
 pub use robot::{DoorCapability, RobotLimitError, RobotProfile};
+pub use safety_rules::{SafetyKind, SafetyRuleError, SafetyRuleRecord, SafetyRules, SafetySubject};
 pub use sample_header::{InputHashes, SampleError, SampleHeader};
 pub use schedule_dates::{
     CivilDate, ScheduleDate, ScheduleDateKind, ScheduleDateRecord, ScheduleLength, TaskDurationRecord,

@@ -12,6 +12,20 @@ pub(crate) const UNKNOWN: i8 = -1;
 /// goes before floor on the map that ways are planned on.
 const PLANNING_FIRST: &[i8] = &[OCCUPIED, UNKNOWN];
 const OTHERS_FIRST: &[i8] = &[OCCUPIED];
+/// On a mask of speeds the lowest limit.
+const SLOWEST_FIRST: [i8; 100] = {
+    let (mut steps, mut k) = ([0; 100], 0);
+    while k < steps.len() {
+        steps[k] = k as i8 + 1;
+        k += 1;
+    }
+    steps
+};
+
+/// A mask of speeds is never unknown: Nav2's filter would keep the limit of the cell before.
+fn no_limit_elsewhere(mask: Vec<i8>) -> Vec<i8> {
+    mask.into_iter().map(|steps| steps.max(0)).collect()
+}
 
 /// The layers of a map storey: -1, 0 or 100 for each cell, row-major from the lower left.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -24,6 +38,8 @@ pub struct Layers {
     pub localization: Vec<i8>,
     /// The keep-out mask.
     pub keepout: Vec<i8>,
+    /// The mask of limits of speed, if there is one: 0 without a limit, else 1 to 100 steps, never unknown.
+    pub speed: Option<Vec<i8>>,
 }
 
 impl Layers {
@@ -35,7 +51,13 @@ impl Layers {
             planning: cells(grid.planning),
             localization: cells(grid.localization),
             keepout: cells(grid.keepout),
+            speed: None,
         }
+    }
+
+    /// The same with a mask of limits of speed, in cells as those of the other layers.
+    pub fn with_speed(self, mask: Vec<i8>) -> Self {
+        Self { speed: Some(mask), ..self }
     }
 
     /// The same in the robot's frame, in cells of the same size: a cell is occupied if a cell of the model's map that lies under
@@ -63,6 +85,7 @@ impl Layers {
             planning: cells(&self.planning, PLANNING_FIRST),
             localization: cells(&self.localization, OTHERS_FIRST),
             keepout: cells(&self.keepout, OTHERS_FIRST),
+            speed: self.speed.as_ref().map(|speed| no_limit_elsewhere(cells(speed, &SLOWEST_FIRST))),
         })
     }
 
@@ -122,6 +145,7 @@ impl Layers {
             planning: cells(&self.planning, PLANNING_FIRST),
             localization: cells(&self.localization, OTHERS_FIRST),
             keepout: cells(&self.keepout, OTHERS_FIRST),
+            speed: self.speed.as_ref().map(|speed| no_limit_elsewhere(cells(speed, &SLOWEST_FIRST))),
         }
     }
 
@@ -148,7 +172,7 @@ mod tests {
         let height = planning.len() as u32 / width;
         let spec = GridSpec { cell_tenths: 500, first_cell, width, height };
         let keepout = planning.iter().map(|&cell| if cell == OCCUPIED { OCCUPIED } else { UNKNOWN }).collect();
-        Layers { spec, localization: planning.clone(), keepout, planning }
+        Layers { spec, localization: planning.clone(), keepout, planning, speed: None }
     }
 
     fn occupied(layers: &Layers) -> impl Iterator<Item = [f64; 2]> {
@@ -187,6 +211,14 @@ mod tests {
         assert_eq!(coarse.planning, [0, UNKNOWN, OCCUPIED, 0], "what is not known is no way");
         assert_eq!(coarse.localization, [0, 0, OCCUPIED, 0]);
         assert_eq!(coarse.keepout, [UNKNOWN, UNKNOWN, OCCUPIED, UNKNOWN], "no cell of a mask says free");
+    }
+
+    #[test]
+    fn a_larger_cell_has_the_lowest_limit_of_speed_and_none_is_unknown() {
+        let fine = layers(4, [0, 0], vec![0; 16]).with_speed(vec![0, 0, 30, 0, 0, 0, 0, 20, 0, 0, 0, 0, 0, 0, 0, 0]);
+        assert_eq!(fine.clone().within(4).unwrap().speed, Some(vec![0, 20, 0, 0]));
+        let moved = fine.moved(&SlamFrame::rigid(&PoseRecord::NONE)).unwrap().speed.unwrap();
+        assert!(moved.contains(&20) && moved.contains(&30) && moved.iter().all(|steps| *steps >= 0));
     }
 
     #[test]

@@ -2,7 +2,7 @@
 //!
 //! A message holds what Nav2's map_server publishes when it reads the file of the same layer (`planning.pgm`,
 //! `localization.pgm`, `keepout.pgm` with the YAML beside them): -1, 0 or 100 for each cell, row-major from the lower left.
-//! There is no layer of speed limits, and no mask of one.
+//! A mask of speeds has the steps of `speed.pgm`.
 
 use crate::layers::{Layers, OCCUPIED};
 use crate::msg::builtin_interfaces::Time;
@@ -25,6 +25,24 @@ pub fn localization(layers: &Layers, frame_id: &str, stamp: Time) -> OccupancyGr
 /// The keep-out mask: 100 where the robot must not be, -1 elsewhere, never 0.
 pub fn keepout_mask(layers: &Layers, frame_id: &str, stamp: Time) -> OccupancyGrid {
     occupancy_grid(&layers.spec, layers.keepout.clone(), frame_id, stamp)
+}
+
+/// The mask of limits of speed: 0 without one, else so many steps of metres per second; `None` where the layers have none.
+pub fn speed_mask(layers: &Layers, frame_id: &str, stamp: Time) -> Option<OccupancyGrid> {
+    layers.speed.as_ref().map(|speed| occupancy_grid(&layers.spec, speed.clone(), frame_id, stamp))
+}
+
+/// What the mask of speeds on a topic means to Nav2's SpeedFilter: its data are steps of metres per second.
+pub fn speed_info(mask_topic: &str, step_m_s: f64, frame_id: &str, stamp: Time) -> CostmapFilterInfo {
+    #[expect(clippy::cast_possible_truncation, reason = "the message has 32 bits")]
+    let multiplier = step_m_s as f32;
+    CostmapFilterInfo {
+        header: Header { stamp, frame_id: frame_id.to_owned() },
+        r#type: CostmapFilterInfo::SPEED_ABSOLUTE,
+        filter_mask_topic: mask_topic.to_owned(),
+        base: 0.0,
+        multiplier,
+    }
 }
 
 /// A mask that keeps the robot out of every cell, in the place of another one.

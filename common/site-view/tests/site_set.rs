@@ -90,8 +90,17 @@ fn index_of(state: &ArchiveBuffer, grids: &[&ArchiveBuffer]) -> ArchiveBuffer {
         plan_time_s: 0,
         robot: RobotProfile::DEFAULT,
     };
-    GridsBuilder { head, slots: &slots, robot_name: "default", robot_footprint_m: &[], doors: &[], regions: &[] }
-        .finish()
+    GridsBuilder {
+        head,
+        slots: &slots,
+        robot_name: "default",
+        robot_footprint_m: &[],
+        doors: &[],
+        regions: &[],
+        safety_rules: &[],
+        safety_materials: &[],
+    }
+    .finish()
 }
 
 #[test]

@@ -2,8 +2,8 @@
 //!
 //! The frame: x along the width from the left jamb, y to the front from the middle of the wall, z from the floor.
 
-use crate::door_operations::{Leaf, LeafMotion};
 use crate::joint_limits::Prism;
+use messages::door_operations::{Leaf, LeafMotion};
 use std::f64::consts::{FRAC_PI_2, PI};
 
 /// A leaf slides this far off the wall.
@@ -255,7 +255,7 @@ pub(crate) fn pose_at(links: &[Link], index: usize, values: &[f64]) -> ([f64; 3]
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::door_operations::leaves;
+    use messages::door_operations::leaves;
 
     const OPENING: Opening = Opening { width_m: 1.0, z_m: [0.01, 2.11], depth_m: 0.2, leaf_m: 0.04, side_m: 0.01 };
 

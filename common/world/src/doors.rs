@@ -1,13 +1,13 @@
 //! Doors of the world: placement, joints and limits.
 
 use crate::door_links::{Board, JointKind, Link, Opening, boards_at, links_of};
-use crate::door_operations::{Leaf, LeafMotion, OperationSource, mirrored, operation_of};
 use crate::joint_limits::{NearbyObstacles, Obstacles, Prism};
 use crate::options::{DoorMode, WorldOptions};
 use crate::static_elements::{StaticElement, link_name, stands, storey_at, storey_of};
 use export::ExportInput;
 use frames::{TENTHS_PER_M, metres};
 use geometry::OrientedBox;
+use messages::door_operations::{DoorFrame, Leaf, LeafMotion, OperationSource, mirrored, operation_of};
 use messages::{DoorRecord, NONE};
 use std::f64::consts::FRAC_PI_4;
 
@@ -101,20 +101,11 @@ struct DoorBuilder<'a> {
     passage: OrientedBox,
 }
 
-/// The door's frame in plan.
-struct DoorFrame {
-    origin_m: [f64; 2],
-    along: [f64; 2],
-    /// True if the frame of the model is upside down, so that left and right are exchanged.
-    turned: bool,
-    assumed: bool,
-}
-
 impl DoorBuilder<'_> {
     fn door(&self, index: u32, obstacles: &Obstacles, statics: &[StaticElement]) -> WorldDoor {
         let (input, door) = (self.input, self.door);
         let record = &input.site.elements[door.element as usize];
-        let frame = self.frame();
+        let frame = DoorFrame::of(door, &self.passage);
         let (operation, mut leaves, source) = operation_of(input.site, door, &self.options.door.unknown)
             .unwrap_or_else(|| {
                 let leaf = Leaf { span: [0.0, 1.0], motion: LeafMotion::Fixed };
@@ -124,7 +115,8 @@ impl DoorBuilder<'_> {
             mirrored(&mut leaves);
         }
         let (bottom, height) = self.heights();
-        let origin_m = [frame.origin_m[0], frame.origin_m[1], bottom];
+        let [x, y] = frame.origin.map(|c| c / f64::from(TENTHS_PER_M));
+        let origin_m = [x, y, bottom];
         let reach = self.width_m() + height + 1.0;
         let near = obstacles.near([0, 1].map(|side| {
             let sign = [-1.0, 1.0][side];
@@ -154,27 +146,6 @@ impl DoorBuilder<'_> {
 
     fn width_m(&self) -> f64 {
         2.0 * self.passage.half[0] / f64::from(TENTHS_PER_M)
-    }
-
-    /// Left is where the model's frame begins; without one the passage's own direction counts.
-    fn frame(&self) -> DoorFrame {
-        let (passage, hanging) = (self.passage, &self.door.hanging);
-        let dot = |a: [f64; 2], b: [f64; 2]| a[0] * b[0] + a[1] * b[1];
-        let towards = hanging.towards;
-        // x is to the right of who looks to the front.
-        let right = [towards[1], -towards[0]];
-        let is_along = dot(right, passage.axis).abs() > 0.7;
-        let along = match (is_along, dot(right, passage.axis) < 0.0) {
-            (true, true) => passage.axis.map(|c| -c),
-            _ => passage.axis,
-        };
-        let scale = f64::from(TENTHS_PER_M);
-        DoorFrame {
-            origin_m: [0, 1].map(|k| (passage.centre[k] - along[k] * passage.half[0]) / scale),
-            along,
-            turned: is_along && dot(hanging.along, right) < 0.0,
-            assumed: !is_along,
-        }
     }
 
     /// Height of the floor in `map`, and of the opening above it.

@@ -44,7 +44,6 @@
 
 mod collision_meshes;
 mod door_links;
-mod door_operations;
 mod doors;
 mod element_pieces;
 mod findings;

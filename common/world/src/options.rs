@@ -192,7 +192,7 @@ impl WorldOptions {
                 return Err(format!("{key} = {value} is not between {least} and {most}"));
             }
         }
-        if door.unknown != "fixed" && crate::door_operations::leaves(&door.unknown, 0.5).is_none() {
+        if door.unknown != "fixed" && messages::door_operations::leaves(&door.unknown, 0.5).is_none() {
             return Err(format!(
                 "door.unknown = {:?} is neither an operation type that moves nor \"fixed\"",
                 door.unknown

@@ -95,7 +95,7 @@ fn planned<T>(
     work: impl FnOnce(&Maps<'_>) -> Result<T, Failure>,
 ) -> Result<T, Failure> {
     let MapInputs { site, schedule_state, robot, options, progress } = *inputs;
-    let index = rasterizer.index(site, schedule_state, &robot.name, &robot.footprint_m).finish();
+    let index = rasterizer.index(site, schedule_state, &robot.name, &robot.footprint_m, &robot.safety).finish();
     let index = Grids::open(index.bytes()).map_err(Failure::work)?;
     let input = MissionPlanInput { site, schedule_state, index: &index, grids, options };
     progress.stage("planning");

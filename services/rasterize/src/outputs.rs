@@ -2,7 +2,7 @@
 
 use crate::drawing_settings::DrawingSettings;
 use bus::{Bus, CheckedSample, GridSlot, Origin, PublishError, Publisher, topics};
-use daemon::{Decide, Epochs, Failure, Outputs, Published};
+use daemon::{Decide, Epochs, Failure, Outputs, Published, Robot};
 use messages::{ContentHash, InputHashes, RobotProfile, ScheduleStateHead};
 use raster::Rasterizer;
 use rayon::prelude::*;
@@ -155,7 +155,7 @@ impl GridOutputs {
         let inputs = InputHashes {
             site: site.content_hash(),
             schedule_state: schedule_state.content_hash(),
-            robot: ContentHash::of(bytemuck::bytes_of::<RobotProfile>(&robot.profile)),
+            robot: hash_of(robot),
             ..InputHashes::default()
         };
         self.next_epochs.clear();
@@ -179,7 +179,7 @@ impl GridOutputs {
         })?;
         let n_published = self.next_epochs.iter().flatten().count();
         let storeys = rasterizer.n_storeys();
-        let archive = rasterizer.index(&site, &schedule_state, &robot.name, &robot.footprint_m);
+        let archive = rasterizer.index(&site, &schedule_state, &robot.name, &robot.footprint_m, &robot.safety);
         let epoch = epochs.take()?;
         let sent = index.publish(&archive, Origin { epoch, frame_epoch, inputs })?;
         info!(service = "rasterize", epoch, storeys, published = n_published, "grids published");
@@ -233,4 +233,12 @@ impl<D: Decide + Drawn> Outputs<D> for GridOutputs {
     fn published(&self) -> Published {
         self.last.grids
     }
+}
+
+/// Hash of what the products of a robot depend on; of one without safety rules that of its measures alone.
+fn hash_of(robot: &Robot) -> ContentHash {
+    let mut bytes = bytemuck::bytes_of::<RobotProfile>(&robot.profile).to_vec();
+    bytes.extend_from_slice(bytemuck::cast_slice(robot.safety.records()));
+    bytes.extend_from_slice(robot.safety.materials());
+    ContentHash::of(&bytes)
 }

@@ -208,10 +208,14 @@ impl Publication {
     /// The map goes out when the readers have the mask, and a robot that stands goes on when they have both, and not while parts of
     /// them are sent again; but nobody waits for ever for a reader.
     fn publish_grids(&mut self, grids: GridMessages) -> Result<(), Failure> {
-        let MapTopics { keepout_info, keepout_mask, map, localization_map, .. } = &self.topics;
+        let MapTopics { keepout_info, keepout_mask, speed_mask, speed_info, map, localization_map, .. } = &self.topics;
         let deadline = Instant::now() + if self.is_paused { NAV2_TIMEOUT } else { TIMEOUT };
         keepout_info.publish(grids.keepout_info);
         let mut sent = keepout_mask.publish(grids.keepout_mask);
+        if let Some((mask, info)) = grids.speed {
+            speed_info.publish(info);
+            sent = sent.and(speed_mask.publish(mask));
+        }
         keepout_mask.is_taken_until(deadline);
         sent = sent.and(map.publish(grids.map));
         map.is_taken_until(deadline);

@@ -5,7 +5,7 @@ use export::{ExportInput, nav2_route_file};
 use grid::GridSpecError;
 use messages::{ContentHash, Grid, ScheduleStateHead, SlamFrame, plan_time};
 use ros::Layers;
-use ros::maps::{keepout_info, keepout_mask, localization, planning};
+use ros::maps::{keepout_info, keepout_mask, localization, planning, speed_info, speed_mask};
 use ros::markers::{doors, drop_offs, rooms, route, together, waypoints};
 use ros::msg::builtin_interfaces::Time;
 use ros::msg::diagnostic_msgs::{DiagnosticArray, DiagnosticStatus, KeyValue};
@@ -13,6 +13,7 @@ use ros::msg::nav_msgs::OccupancyGrid;
 use ros::msg::nav2_msgs::CostmapFilterInfo;
 use ros::msg::std_msgs::{self, Header};
 use ros::msg::visualization_msgs::MarkerArray;
+use safety::{SafetyInput, SafetyLayer, speed_step_m_s};
 use serde::de::IgnoredAny;
 use serde_json::json;
 use site_view::{MapState, MapsInUse, SiteViews};
@@ -28,6 +29,8 @@ pub(crate) struct GridsKey {
     content_hash: ContentHash,
     /// Number of the robot's frame, if they lie in it.
     slam_frame: Option<u64>,
+    /// Hash of the mask of speeds, if there is one.
+    speed: Option<ContentHash>,
 }
 
 /// The grids of a storey; all have one frame and one stamp.
@@ -36,6 +39,8 @@ pub(crate) struct GridMessages {
     pub(crate) localization_map: OccupancyGrid,
     pub(crate) keepout_mask: OccupancyGrid,
     pub(crate) keepout_info: CostmapFilterInfo,
+    /// Limits of speed and what they mean, if the site wants them.
+    pub(crate) speed: Option<(OccupancyGrid, CostmapFilterInfo)>,
     /// Metres per cell; more than those of the daemons where a message would be too large.
     pub(crate) resolution_m: f64,
 }
@@ -60,6 +65,8 @@ pub(crate) struct Target<'a> {
     pub(crate) config: &'a RosConfig,
     /// Name of the mask's topic.
     pub(crate) mask_topic: &'a str,
+    /// Name of the topic of the mask of speeds.
+    pub(crate) speed_topic: &'a str,
     /// The robot's frame that grids are moved into, with its number; `None` to leave them in the model's.
     pub(crate) slam_frame: Option<(u64, &'a SlamFrame)>,
     pub(crate) stamp: Time,
@@ -87,12 +94,20 @@ pub(crate) fn outputs_of(
     let SiteViews { site, state, index, grids, mission_plan } = views;
     let (grid, frame, stamp) = (&grids[storey], target.config.frame.as_str(), target.stamp);
     let map_storey = grid.head.map_storey;
+    // Without rules no speed is limited.
+    let speed = target.config.speed_mask.then(|| {
+        let layer = SafetyLayer::of(SafetyInput { site, schedule_state: state, index }, grid);
+        layer.map_or_else(|| vec![0; grid.spec().n_cells()], |layer| layer.speed_mask())
+    });
     let key = GridsKey {
         storey: map_storey,
         content_hash: index.slots[storey].content_hash,
         slam_frame: target.slam_frame.map(|(number, _)| number),
+        speed: speed
+            .as_deref()
+            .map(|mask| ContentHash::of(&mask.iter().map(|steps| steps.unsigned_abs()).collect::<Vec<u8>>())),
     };
-    let messages = grid_messages(grid, target)?;
+    let messages = grid_messages(grid, speed.map(|mask| (mask, speed_step_m_s(index.safety_rules))), target)?;
     let empty = || together([]);
     let plan = mission_plan.as_ref();
     let route_graph = plan.and_then(|mission_plan| {
@@ -115,10 +130,19 @@ pub(crate) fn outputs_of(
     })
 }
 
-fn grid_messages(grid: &Grid<'_>, target: Target<'_>) -> Result<GridMessages, OutputFault> {
-    let Target { config, mask_topic, slam_frame, stamp } = target;
+/// The grids of a storey, with a mask of speeds in steps of metres per second if there is one.
+fn grid_messages(
+    grid: &Grid<'_>,
+    speed: Option<(Vec<i8>, f64)>,
+    target: Target<'_>,
+) -> Result<GridMessages, OutputFault> {
+    let Target { config, mask_topic, speed_topic, slam_frame, stamp } = target;
     let frame = if slam_frame.is_some() { &config.slam_frame } else { &config.frame };
     let mut layers = Layers::of(grid);
+    let mut step_m_s = 0.0;
+    if let Some((mask, step)) = speed {
+        (layers, step_m_s) = (layers.with_speed(mask), step);
+    }
     if let Some((_, slam_frame)) = slam_frame {
         layers = layers.moved(slam_frame).map_err(OutputFault::Moved)?;
     }
@@ -128,6 +152,7 @@ fn grid_messages(grid: &Grid<'_>, target: Target<'_>) -> Result<GridMessages, Ou
         localization_map: localization(&layers, frame, stamp),
         keepout_mask: keepout_mask(&layers, frame, stamp),
         keepout_info: keepout_info(mask_topic, frame, stamp),
+        speed: speed_mask(&layers, frame, stamp).map(|mask| (mask, speed_info(speed_topic, step_m_s, frame, stamp))),
         resolution_m: layers.spec.resolution_m(),
     })
 }

@@ -48,6 +48,7 @@ pub(crate) struct BridgeService {
     graph: RosGraph,
     topics: StateTopics,
     mask_topic: String,
+    speed_topic: String,
     rivals: Rivals,
     sender: MapSender,
     foxglove: Option<FoxgloveServer>,
@@ -84,7 +85,8 @@ impl BridgeService {
         let mut graph = RosGraph::join(ros)?;
         let map_topics = MapTopics::open(&mut graph, ros)?;
         let topics = StateTopics::open(&mut graph, ros)?;
-        let [map_topic, mask_topic] = [map_topics.map.name(), map_topics.keepout_mask.name()].map(str::to_owned);
+        let topics_of_grids = [&map_topics.map, &map_topics.keepout_mask, &map_topics.speed_mask];
+        let [map_topic, mask_topic, speed_topic] = topics_of_grids.map(|topic| topic.name().to_owned());
         let slam_map_topic = ros.slam_map_topic.as_deref().map(|topic| full_name(&ros.namespace, topic));
         let rivals = Rivals::on(vec![map_topic, mask_topic.clone()], slam_map_topic);
         let foxglove = ros.foxglove.as_ref().map(|foxglove| FoxgloveServer::start(foxglove, config)).transpose()?;
@@ -107,6 +109,7 @@ impl BridgeService {
             graph,
             topics,
             mask_topic,
+            speed_topic,
             rivals,
             sender: MapSender::start(map_topics, nav2, config.state.join("ros"))?,
             foxglove,
@@ -156,7 +159,13 @@ impl BridgeService {
         }
         self.activity.set(Activity::Writing);
         let epoch = set.index.bytes().header().epoch;
-        let target = Target { config: &self.config.ros, mask_topic: &self.mask_topic, slam_frame, stamp: stamp() };
+        let target = Target {
+            config: &self.config.ros,
+            mask_topic: &self.mask_topic,
+            speed_topic: &self.speed_topic,
+            slam_frame,
+            stamp: stamp(),
+        };
         let outputs: Outputs = outputs_of(&views, storey, epoch, target)?;
         if let Some(foxglove) = &self.foxglove {
             foxglove.show(&outputs, each_room(&views.site, &views.state, outputs.key.storey));

@@ -174,6 +174,9 @@ pub(crate) fn grids() -> ArchiveBuffer {
     let slots = &[GridSlotRecord { map_storey: 0, cell_tenths: 500, content_hash: ContentHash::from_bits(9) }];
     let doors = &[DoorPassageRecord { width_in_map_m: 0.8, ..Zeroable::zeroed() }];
     let regions = &[RegionRecord { area_m2: 1.0, ..Zeroable::zeroed() }];
+    let mut rules = SafetyRules::default();
+    rules.add(SafetySubject::Material("marble"), Some(0.5), Some(0.3)).expect("a rule that can be");
+    rules.add(SafetySubject::Glass, Some(1.0), None).expect("a rule that can be");
     GridsBuilder {
         head,
         slots,
@@ -181,6 +184,8 @@ pub(crate) fn grids() -> ArchiveBuffer {
         robot_footprint_m: &[[0.2, 0.1], [-0.2, 0.1], [0.0, -0.2]],
         doors,
         regions,
+        safety_rules: rules.records(),
+        safety_materials: rules.materials(),
     }
     .finish()
 }
@@ -428,7 +433,9 @@ fn walk_grid(grid: &Grid<'_>) -> usize {
 fn walk_grids(index: &Grids<'_>) -> usize {
     let n = index.robot_name.len() + index.robot_footprint_m.len() + index.slots.len();
     let n_closed = index.doors.iter().filter(|d| d.passage.get().is_closed()).count();
-    n + index.doors.len() + index.regions.len() + n_closed
+    let rules = SafetyRules::of(index);
+    let materials = rules.records().iter().filter(|rule| matches!(rules.subject(rule), SafetySubject::Material(_)));
+    n + index.doors.len() + index.regions.len() + n_closed + materials.count()
 }
 
 fn walk_mission_plan(mission_plan: &MissionPlan<'_>) -> usize {

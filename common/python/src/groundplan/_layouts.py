@@ -207,6 +207,7 @@ GRIDS_SECTIONS: dict[str, tuple[int, Any]] = {
     "slots": (2, GRID_SLOT),
     "robot_name": (3, "u1"),
     "robot_footprint_m": (6, ("<f8", (2,))),
+    "safety_materials": (8, "u1"),
 }
 MISSION_PLAN_SECTIONS: dict[str, tuple[int, Any]] = {
     "tour_points": (6, ("<f8", (2,))),

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 pub struct CostmapFilterInfo {
     /// When and in which frame.
     pub header: Header,
-    /// Kind of the mask: [`Self::KEEPOUT`] and others.
+    /// Kind of the mask: [`Self::KEEPOUT`], [`Self::SPEED_ABSOLUTE`] and others.
     pub r#type: u8,
     /// Topic of the mask.
     pub filter_mask_topic: String,
@@ -29,4 +29,6 @@ ros_message!(
 impl CostmapFilterInfo {
     /// Keep-out zones and preferred lanes.
     pub const KEEPOUT: u8 = 0;
+    /// Limits of speed in metres per second.
+    pub const SPEED_ABSOLUTE: u8 = 2;
 }

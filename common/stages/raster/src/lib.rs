@@ -73,7 +73,7 @@ use grid::GridSpec;
 use incremental::storey_grid::StoreyGrid;
 use messages::{
     ArchiveBuffer, ContentHash, DoorPassageRecord, GridSlotRecord, GridsBuilder, GridsHead, RegionRecord, RobotProfile,
-    ScheduleState, Site,
+    SafetyRules, ScheduleState, Site,
 };
 use model::storey_inputs::StoreyInputs;
 use model::storey_slice::StoreySlice;
@@ -266,13 +266,14 @@ impl Rasterizer {
     }
 
     /// Builder of the `grids` archive of the grids as drawn last: their inputs, the passages of doors, and regions at other
-    /// levels.
+    /// levels. The distances that the robot keeps are passed on: no grid depends on them.
     pub fn index<'a>(
         &'a self,
         site: &Site<'_>,
         schedule_state: &ScheduleState<'_>,
         robot_name: &'a str,
         robot_footprint_m: &'a [[f64; 2]],
+        safety: &'a SafetyRules,
     ) -> GridsBuilder<'a> {
         let Index { slots, doors, regions } = &self.index;
         let head = GridsHead {
@@ -281,6 +282,7 @@ impl Rasterizer {
             plan_time_s: schedule_state.head.plan_time_s,
             robot: self.robot,
         };
-        GridsBuilder { head, slots, robot_name, robot_footprint_m, doors, regions }
+        let (safety_rules, safety_materials) = (safety.records(), safety.materials());
+        GridsBuilder { head, slots, robot_name, robot_footprint_m, doors, regions, safety_rules, safety_materials }
     }
 }

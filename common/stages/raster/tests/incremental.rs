@@ -146,7 +146,7 @@ proptest! {
             drawn.copy_into(memory.bytes_mut());
             prop_assert!(memory.bytes() == drawn.archive, "a copy of an earlier version is one of this");
             incremental.drawn().for_each(|drawn| assert_filter_frees_nothing(&Grid::open(drawn.archive).unwrap()));
-            let [redrawn, anew] = [&mut incremental, &mut full].map(|r| r.index(&site, &schedule_state, "r", &[]).finish());
+            let [redrawn, anew] = [&mut incremental, &mut full].map(|r| r.index(&site, &schedule_state, "r", &[], &SafetyRules::default()).finish());
             prop_assert_eq!(redrawn.bytes(), anew.bytes());
             before = Some(builder);
         }
@@ -185,7 +185,8 @@ fn work_that_ends_while_there_is_no_floor_leaves_no_margin_behind() {
     let given = incremental.draw_once(&site, &built, |archive| archive);
     assert!(given.len() == 1 && last == given[0].bytes());
     assert_eq!(incremental.drawn().len(), 0);
-    let index = |rasterizer: &Rasterizer| rasterizer.index(&site, &built, "robot", &[]).finish();
+    let index =
+        |rasterizer: &Rasterizer| rasterizer.index(&site, &built, "robot", &[], &SafetyRules::default()).finish();
     assert_eq!(index(&incremental).bytes(), index(&full).bytes());
 }
 

@@ -2,7 +2,8 @@
 
 use frames::{Map, Point2, TENTHS_PER_M};
 use grid::{Cell, GridSpec, LineOfSight, SparseLayer, sparse_distances};
-use messages::{FloorKind, Grid};
+use messages::{ContentHash, FloorKind, Grid};
+use safety::SafetyLayer;
 
 /// The free space of a storey for a robot of one radius.
 ///
@@ -16,6 +17,14 @@ pub(crate) struct FreeSpace {
     part: SparseLayer<u32>,
     /// Number of cells of each part; 0 for part 0.
     sizes: Vec<u32>,
+    /// Cells within distances that the robot keeps from elements, if it does.
+    kept_off: Option<KeptOff>,
+}
+
+/// Where the robot is not, unless no other place or way serves.
+struct KeptOff {
+    cells: SparseLayer<bool>,
+    hash: ContentHash,
 }
 
 impl FreeSpace {
@@ -32,7 +41,31 @@ impl FreeSpace {
         let stands = |cell: usize| !grid.is_keepout(cell) && squared[cell] >= needed.max(1);
         let mut part = squared.cells().layer_of(0, |cell| if stands(cell) { UNLABELLED } else { 0 });
         let sizes = label(&mut part, spec.width as usize);
-        Self { spec, squared, part, sizes }
+        Self { spec, squared, part, sizes, kept_off: None }
+    }
+
+    /// The same for a robot that keeps the distances of a layer.
+    pub(crate) fn keeping_off(self, layer: Option<&SafetyLayer>) -> Self {
+        let kept_off = layer.map(|layer| KeptOff {
+            cells: self.squared.cells().layer_of(false, |cell| layer.is_within_distance(cell)),
+            hash: layer.content_hash(),
+        });
+        Self { kept_off, ..self }
+    }
+
+    /// True for a cell within a distance that the robot keeps.
+    pub(crate) fn is_kept_off(&self, cell: usize) -> bool {
+        self.kept_off.as_ref().is_some_and(|kept_off| kept_off.cells[cell])
+    }
+
+    /// True for a point in such a cell.
+    pub(crate) fn is_kept_off_at(&self, p: Point2<Map>) -> bool {
+        self.spec.cell_at(p).is_some_and(|cell| self.is_kept_off(self.spec.index(cell)))
+    }
+
+    /// Hash of the layer of distances; none without one.
+    pub(crate) fn kept_off_hash(&self) -> Option<ContentHash> {
+        self.kept_off.as_ref().map(|kept_off| kept_off.hash)
     }
 
     /// Lines of sight over free cells. They are dense: whoever plans the storey makes and drops them.

@@ -2,6 +2,7 @@
 
 use crate::options::MissionPlanOptions;
 use messages::{Grids, MapGrids, ScheduleState, Site};
+use safety::{SafetyInput, SafetyLayer};
 
 /// The archives and options of a mission plan. The grids are those of the index, in its order, and all belong to the
 /// site.
@@ -17,4 +18,15 @@ pub struct MissionPlanInput<'a> {
     pub grids: &'a dyn MapGrids,
     /// Options of a mission plan.
     pub options: &'a MissionPlanOptions,
+}
+
+impl MissionPlanInput<'_> {
+    /// The distances that the robot keeps on a storey, if it does.
+    pub(crate) fn safety_layer(&self, at: usize) -> Option<SafetyLayer> {
+        if self.index.safety_rules.is_empty() {
+            return None;
+        }
+        let of = SafetyInput { site: self.site, schedule_state: self.schedule_state, index: self.index };
+        self.grids.with(at, |grid| SafetyLayer::of(of, grid))
+    }
 }

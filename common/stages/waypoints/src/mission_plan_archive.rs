@@ -72,6 +72,10 @@ pub(crate) fn assemble(
     };
     builder.growth = merged(&growths).into_iter().map(record).collect();
     notice_scans(&mut builder, input, planned_storeys);
+    free_spaces
+        .iter()
+        .zip(planned_storeys)
+        .for_each(|(floor, planned)| notice_distances(&mut builder, input.site, floor, planned));
     for &element in planned_storeys.iter().flat_map(|planned| &planned.mesh.unseen) {
         unseen_element(&mut builder, input.site, &input.site.elements[element as usize]);
     }
@@ -103,6 +107,28 @@ fn notice_scans(builder: &mut MissionPlanBuilder, input: &MissionPlanInput<'_>, 
             );
             warn(builder, Severity::Warning, DiagnosticCode::NoTargetFaces, message);
         }
+    }
+}
+
+/// Notices about waypoints within distances that the robot keeps: no other place serves.
+fn notice_distances(
+    builder: &mut MissionPlanBuilder,
+    site: &Site<'_>,
+    free_space: &FreeSpace,
+    planned: &PlannedStorey,
+) {
+    for stop in planned.stops.iter().filter(|stop| free_space.is_kept_off_at(stop.at)) {
+        let kind = if stop.scan().is_some() { "scan" } else { "centre" };
+        let space = stop.space.map_or("outside of spaces".to_owned(), |space| {
+            let record = &site.spaces[space];
+            format!("in the space {} {:?}", site.text(record.global_id), site.text(record.name))
+        });
+        let message = format!(
+            "the {kind} at x {:.2} m, y {:.2} m {space} lies within a distance that the robot is to keep: no other place serves",
+            stop.at.x_m(),
+            stop.at.y_m()
+        );
+        warn(builder, Severity::Warning, DiagnosticCode::WithinSafetyDistance, message);
     }
 }
 

@@ -17,9 +17,7 @@ use crate::spaces::{Refusal, refused};
 use crate::steps::steps;
 use crate::storey_planner::{PlannedStorey, StoreySurvey, instance_of, plan_storey, survey_storey};
 use crate::tour_stops::StoreyRequest;
-use messages::{
-    ArchiveBuffer, ContentHash, DoorPassageRecord, MapGrids, NoWaypoint, RobotProfile, StoreyEntry, space_flags,
-};
+use messages::{ArchiveBuffer, ContentHash, DoorPassageRecord, MapGrids, NoWaypoint, StoreyEntry, space_flags};
 use rayon::prelude::*;
 use xxhash_rust::xxh3::Xxh3;
 
@@ -60,8 +58,12 @@ impl MissionPlanner {
         let refusals: Vec<Option<Refusal>> =
             (0..site.spaces.len()).map(|k| refused(site, schedule_state, options, k)).collect();
         let changed = options.changed_since_s.map(|since_s| changed_elements(site, schedule_state, since_s));
-        let ways =
-            Ways { reached: &reached, portals: &portals, barriers: &barriers(input, &free_spaces, &portals, &reached) };
+        let ways = Ways {
+            reached: &reached,
+            portals: &portals,
+            barriers: &barriers(input, &free_spaces, &portals, &reached),
+            free_spaces: &free_spaces,
+        };
         let jobs = (0..input.grids.count()).map(|at| StoreyJob::new(input, at, &refusals, &ways, changed.as_deref()));
         jobs.zip(&self.storeys)
             .map(|(job, (_, planned))| {
@@ -75,17 +77,20 @@ impl MissionPlanner {
     /// Makes the mission plan. Storeys whose map, spaces or entries changed are planned again, the others are taken
     /// from the cache.
     pub fn plan(&mut self, input: &MissionPlanInput<'_>) -> ArchiveBuffer {
-        let MissionPlanInput { site, schedule_state, index, grids, options } = *input;
-        let robot = &index.head.robot;
-        self.update_free_spaces(grids, robot);
+        let MissionPlanInput { site, schedule_state, grids, options, .. } = *input;
+        self.update_free_spaces(input);
         let free_spaces: Vec<&FreeSpace> = self.free_spaces.iter().map(|g| &g.1).collect();
         let portals = find_portals(input, &free_spaces);
         let (reached, properties) = reached(input, &free_spaces, &portals);
         let refusals: Vec<Option<Refusal>> =
             (0..site.spaces.len()).map(|k| refused(site, schedule_state, options, k)).collect();
         let changed = options.changed_since_s.map(|since_s| changed_elements(site, schedule_state, since_s));
-        let ways =
-            Ways { reached: &reached, portals: &portals, barriers: &barriers(input, &free_spaces, &portals, &reached) };
+        let ways = Ways {
+            reached: &reached,
+            portals: &portals,
+            barriers: &barriers(input, &free_spaces, &portals, &reached),
+            free_spaces: &free_spaces,
+        };
         let jobs: Vec<StoreyJob<'_>> =
             (0..grids.count()).map(|at| StoreyJob::new(input, at, &refusals, &ways, changed.as_deref())).collect();
         let kept = &mut self.storeys;
@@ -103,14 +108,17 @@ impl MissionPlanner {
         assemble(input, &free_spaces, &planned_storeys, refusals, &reached, &portals, parts).finish()
     }
 
-    fn update_free_spaces(&mut self, grids: &dyn MapGrids, robot: &RobotProfile) {
+    fn update_free_spaces(&mut self, input: &MissionPlanInput<'_>) {
+        let (grids, robot) = (input.grids, &input.index.head.robot);
         let old = std::mem::take(&mut self.free_spaces);
         let mut old: Vec<Option<(ContentHash, FreeSpace)>> = old.into_iter().map(Some).collect();
         old.resize_with(grids.count(), || None);
         let free_space = |(at, old): (usize, Option<(ContentHash, FreeSpace)>)| {
             let inputs = grids.content_hash(at).to_bits() ^ robot.radius_m.to_bits().rotate_left(17);
-            let input_hash = ContentHash::from_bits(inputs);
-            let made = || grids.with(at, |grid| FreeSpace::of(grid, robot.radius_m));
+            let layer = input.safety_layer(at);
+            let kept_off = layer.as_ref().map_or(0, |layer| layer.content_hash().to_bits());
+            let input_hash = ContentHash::from_bits(inputs ^ kept_off.rotate_left(31));
+            let made = || grids.with(at, |grid| FreeSpace::of(grid, robot.radius_m)).keeping_off(layer.as_ref());
             old.filter(|o| o.0 == input_hash).unwrap_or_else(|| (input_hash, made()))
         };
         self.free_spaces = at_each_storey(grids, old.into_iter().enumerate().collect(), free_space);
@@ -193,6 +201,7 @@ struct Ways<'a> {
     portals: &'a [Portal],
     /// By storey.
     barriers: &'a [BarriersOfParts],
+    free_spaces: &'a [&'a FreeSpace],
 }
 
 /// The inputs of planning one storey.
@@ -201,6 +210,8 @@ struct StoreyJob<'a> {
     map_storey: u32,
     /// Hash of its grid.
     grid_hash: ContentHash,
+    /// Hash of the distances that the robot keeps, if it does.
+    kept_off: Option<ContentHash>,
     spaces: Vec<usize>,
     others: Vec<usize>,
     may_scan: Vec<bool>,
@@ -240,6 +251,7 @@ impl<'a> StoreyJob<'a> {
             at,
             map_storey,
             grid_hash: input.grids.content_hash(at),
+            kept_off: ways.free_spaces[at].kept_off_hash(),
             spaces: (0..site.spaces.len()).filter(|&k| refusals[k].is_none() && is_here(k)).collect(),
             others: (0..site.spaces.len())
                 .filter(|&k| refusals[k].as_ref().is_some_and(needs_none) && is_here(k))
@@ -267,6 +279,7 @@ impl<'a> StoreyJob<'a> {
         };
         numbers(&mut [input.site.content_hash(), self.grid_hash].map(ContentHash::to_bits).into_iter(), &mut hash);
         hash.update(bytemuck::bytes_of(&input.index.head.robot));
+        self.kept_off.into_iter().for_each(|kept_off| hash.update(&kept_off.to_bits().to_le_bytes()));
         hash.update(format!("{:?}", input.options).as_bytes());
         hash.update(bytemuck::cast_slice(&self.passages));
         numbers(&mut self.spaces.iter().map(|&k| k as u64), &mut hash);

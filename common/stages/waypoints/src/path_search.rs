@@ -15,11 +15,25 @@ pub(crate) struct PathGrid {
     pub(crate) squared: SparseLayer<u32>,
     /// Lines of sight over reachable cells.
     sight: LineOfSight,
+    /// Cells within distances that the robot keeps, if it does.
+    kept_off: Option<KeptOff>,
+}
+
+/// Reachable cells on which the robot drives only where no other way is much shorter.
+struct KeptOff {
+    cells: SparseLayer<bool>,
+    /// Lines of sight over the other reachable cells.
+    sight: LineOfSight,
+    /// Rank of each cell in thinning: those within a distance first, then the others by how far they are from these.
+    rank: SparseLayer<u32>,
 }
 
 /// Costs of a step along a side and across a corner, in fifths of a cell.
 pub(crate) const SIDE: u32 = 5;
 const CORNER: u32 = 7;
+
+/// A step within a distance that the robot keeps costs as so many.
+pub(crate) const KEPT_OFF_FACTOR: u32 = 4;
 
 /// Length of a path that does not exist.
 pub(crate) const NO_PATH: u32 = u32::MAX;
@@ -57,10 +71,15 @@ impl PathGrid {
         let first = [0, 1].map(|k| free_space.spec.first_cell[k] + lo[k] as i32 - 1);
         let spec = GridSpec { first_cell: first, width: size[0] as u32, height: size[1] as u32, ..free_space.spec };
         let squared = sparse_distances(&closed, size[0]);
+        let kept_off = free_space.kept_off_hash().map(|_| {
+            let inside = |cell: usize| (cell / width - lo[1] + 1) * size[0] + cell % width - lo[0] + 1;
+            let kept: Vec<usize> = reached().filter(|&cell| free_space.is_kept_off(cell)).map(inside).collect();
+            KeptOff::of(&mut closed, &kept, &squared, size[0])
+        });
         drop(closed);
         let open = squared.cells().layer_of(false, |cell| squared[cell] != 0);
         let sight = LineOfSight::from_distances(&squared, size[0]);
-        Some(Self { spec, width: size[0], open, squared, sight })
+        Some(Self { spec, width: size[0], open, squared, sight, kept_off })
     }
 
     /// Side of a cell in metres.
@@ -93,6 +112,22 @@ impl PathGrid {
         self.spec.centre_of(self.spec.cell_of(cell))
     }
 
+    /// True for a cell within a distance that the robot keeps.
+    pub(crate) fn is_kept_off(&self, cell: usize) -> bool {
+        self.kept_off.as_ref().is_some_and(|kept_off| kept_off.cells[cell])
+    }
+
+    /// True if the robot keeps distances.
+    pub(crate) fn keeps_distances(&self) -> bool {
+        self.kept_off.is_some()
+    }
+
+    /// Order in which a cell is taken away in thinning: the squared distance to what is unreachable, and within a distance that the
+    /// robot keeps less than everywhere else.
+    pub(crate) fn rank(&self, cell: usize) -> u32 {
+        self.kept_off.as_ref().map_or(self.squared[cell], |kept_off| kept_off.rank[cell])
+    }
+
     /// Calls `visit` with every cell to which a step leads from a cell, and the cost of the step.
     pub(crate) fn steps_from(&self, cell: usize, mut visit: impl FnMut(usize, u32)) {
         let w = self.width;
@@ -100,11 +135,15 @@ impl PathGrid {
         let [l, r, d, u] = [left, right, down, up].map(|c| self.open[c]);
         // No path passes between two blocked cells that meet at a corner.
         let corners = [(down - 1, d && l), (down + 1, d && r), (up - 1, u && l), (up + 1, u && r)];
+        let is_dear = self.is_kept_off(cell);
+        let cost = |next: usize, step: u32| {
+            if is_dear || self.is_kept_off(next) { KEPT_OFF_FACTOR * step } else { step }
+        };
         for (next, _) in [(left, l), (right, r), (down, d), (up, u)].into_iter().filter(|side| side.1) {
-            visit(next, SIDE);
+            visit(next, cost(next, SIDE));
         }
         for (next, _) in corners.into_iter().filter(|corner| corner.1 && self.open[corner.0]) {
-            visit(next, CORNER);
+            visit(next, cost(next, CORNER));
         }
     }
 
@@ -142,8 +181,30 @@ impl PathGrid {
     }
 
     /// String pulling: the corners of the shortest line along a path. Cells are left out while the straight line stays over
-    /// reachable cells. The line starts at `from` and ends at `to`, which may lie beside the middles of the end cells.
+    /// reachable cells, and off those that the path keeps off. The line starts at `from` and ends at `to`, which may lie beside
+    /// the middles of the end cells.
     pub(crate) fn pull_string(&self, cells: &[usize], from: Point2<Map>, to: Point2<Map>) -> Vec<Point2<Map>> {
+        let mut line = vec![from];
+        let mut rest = cells;
+        while let Some(&first) = rest.first() {
+            let is_kept_off = self.is_kept_off(first);
+            let n = rest.iter().take_while(|&&cell| self.is_kept_off(cell) == is_kept_off).count();
+            let (stretch, after) = rest.split_at(n);
+            // The first cell behind a stretch is where the next one begins.
+            let end = after.first().map_or(to, |&next| self.middle(next));
+            let begin = line[line.len() - 1];
+            let pulled = self.pull_stretch(stretch, begin, end, is_kept_off);
+            line.extend(pulled.into_iter().skip(1));
+            rest = after;
+        }
+        if line.len() == 1 {
+            line.push(to);
+        }
+        line
+    }
+
+    /// The same of a part of a path within distances that the robot keeps, or off them.
+    fn pull_stretch(&self, cells: &[usize], from: Point2<Map>, to: Point2<Map>, is_kept_off: bool) -> Vec<Point2<Map>> {
         let mut points = vec![from];
         points.extend(cells.iter().map(|&cell| self.middle(cell)).chain([to]));
         points.dedup();
@@ -152,7 +213,9 @@ impl PathGrid {
         let mut at = 0;
         while at < last {
             // Doubling, then bisection finds the farthest cell in a straight line.
-            let clear = |to: usize| self.is_clear(points[at], points[to]);
+            let clear = |to: usize| {
+                if is_kept_off { self.is_open(points[at], points[to]) } else { self.is_clear(points[at], points[to]) }
+            };
             let (mut good, mut step) = (at + 1, 1);
             while good < last && clear((good + step).min(last)) {
                 good = (good + step).min(last);
@@ -172,15 +235,29 @@ impl PathGrid {
         line
     }
 
-    /// True if the straight line between two points stays over reachable cells.
+    /// True if the straight line between two points stays over reachable cells, and off distances that the robot keeps.
     pub(crate) fn is_clear(&self, a: Point2<Map>, b: Point2<Map>) -> bool {
+        let keeps_off = |kept_off: &KeptOff| {
+            let is_kept_off = |p: Point2<Map>| self.cell_at(p).is_some_and(|cell| kept_off.cells[cell]);
+            let ends = [a, b].map(|p| self.point_in_cells(p));
+            !is_kept_off(a) && !is_kept_off(b) && kept_off.sight.is_clear(ends[0], ends[1])
+        };
+        self.is_open(a, b) && self.kept_off.as_ref().is_none_or(keeps_off)
+    }
+
+    /// True if the straight line between two points stays over reachable cells.
+    fn is_open(&self, a: Point2<Map>, b: Point2<Map>) -> bool {
         let inside = |p: Point2<Map>| self.cell_at(p).is_some();
         inside(a) && inside(b) && self.sight.is_clear(self.point_in_cells(a), self.point_in_cells(b))
     }
 
-    /// True if the straight line between the middles of two cells stays over reachable cells.
-    pub(crate) fn is_straight(&self, a: usize, b: usize) -> bool {
-        self.sight.is_clear(self.in_cells(a), self.in_cells(b))
+    /// True if the straight line between the ends of a chain of cells stays over reachable cells, and off distances that the
+    /// chain keeps.
+    pub(crate) fn is_straight(&self, chain: &[usize]) -> bool {
+        let [a, b] = [chain[0], chain[chain.len() - 1]].map(|cell| self.in_cells(cell));
+        let keeps_off =
+            |kept_off: &KeptOff| chain.iter().any(|&cell| kept_off.cells[cell]) || kept_off.sight.is_clear(a, b);
+        self.sight.is_clear(a, b) && self.kept_off.as_ref().is_none_or(keeps_off)
     }
 
     fn point_in_cells(&self, p: Point2<Map>) -> [f64; 2] {
@@ -196,13 +273,29 @@ impl PathGrid {
     }
 }
 
+impl KeptOff {
+    /// Of cells of a section of a grid; `closed` are its unreachable ones, and these afterwards.
+    fn of(closed: &mut [bool], cells: &[usize], squared: &SparseLayer<u32>, width: usize) -> Self {
+        cells.iter().for_each(|&cell| closed[cell] = true);
+        let others = sparse_distances(closed, width);
+        let farthest = cells.iter().map(|&cell| squared[cell]).max().unwrap_or(0);
+        let mut is_kept_off = squared.cells().layer(false);
+        let mut rank = squared.cells().layer_of(0, |cell| if others[cell] == 0 { 0 } else { farthest + others[cell] });
+        for &cell in cells {
+            (is_kept_off[cell], rank[cell]) = (true, squared[cell]);
+        }
+        Self { cells: is_kept_off, sight: LineOfSight::from_distances(&others, width), rank }
+    }
+}
+
 /// Length of a line in metres.
 pub(crate) fn length_m(line: &[Point2<Map>]) -> f64 {
     line.windows(2).map(|p| p[1].distance_m(&p[0])).sum()
 }
 
 /// More than the least cost of a path over a cell grows with any step.
-const N_BUCKETS: usize = 16;
+const N_BUCKETS: usize = 64;
+const _: () = assert!(N_BUCKETS > ((KEPT_OFF_FACTOR + 1) * CORNER) as usize);
 
 impl SearchBuffers {
     pub(crate) fn of(path_grid: &PathGrid) -> Self {

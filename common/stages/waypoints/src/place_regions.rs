@@ -33,7 +33,7 @@ pub(crate) struct Border {
 const NONE: u32 = u32::MAX;
 
 /// More than the cost of any step.
-const N_BUCKETS: usize = 8;
+const N_BUCKETS: usize = 64;
 
 impl PlaceRegions {
     /// Of places in the same cell the first one has the region, the others have none.
@@ -41,7 +41,7 @@ impl PlaceRegions {
         let floor = path_grid.open.cells();
         let mut cost = floor.layer(NO_PATH);
         let mut regions = Self { region: floor.layer(NONE), from: floor.layer(NONE), borders: Vec::new() };
-        let mut buckets: [Vec<u32>; N_BUCKETS] = Default::default();
+        let mut buckets = vec![Vec::new(); N_BUCKETS];
         let (mut n_waiting, mut now) = (0usize, 0u32);
         for (&cell, place) in cells.iter().zip(0..) {
             if path_grid.open[cell] && regions.region[cell] == NONE {

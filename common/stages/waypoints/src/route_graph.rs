@@ -255,7 +255,7 @@ fn simplify(path_grid: &PathGrid, cells: &[usize], line: &mut Vec<Point2<Map>>) 
         };
         let farthest = (a + 1..b).max_by(|&i, &j| off(i).total_cmp(&off(j)).then(j.cmp(&i)));
         match farthest {
-            Some(k) if off(k) > TOLERANCE || !path_grid.is_straight(cells[a], cells[b]) => {
+            Some(k) if off(k) > TOLERANCE || !path_grid.is_straight(&cells[a..=b]) => {
                 waiting.push((k, b));
                 waiting.push((a, k));
             }

@@ -48,13 +48,13 @@ pub(crate) fn places(
 }
 
 /// Additional places that see faces not visible from the others, such as those seen through a door or past a column from few
-/// cells only. They are looked for on rays from the faces.
+/// cells only. They are looked for on rays from the faces: where a scan is preferred, and for what is left where it may be.
 pub(crate) fn places_for_unseen(
     storey: &StoreyInputs<'_>,
     limits: &SensorLimits,
     faces: &TargetFaces,
     seen: &[Vec<u32>],
-    may_scan: &impl Fn(usize) -> bool,
+    may_scan: [&dyn Fn(usize) -> bool; 2],
 ) -> Vec<ScanPlace> {
     let free_space = storey.free_space;
     let mut is_seen = vec![false; faces.all.len()];
@@ -65,17 +65,20 @@ pub(crate) fn places_for_unseen(
     }
     let mut is_seen = vec![false; rest.all.len()];
     let mut places = Vec::new();
-    let fits = |cell: usize| storey.is_reached(cell) && may_scan(cell);
-    let can_be_seen = cells_connected_with(storey, fits);
-    for k in 0..rest.all.len() {
-        if is_seen[k] || !can_be_seen[rest.all[k].front as usize] {
-            continue;
-        }
-        if let Some(cell) = limits.cell_that_sees(storey.sight, &rest.all[k], fits) {
-            let at = free_space.middle(cell);
-            let seen = limits.visible_around(storey.sight, &rest, free_space.in_cells(at));
-            seen.into_iter().for_each(|face| is_seen[face as usize] = true);
-            places.push(ScanPlace { at, part: free_space.part(cell) });
+    let tries = if free_space.kept_off_hash().is_some() { &may_scan[..] } else { &may_scan[1..] };
+    for may_scan in tries {
+        let fits = |cell: usize| storey.is_reached(cell) && may_scan(cell);
+        let can_be_seen = cells_connected_with(storey, fits);
+        for k in 0..rest.all.len() {
+            if is_seen[k] || !can_be_seen[rest.all[k].front as usize] {
+                continue;
+            }
+            if let Some(cell) = limits.cell_that_sees(storey.sight, &rest.all[k], fits) {
+                let at = free_space.middle(cell);
+                let seen = limits.visible_around(storey.sight, &rest, free_space.in_cells(at));
+                seen.into_iter().for_each(|face| is_seen[face as usize] = true);
+                places.push(ScanPlace { at, part: free_space.part(cell) });
+            }
         }
     }
     places

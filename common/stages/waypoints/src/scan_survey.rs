@@ -53,15 +53,17 @@ impl ScanSurvey {
         }
         let visible_from =
             |faces: &TargetFaces, p: &ScanPlace| limits.visible_around(storey.sight, faces, free_space.in_cells(p.at));
-        let mut places = places(storey, COARSE * options.spacing_m, centres, &may_scan);
+        // Within a distance that the robot keeps only what is seen from nowhere else is scanned.
+        let may_scan_off = |cell: usize| may_scan(cell) && !free_space.is_kept_off(cell);
+        let mut places = places(storey, COARSE * options.spacing_m, centres, &may_scan_off);
         let mut seen: Vec<Vec<u32>> = places.par_iter().map(|place| visible_from(&survey.faces, place)).collect();
-        let more = places_for_unseen(storey, &limits, &survey.faces, &seen, &may_scan);
+        let more = places_for_unseen(storey, &limits, &survey.faces, &seen, [&may_scan_off, &may_scan]);
         seen.par_extend(more.par_iter().map(|place| visible_from(&survey.faces, place)));
         places.extend(more);
         survey.add(storey, options, &limits, places, seen);
         // Around the scans of a first plan finer places are tried.
         let first: Vec<usize> = survey.growth_to_goal().iter().map(|scan| survey.poses[scan.set as usize].0).collect();
-        let more = places_around(storey, &survey.places, first.into_iter(), options.spacing_m, &may_scan);
+        let more = places_around(storey, &survey.places, first.into_iter(), options.spacing_m, &may_scan_off);
         let seen = more.par_iter().map(|place| visible_from(&survey.faces, place)).collect();
         survey.add(storey, options, &limits, more, seen);
         survey

@@ -15,7 +15,7 @@ pub(crate) fn skeleton(path_grid: &PathGrid, anchors: &[usize]) -> SparseLayer<b
     let mut stays = path_grid.open.cells().layer(false);
     anchors.iter().for_each(|&cell| stays[cell] = true);
     let mut line = path_grid.open.clone();
-    let rank = |cell: usize| (path_grid.squared[cell], cell);
+    let rank = |cell: usize| (path_grid.rank(cell), cell);
     let mut again = Vec::new();
     for at in by_distance(path_grid) {
         let at = at as usize;
@@ -36,16 +36,16 @@ pub(crate) fn skeleton(path_grid: &PathGrid, anchors: &[usize]) -> SparseLayer<b
 /// The reachable cells by their distance from what is not, then by number.
 fn by_distance(path_grid: &PathGrid) -> Vec<u32> {
     let cells = || path_grid.open.cells().iter().filter(|&cell| path_grid.open[cell]);
-    let farthest = cells().map(|cell| path_grid.squared[cell]).max().unwrap_or(0) as usize;
+    let farthest = cells().map(|cell| path_grid.rank(cell)).max().unwrap_or(0) as usize;
     // Counted, not compared: most of many cells share a few distances.
     let mut next = vec![0u32; farthest + 2];
-    cells().for_each(|cell| next[path_grid.squared[cell] as usize + 1] += 1);
+    cells().for_each(|cell| next[path_grid.rank(cell) as usize + 1] += 1);
     for k in 1..next.len() {
         next[k] += next[k - 1];
     }
     let mut order = vec![0; next[farthest + 1] as usize];
     for cell in cells() {
-        let place = &mut next[path_grid.squared[cell] as usize];
+        let place = &mut next[path_grid.rank(cell) as usize];
         order[*place as usize] = cell as u32;
         *place += 1;
     }

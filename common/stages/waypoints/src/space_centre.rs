@@ -119,16 +119,22 @@ pub(crate) fn centre_of(storey: &StoreyInputs<'_>, cells: &SpaceCells, space: us
     let polygon = site.floor_polygon(record);
     let inside = |p: Point2<Map>| polygon.contains(p.coordinates_m().map(|c| c * f64::from(TENTHS_PER_M)));
     let centroid = Point2::<Map>::new(record.centroid_m[0], record.centroid_m[1]);
-    if inside(centroid) && storey.can_stand(centroid) {
-        return Ok(SpaceCentre { at: centroid, clearance_m: free_space.clearance_m(centroid) });
+    let at_centroid = || SpaceCentre { at: centroid, clearance_m: free_space.clearance_m(centroid) };
+    let is_at_centroid = inside(centroid) && storey.can_stand(centroid);
+    if is_at_centroid && !free_space.is_kept_off_at(centroid) {
+        return Ok(at_centroid());
     }
     let cells = || cells.of_space(space);
     let far = |p: Point2<Map>| p.distance_m(&centroid);
     let clear = cells().filter(|&i| storey.is_reached(i) && inside(free_space.middle(i)));
-    // Nearest first; of equally near cells the lower row, then the lower column.
-    let nearest =
-        clear.min_by(|&a, &b| far(free_space.middle(a)).total_cmp(&far(free_space.middle(b))).then(a.cmp(&b)));
-    if let Some(cell) = nearest {
+    // Off the distances that the robot keeps before within them; nearest first; of equally near cells the lower row, then the lower
+    // column.
+    let off = |cell: usize| (free_space.is_kept_off(cell), far(free_space.middle(cell)), cell);
+    let nearest = clear.map(off).min_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(a.2.cmp(&b.2)));
+    if is_at_centroid && nearest.is_none_or(|(is_kept_off, ..)| is_kept_off) {
+        return Ok(at_centroid());
+    }
+    if let Some((_, _, cell)) = nearest {
         return Ok(SpaceCentre { at: free_space.middle(cell), clearance_m: free_space.clearance_of(cell) });
     }
     Err(if cells().any(|i| free_space.part(i) != 0 && inside(free_space.middle(i))) {

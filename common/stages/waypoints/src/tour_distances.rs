@@ -1,7 +1,7 @@
 //! Path lengths between the places of a tour: paths over the borders of neighbouring regions, shorter lines near each place,
 //! and sums of both for places that are far apart.
 
-use crate::path_search::{NO_PATH, PathGrid, SIDE, SearchBuffers, length_m};
+use crate::path_search::{KEPT_OFF_FACTOR, NO_PATH, PathGrid, SIDE, SearchBuffers, length_m};
 use crate::place_regions::{Border, PlaceRegions};
 use crate::tour::TourProblem;
 use frames::{Map, Point2};
@@ -124,7 +124,9 @@ impl<'a> StoreyPlaces<'a> {
     /// two places, because a shorter way over other regions crosses a border at least as far away.
     fn lower_bounds(&self, places: &[usize], direct: &[DirectPath<'_>]) -> Vec<u32> {
         let n = places.len();
-        let cell_mm = self.path_grid.resolution_m() * 1000.0 / f64::from(SIDE) / MAX_DETOUR_FACTOR;
+        // A path within distances that the robot keeps costs more than its length.
+        let dearest = if self.path_grid.keeps_distances() { f64::from(KEPT_OFF_FACTOR) } else { 1.0 };
+        let cell_mm = self.path_grid.resolution_m() * 1000.0 / f64::from(SIDE) / MAX_DETOUR_FACTOR / dearest;
         let mut bounds = vec![0; n * n];
         for (a, row) in bounds.chunks_exact_mut(n.max(1)).enumerate() {
             let from = self.points[places[a]];

@@ -72,6 +72,9 @@ pub(crate) struct MapTopics {
     pub(crate) localization_map: GridTopic,
     pub(crate) keepout_mask: GridTopic,
     pub(crate) keepout_info: Topic<CostmapFilterInfo>,
+    /// There only if the site wants limits of speed.
+    pub(crate) speed_mask: GridTopic,
+    pub(crate) speed_info: Topic<CostmapFilterInfo>,
     pub(crate) rooms: Topic<MarkerArray>,
     pub(crate) waypoints: Topic<MarkerArray>,
     pub(crate) route: Topic<MarkerArray>,
@@ -102,6 +105,8 @@ impl MapTopics {
             localization_map: graph.grids(config, RosOutput::LocalizationMap, "localization_map")?,
             keepout_mask: graph.grids(config, RosOutput::KeepoutMask, "keepout_mask")?,
             keepout_info: graph.output(config, RosOutput::KeepoutMask, "keepout_info", latched())?,
+            speed_mask: graph.grids_if(config.speed_mask, config, RosOutput::KeepoutMask, "speed_mask")?,
+            speed_info: graph.topic("speed_info", config.speed_mask.then(latched))?,
             rooms: graph.output(config, RosOutput::Rooms, "rooms", latched_large())?,
             waypoints: graph.output(config, RosOutput::Waypoints, "waypoints", latched_large())?,
             route: graph.output(config, RosOutput::Route, "route", latched_large())?,
@@ -129,8 +134,19 @@ impl StateTopics {
 
 impl RosGraph {
     fn grids(&mut self, config: &RosConfig, output: RosOutput, name: &str) -> Result<GridTopic, GraphError> {
+        self.grids_if(config.outputs.contains(&output), config, output, name)
+    }
+
+    /// A topic of grids with the quality of service of an output; nothing is published on it unless it is wanted.
+    fn grids_if(
+        &mut self,
+        is_wanted: bool,
+        config: &RosConfig,
+        output: RosOutput,
+        name: &str,
+    ) -> Result<GridTopic, GraphError> {
         let mut writer = None;
-        if config.outputs.contains(&output) {
+        if is_wanted {
             let qos = QosPolicies::from(&with(latched_large(), config.qos.get(&output)));
             let topic = self.dds_topic::<OccupancyGrid>(name, &qos)?;
             let publisher = self.participant.create_publisher(&qos).map_err(create(name))?;

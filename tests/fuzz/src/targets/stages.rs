@@ -190,7 +190,7 @@ fn drawn(site: &Site<'_>, schedule_state: &ArchiveBuffer) -> Option<Drawn> {
     rasterizer.draw(site, &schedule_state);
     let grids: Vec<_> = rasterizer.drawn().map(|grid| ArchiveBuffer::copy_of(grid.archive)).collect();
     let footprints = (0..rasterizer.n_storeys()).map(|k| rasterizer.footprints(k).to_vec()).collect();
-    let index = rasterizer.index(site, &schedule_state, "default", &[]).finish();
+    let index = rasterizer.index(site, &schedule_state, "default", &[], &messages::SafetyRules::default()).finish();
     Some(Drawn { grids, index, footprints })
 }
 

@@ -198,7 +198,7 @@ impl House {
         let mut rasterizer = Rasterizer::new(&site, robot, resolution_m).unwrap();
         rasterizer.draw(&site, &schedule_state);
         let grid = ArchiveBuffer::copy_of(rasterizer.drawn().next().unwrap().archive);
-        let index = rasterizer.index(&site, &schedule_state, "test", &[]).finish();
+        let index = rasterizer.index(&site, &schedule_state, "test", &[], &SafetyRules::default()).finish();
         Drawn { grid, index }
     }
 }

@@ -52,14 +52,19 @@ impl<'a> WayFinder<'a> {
         grids: &'a dyn MapGrids,
         mission_plan: &MissionPlan<'_>,
     ) -> Self {
-        let free_spaces: Vec<FreeSpace> = grids.each(|grid| FreeSpace::of(grid, index.head.robot.radius_m)).collect();
+        let options = MissionPlanOptions::default();
+        let input = MissionPlanInput { site, schedule_state, index, grids, options: &options };
+        let free_space = |at: usize| {
+            let free_space = grids.with(at, |grid| FreeSpace::of(grid, index.head.robot.radius_m));
+            free_space.keeping_off(input.safety_layer(at).as_ref())
+        };
+        let free_spaces: Vec<FreeSpace> = (0..grids.count()).map(free_space).collect();
         let portals = (0..mission_plan.edges.len())
             .filter_map(|edge| {
                 let portal = planned_portal(mission_plan, edge, grids, &free_spaces)?;
                 Some(PlannedPortal { edge, portal })
             })
             .collect();
-        let options = MissionPlanOptions::default();
         Self { site, schedule_state, index, grids, options, free_spaces, portals }
     }
 

@@ -53,6 +53,8 @@ impl Archives {
             robot_footprint_m: &[],
             doors: &doors,
             regions: &[],
+            safety_rules: house.safety.records(),
+            safety_materials: house.safety.materials(),
         }
         .finish();
         Self { site, schedule_state, index, grids, names }

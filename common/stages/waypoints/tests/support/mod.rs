@@ -26,7 +26,7 @@ mod planned;
 pub(crate) use archives::Archives;
 pub(crate) use planned::Planned;
 
-use messages::{RobotProfile, SpaceRecord};
+use messages::{RobotProfile, SafetyRules, SpaceRecord};
 use std::collections::{BTreeMap, BTreeSet};
 use waypoints::MissionPlanOptions;
 
@@ -69,6 +69,8 @@ pub(crate) const STOREY: i32 = 30_000;
 pub(crate) struct House {
     pub(crate) storeys: Vec<Drawing>,
     pub(crate) robot: RobotProfile,
+    /// Distances that the robot keeps.
+    pub(crate) safety: SafetyRules,
     /// Side of a cell in tenths of a millimetre; divides that of a character.
     pub(crate) cell_tenths: i32,
     /// Walls, by their digits, and ways up, by their letters, that are not there.
@@ -90,6 +92,7 @@ impl House {
         Self {
             storeys: storeys.iter().map(|text| Drawing::of(text)).collect(),
             robot: RobotProfile::DEFAULT,
+            safety: SafetyRules::default(),
             cell_tenths: 1_000,
             absent: BTreeSet::new(),
             finished: BTreeMap::new(),

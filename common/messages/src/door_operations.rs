@@ -1,24 +1,39 @@
 //! Door operation types (IfcDoorTypeOperationEnum) as leaves and their motions.
 
-use messages::{DoorPanelRecord, MovingLeaves, Site};
+use crate::{DoorPanelRecord, DoorRecord, MovingLeaves, Site};
+use geometry::OrientedBox;
 
 /// A leaf: its part of the door's width and what it does.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Leaf {
+pub struct Leaf {
     /// Its start and end as shares of the width from the left.
-    pub(crate) span: [f64; 2],
-    pub(crate) motion: LeafMotion,
+    pub span: [f64; 2],
+    /// What it does.
+    pub motion: LeafMotion,
 }
 
 /// Motion of a leaf. Left, right and front are those of the door: x = 0, x = W, +y.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum LeafMotion {
+pub enum LeafMotion {
     /// Turns about an upright hinge on its left or right edge, to the front (1), to the back (-1), or both ways.
-    Swing { left: bool, towards: f64, both: bool },
+    Swing {
+        /// True if it hangs on its left edge.
+        left: bool,
+        /// To the front (1) or the back (-1).
+        towards: f64,
+        /// True if it turns both ways.
+        both: bool,
+    },
     /// Slides along the wall: -1 to the left, 1 to the right.
-    Slide { to: f64 },
+    Slide {
+        /// To the left (-1) or the right (1).
+        to: f64,
+    },
     /// Folds in the middle, hung on its left or right edge.
-    Fold { left: bool },
+    Fold {
+        /// True if it hangs on its left edge.
+        left: bool,
+    },
     /// Goes up.
     Rise,
     /// Wings around the middle.
@@ -29,7 +44,7 @@ pub(crate) enum LeafMotion {
 
 /// Source of an operation type.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum OperationSource {
+pub enum OperationSource {
     /// OperationType of the door or its type.
     Model,
     /// PanelOperation and PanelPosition of its panels.
@@ -40,7 +55,7 @@ pub(crate) enum OperationSource {
 
 impl OperationSource {
     /// Its name in files.
-    pub(crate) fn name(self) -> &'static str {
+    pub fn name(self) -> &'static str {
         match self {
             Self::Model => "model",
             Self::Panels => "panels",
@@ -51,7 +66,7 @@ impl OperationSource {
 
 /// The leaves of an operation type, `share` being that of the left one of two; `None` if the schema has no such type, or leaves
 /// open how it moves.
-pub(crate) fn leaves(operation: &str, share: f64) -> Option<Vec<Leaf>> {
+pub fn leaves(operation: &str, share: f64) -> Option<Vec<Leaf>> {
     let whole = |motion| Some(vec![Leaf { span: [0.0, 1.0], motion }]);
     let two =
         |left, right| Some(vec![Leaf { span: [0.0, share], motion: left }, Leaf { span: [share, 1.0], motion: right }]);
@@ -91,11 +106,7 @@ pub(crate) fn leaves(operation: &str, share: f64) -> Option<Vec<Leaf>> {
 
 /// The operation type of a door, its leaves, and who says so; a leaf that its panels call fixed is. `None` for a door that
 /// stays shut.
-pub(crate) fn operation_of(
-    site: &Site<'_>,
-    door: &messages::DoorRecord,
-    unknown: &str,
-) -> Option<(String, Vec<Leaf>, OperationSource)> {
+pub fn operation_of(site: &Site<'_>, door: &DoorRecord, unknown: &str) -> Option<(String, Vec<Leaf>, OperationSource)> {
     let moving = site.moving_leaves(door)?;
     let (operation, leaves, source) = leaves_of_operation(site, door, unknown)?;
     Some((operation, beside_fixed(leaves, moving), source))
@@ -123,7 +134,7 @@ fn beside_fixed(leaves: Vec<Leaf>, moving: MovingLeaves) -> Vec<Leaf> {
 
 fn leaves_of_operation(
     site: &Site<'_>,
-    door: &messages::DoorRecord,
+    door: &DoorRecord,
     unknown: &str,
 ) -> Option<(String, Vec<Leaf>, OperationSource)> {
     let panels = site.door_panels(door);
@@ -188,13 +199,53 @@ fn of_panels(site: &Site<'_>, panels: &[DoorPanelRecord]) -> Option<&'static str
 }
 
 /// An operation type with left and right exchanged: of a door that stands on its head.
-pub(crate) fn mirrored(leaves: &mut [Leaf]) {
+pub fn mirrored(leaves: &mut [Leaf]) {
     for leaf in leaves.iter_mut() {
         leaf.span = [1.0 - leaf.span[1], 1.0 - leaf.span[0]];
         match &mut leaf.motion {
             LeafMotion::Swing { left, .. } | LeafMotion::Fold { left } => *left = !*left,
             LeafMotion::Slide { to } => *to = -*to,
             LeafMotion::Rise | LeafMotion::Turn | LeafMotion::Fixed => {}
+        }
+    }
+}
+
+/// The frame of a door in plan: x along its width, y to the front.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DoorFrame {
+    /// The left jamb in the middle of the wall, tenths of a millimetre.
+    pub origin: [f64; 2],
+    /// Unit direction of x.
+    pub along: [f64; 2],
+    /// True if the frame of the model is upside down, so that left and right are exchanged.
+    pub turned: bool,
+    /// True if the model does not say which side is left or front.
+    pub assumed: bool,
+}
+
+impl DoorFrame {
+    /// The point in `map` at a place in the frame, tenths of a millimetre.
+    pub fn at(&self, x: f64, y: f64) -> [f64; 2] {
+        let across = [-self.along[1], self.along[0]];
+        [0, 1].map(|k| self.origin[k] + x * self.along[k] + y * across[k])
+    }
+
+    /// Left is where the model's frame begins; without one the direction of the passage counts.
+    pub fn of(door: &DoorRecord, passage: &OrientedBox) -> Self {
+        let dot = |a: [f64; 2], b: [f64; 2]| a[0] * b[0] + a[1] * b[1];
+        let towards = door.hanging.towards;
+        // x is to the right of who looks to the front.
+        let right = [towards[1], -towards[0]];
+        let is_along = dot(right, passage.axis).abs() > 0.7;
+        let along = match (is_along, dot(right, passage.axis) < 0.0) {
+            (true, true) => passage.axis.map(|c| -c),
+            _ => passage.axis,
+        };
+        Self {
+            origin: [0, 1].map(|k| passage.centre[k] - along[k] * passage.half[0]),
+            along,
+            turned: is_along && dot(door.hanging.along, right) < 0.0,
+            assumed: !is_along,
         }
     }
 }

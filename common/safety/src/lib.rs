@@ -1,0 +1,30 @@
+//! Distances and speed limits of a robot near elements, by what they mean: rules, site, schedule state and grid in, a layer of
+//! a map storey out.
+//!
+//! [`SafetyLayer::of`] says of each cell which speed is the limit in it, what it costs to drive there, and which element and rule
+//! that is so for. Without rules there is no layer.
+//!
+//! # Guarantees
+//!
+//! - A distance is that of the robot's centre, along cells on which nothing stands: it does not lead through a wall.
+//! - Where rules meet the lowest limit of speed and the highest cost count, each with its own element; of equal ones the nearer
+//!   element, then the rule that comes first in the profile.
+//! - A cost is never lethal: from 90 per cent beside the element to 10 at the end of the distance.
+//! - What is not there at the plan time has neither distance nor limit. Of work what is below it is a part, up to the next floor.
+//! - A door whose model does not say how it hangs swings on both sides from both jambs.
+//!
+//! # Where
+//!
+//! - cells of the elements of a rule: `src/rule_elements.rs`
+//! - edges at stairs: `src/stair_edges.rs`
+//! - leaves of doors: `src/door_swings.rs`
+//! - cells near them: `src/safety_layer.rs`
+
+mod rule_elements;
+
+mod door_swings;
+mod stair_edges;
+
+mod safety_layer;
+
+pub use safety_layer::{NO_SOURCE, SafetyInput, SafetyLayer, SafetySource, speed_step_m_s};

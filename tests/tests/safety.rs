@@ -1,0 +1,162 @@
+//! Distances and limits of speed by what elements are, on the demo building.
+#![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
+
+mod support;
+
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+use support::{FREE, Maps, convert, demo_model, groundplan};
+
+/// A profile like the default one with these entries.
+fn robot(home: &Path, entries: &str) -> PathBuf {
+    let path = home.join("robot.toml");
+    std::fs::write(&path, format!("name = \"default\"\n{entries}")).unwrap();
+    path
+}
+
+fn converted(entries: &str) -> Maps {
+    let home = tempfile::tempdir().unwrap();
+    let robot = robot(home.path(), entries);
+    convert(&demo_model(), &["--robot", robot.to_str().unwrap()])
+}
+
+/// A mask of a storey, and which element each of its cells has its value from.
+struct Layer {
+    folder: PathBuf,
+    document: Value,
+    width: usize,
+}
+
+impl Layer {
+    fn of(maps: &Maps, storey: usize) -> Self {
+        let record = &maps.manifest["storeys"][storey];
+        let folder = maps.path().join(record["directory"].as_str().unwrap());
+        let document = serde_json::from_slice(&std::fs::read(folder.join("safety.json")).unwrap()).unwrap();
+        Self { folder, document, width: record["size_cells"][0].as_u64().unwrap() as usize }
+    }
+
+    fn pixels(&self, name: &str) -> Vec<u8> {
+        grid::decode_pgm(&std::fs::read(self.folder.join(name)).unwrap()).unwrap().2
+    }
+
+    /// GlobalId of the element of each cell.
+    fn elements(&self, key: &str) -> Vec<Option<&str>> {
+        let planning = self.pixels("planning.pgm");
+        let mut elements = vec![None; planning.len()];
+        for stretch in self.document[key].as_array().unwrap() {
+            let [row, first, end, source] = [0, 1, 2, 3].map(|k| stretch[k].as_u64().unwrap() as usize);
+            let id = self.document["sources"][source]["global_id"].as_str();
+            elements[row * self.width + first..row * self.width + end].fill(id);
+        }
+        elements
+    }
+}
+
+#[test]
+fn a_robot_without_entries_has_the_files_of_the_default_one() {
+    let plain = convert(&demo_model(), &[]);
+    assert_eq!(plain.contents(), converted("").contents());
+    let named: Vec<&String> = plain.manifest["files"].as_object().unwrap().keys().collect();
+    assert!(!named.iter().any(|name| name.contains("speed") || name.contains("costs") || name.contains("safety")));
+}
+
+#[test]
+fn beside_glass_the_speed_is_limited_and_the_element_is_named() {
+    let maps = converted("[[safety]]\nnear = \"glass\"\ndistance_m = 0.6\nspeed_m_s = 0.4\n");
+    let semantic = maps.json("semantic.json");
+    let layer = Layer::of(&maps, 0);
+    let (speed, costs, planning) = (layer.pixels("speed.pgm"), layer.pixels("costs.pgm"), layer.pixels("planning.pgm"));
+    let elements = layer.elements("speed_cells");
+    // 0.4 m/s are 40 steps of 0.01 m/s; the mode `scale` reads 153 as 40.
+    assert_eq!(layer.document["speed_step_m_s"], 0.01);
+    let mut n_limited = 0;
+    for cell in 0..speed.len() {
+        let Some(id) = elements[cell] else {
+            assert_eq!((speed[cell], costs[cell]), (255, 255), "no limit, no cost");
+            continue;
+        };
+        n_limited += 1;
+        assert_eq!(speed[cell], 153);
+        assert!((10..=90).contains(&costs[cell]), "{}", costs[cell]);
+        assert_eq!(planning[cell], FREE, "all rooms are open: limits are where nothing stands");
+        // The element is glass, and no farther from the cell than the rule says.
+        let (x, y) = (cell % layer.width, cell / layer.width);
+        let origin = &maps.manifest["storeys"][0]["origin_m"];
+        let at = [(x, 0), (y, 1)].map(|(n, k)| origin[k].as_f64().unwrap() + (n as f64 + 0.5) * 0.05);
+        let aabb = &semantic["elements"][id]["aabb_m"];
+        let off = [0, 1].map(|k| {
+            let [low, high] = ["min", "max"].map(|end| aabb[end][k].as_f64().unwrap());
+            (low - at[k]).max(at[k] - high).max(0.0)
+        });
+        assert!(length(off) <= 0.75, "{at:?} {id} {aabb}");
+    }
+    assert!(n_limited > 1_000, "{n_limited}");
+    let yaml = std::fs::read_to_string(layer.folder.join("speed.yaml")).unwrap();
+    assert!(yaml.contains("mode: scale") && yaml.contains("image: speed.pgm"), "{yaml}");
+    let filter = std::fs::read_to_string(layer.folder.join("speed_filter.yaml")).unwrap();
+    assert!(filter.contains("type: 2") && filter.contains("multiplier: 0.01"), "{filter}");
+}
+
+fn length([x, y]: [f64; 2]) -> f64 {
+    (x * x + y * y).sqrt()
+}
+
+#[test]
+fn doors_swing_and_stairs_lead_down_and_each_names_its_element() {
+    let maps = converted(
+        "[[safety]]\nnear = \"door_swing\"\nspeed_m_s = 0.2\n[[safety]]\nnear = \"stair_edge\"\ndistance_m = 1.0\n",
+    );
+    let semantic = maps.json("semantic.json");
+    let class = |id: &str| semantic["elements"][id]["class"].as_str().unwrap().to_owned();
+    let ground = Layer::of(&maps, 0);
+    let doors: std::collections::BTreeSet<&str> = ground.elements("speed_cells").into_iter().flatten().collect();
+    assert!(doors.len() >= 5 && doors.iter().all(|id| class(id) == "door"), "{doors:?}");
+    let upper = Layer::of(&maps, 1);
+    let stairs: std::collections::BTreeSet<&str> = upper.elements("cost_cells").into_iter().flatten().collect();
+    assert!(!stairs.is_empty() && stairs.iter().all(|id| class(id) == "stair"), "{stairs:?}");
+    assert!(ground.elements("cost_cells").iter().all(Option::is_none), "no stair leads down from the ground floor");
+}
+
+#[test]
+fn centres_of_rooms_keep_the_distance_and_the_same_rooms_are_reached() {
+    let plain = convert(&demo_model(), &[]).json("waypoints.json");
+    let maps = converted("[[safety]]\nnear = \"class\"\nclass = \"wall\"\ndistance_m = 1.2\n");
+    let kept = maps.json("waypoints.json");
+    let reached = |waypoints: &Value| {
+        let centres = waypoints["waypoints"].as_array().unwrap().iter().filter(|w| w["kind"] == "centre");
+        centres.map(|w| w["space"].as_str().unwrap().to_owned()).collect::<std::collections::BTreeSet<_>>()
+    };
+    assert_eq!(reached(&plain), reached(&kept));
+    let layers: Vec<Layer> = (0..2).map(|storey| Layer::of(&maps, storey)).collect();
+    let costs: Vec<Vec<u8>> = layers.iter().map(|layer| layer.pixels("costs.pgm")).collect();
+    let within = |w: &Value| {
+        let storey = w["storey"].as_u64().unwrap() as usize;
+        let origin = &maps.manifest["storeys"][storey]["origin_m"];
+        let at = [("x_m", 0), ("y_m", 1)]
+            .map(|(key, k)| ((w[key].as_f64().unwrap() - origin[k].as_f64().unwrap()) / 0.05).floor() as usize);
+        costs[storey][at[1] * layers[storey].width + at[0]] != 255
+    };
+    let all = kept["waypoints"].as_array().unwrap().iter().filter(|w| w["storey"].as_u64().unwrap() < 2);
+    let n_within = all.filter(|w| within(w)).count();
+    let notices = kept.to_string();
+    let n_said = notices.matches("lies within a distance that the robot is to keep").count();
+    assert!(
+        n_within > 0 && n_said >= n_within,
+        "small rooms have no other place, and that is said: {n_within} {n_said}"
+    );
+    let before = plain["waypoints"].as_array().unwrap().iter().filter(|w| w["storey"].as_u64().unwrap() < 2);
+    let n_before = before.filter(|w| within(w)).count();
+    assert!(n_within < n_before, "{n_within} of {n_before}");
+}
+
+#[test]
+fn an_entry_that_cannot_be_is_refused_with_its_name_and_nothing_is_written() {
+    let home = tempfile::tempdir().unwrap();
+    let robot = robot(home.path(), "[[safety]]\nnear = \"glass\"\ndistance_m = -1.0\n");
+    let out = home.path().join("out");
+    let output = groundplan(&[&"convert", &demo_model(), &"-o", &out, &"--robot", &robot]);
+    let error = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(2), "{error}");
+    assert!(error.contains("safety entry 1 (near \"glass\"): distance_m is -1, it must be from 0 to 20"), "{error}");
+    assert!(!out.exists());
+}
