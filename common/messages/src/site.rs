@@ -144,6 +144,13 @@ impl<'a> Site<'a> {
         self.map_storeys.iter().enumerate().filter(|(_, storey)| storey.floor != FloorKind::Ground)
     }
 
+    /// Height of the next floor at least `min_rise` above a floor, or of the top of the highest element, at least as high.
+    pub fn next_floor_z_tenths(&self, floor_z: i32, min_rise: i32) -> i32 {
+        let above = self.levels().map(|(_, s)| s.floor_z_tenths).filter(|z| *z >= floor_z + min_rise);
+        let top = self.elements.iter().filter(|e| e.n_parts > 0).map(|e| e.max_tenths[2]).max();
+        above.min().or(top).unwrap_or(floor_z).max(floor_z + min_rise)
+    }
+
     /// The floor polygon of a space.
     pub fn floor_polygon(&self, space: &SpaceRecord) -> MultiPolygon {
         let mut polygons: Vec<Polygon> = Vec::new();

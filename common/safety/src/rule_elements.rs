@@ -111,7 +111,7 @@ impl StoreyElements<'_> {
         let floor_z = self.floor_z();
         let low = if record.has(element_flags::FLOOR) { -low.max(MIN_STEP) } else { low };
         let slab = if is_work {
-            Slab { lo: floor_z, hi: next_floor_z(self.site, floor_z) }
+            Slab { lo: floor_z, hi: self.site.next_floor_z_tenths(floor_z, MIN_STOREY_HEIGHT) }
         } else {
             Slab { lo: floor_z + low, hi: floor_z + high }
         };
@@ -149,11 +149,4 @@ impl StoreyElements<'_> {
         let host = self.site.openings.get(door.opening as usize).map_or(NONE, |opening| opening.host);
         self.is_there(door.element) && (host == NONE || self.is_there(host))
     }
-}
-
-/// Height of the next floor above, or of the top of the highest element.
-fn next_floor_z(site: &Site<'_>, floor_z: i32) -> i32 {
-    let above = site.map_storeys.iter().map(|s| s.floor_z_tenths).filter(|z| *z >= floor_z + MIN_STOREY_HEIGHT);
-    let top = site.elements.iter().filter(|e| e.n_parts > 0).map(|e| e.max_tenths[2]).max();
-    above.min().or(top).unwrap_or(floor_z).max(floor_z + MIN_STOREY_HEIGHT)
 }

@@ -14,7 +14,7 @@ const GAP_M: f64 = 0.5;
 /// The stairs that lead down from the storey, each with the cells that have no floor over it.
 pub(crate) fn stair_edges(storey: StoreyElements<'_>) -> Vec<(u32, Vec<Run>)> {
     let (spec, floor_z, grid) = (storey.spec(), storey.floor_z(), storey.grid);
-    let lower = storey.site.map_storeys.iter().map(|s| s.floor_z_tenths).filter(|z| *z <= floor_z - MIN_DEPTH);
+    let lower = storey.site.levels().map(|(_, s)| s.floor_z_tenths).filter(|z| *z <= floor_z - MIN_DEPTH);
     let below = lower.max().unwrap_or(i32::MIN);
     let stairs = (0..).zip(storey.site.elements).filter(|(element, record)| {
         record.class() == Class::Stair

@@ -114,7 +114,8 @@ impl Surfaces<'_> {
 
     fn choose(&mut self, there: &[u32], (floor, level): (&Mask, Option<&Mask>), [step, headroom]: [f64; 2]) {
         let width = self.width();
-        let (mut in_band, mut above): (Vec<(usize, u32)>, Vec<(f64, u32)>) = (Vec::new(), Vec::new());
+        let mut in_band: Vec<(usize, u32)> = Vec::new();
+        let mut above: Vec<(f64, u32)> = Vec::new();
         for first in (self.rect.min[1]..self.rect.max[1]).step_by(BAND_ROWS as usize) {
             let band = CellRect {
                 min: [self.rect.min[0], first],

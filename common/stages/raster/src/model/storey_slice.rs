@@ -157,7 +157,5 @@ pub(crate) fn overhead_slab(site: &Site<'_>, floor_kind: FloorKind, floor_z: i32
 
 /// Height of the next floor above, or of the top of the highest element.
 pub(crate) fn next_floor_z(site: &Site<'_>, floor_z: i32) -> i32 {
-    let above = site.levels().map(|(_, s)| s.floor_z_tenths).filter(|z| *z >= floor_z + MIN_STOREY_HEIGHT);
-    let top = site.elements.iter().filter(|e| e.n_parts > 0).map(|e| e.max_tenths[2]).max();
-    above.min().or(top).unwrap_or(floor_z).max(floor_z + MIN_STOREY_HEIGHT)
+    site.next_floor_z_tenths(floor_z, MIN_STOREY_HEIGHT)
 }
