@@ -2,6 +2,7 @@
 
 use crate::options::CloudOptions;
 use crate::point::Point;
+use crate::selection::LeftOut;
 use export::{ExportInput, text_or_null};
 use grid::Class;
 use schemars::JsonSchema;
@@ -51,22 +52,6 @@ struct ElementOfPoints {
     points: usize,
 }
 
-/// Why an element has no points.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub(crate) enum LeftOut {
-    /// A lidar sees through it.
-    Glass,
-    /// A box stands in for its body.
-    BoundingBox,
-    /// It has a body that could not be made.
-    NoBody,
-    /// Work on it is not finished.
-    InProgress,
-    /// It is being removed.
-    BeingRemoved,
-}
-
 impl Structure {
     /// Of points of elements.
     pub(crate) fn of(
@@ -98,7 +83,11 @@ impl Structure {
             plan_time: input.schedule_state.head.plan_time().map(|time| time.to_string()),
             spacing_m: options.spacing_m(),
             points: points.len(),
-            classes: Class::ALL.iter().filter(|c| options.classes.contains(c) || has_points(c)).map(class).collect(),
+            classes: Class::ALL
+                .iter()
+                .filter(|c| options.selection.has_class(**c) || has_points(c))
+                .map(class)
+                .collect(),
             elements: elements.iter().zip(by_element).map(element).collect(),
             left_out: left_out.into_iter().map(|(element, why)| (global_id(element), why)).collect(),
         }

@@ -53,6 +53,12 @@ impl Seen {
         }
     }
 
+    /// The place along the axis at which a line parallel to it meets the triangle, by its coordinates across.
+    pub(crate) fn depth_at(&self, place: [i64; 2]) -> Option<i32> {
+        let is_near = (0..2).all(|k| self.extent(k)[0] <= place[k] && place[k] <= self.extent(k)[1]);
+        (is_near && self.contains(place)).then(|| self.depth(place))
+    }
+
     /// Least and greatest coordinate of the corners.
     fn extent(&self, axis: usize) -> [i64; 2] {
         let of = self.corners.map(|p| p[axis]);

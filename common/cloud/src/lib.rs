@@ -28,27 +28,56 @@
 //!   line of the lattice meets it an even number of times, as if it did, and else as its faces are wound.
 //! - The same input gives the same bytes, on any number of threads.
 //!
+//! # The octree
+//!
+//! ```text
+//! groundplan convert house.ifc -o maps --octomap --octomap-resolution 0.05 --octomap-box=-1,-1,0,12,9,3
+//! ```
+//!
+//! | file | content |
+//! |---|---|
+//! | `octomap/structure.bt` | binary OctoMap: cells of a volume in `map`, its tree pruned |
+//! | `octomap/structure.json` | resolution, volume, how much is occupied, free, unknown; elements and rooms, by GlobalId |
+//!
+//! - Occupied are cells that a surface of the elements that would have points crosses, and those within their closed bodies. The same
+//!   function chooses the elements of both outputs.
+//! - Free are cells that lie wholly within the closed body of a room that the schedule has open, and that nothing meets which stands or
+//!   is terrain, of whatever class, finished or not. Gross areas and shafts make nothing free.
+//! - All else is unknown: cells of doors, glass and furniture, of what is being built or removed, closed rooms, and everything outdoors,
+//!   because no model says what is not there. An element whose body could not be made may stand anywhere; `without_body` lists it.
+//! - Faces of closed bodies that lie in a face of a cell do not cross it, so that a wall on the lattice is as thick as it is; those of
+//!   open surfaces are in the cells on both sides.
+//! - Memory grows with the surfaces, not with the volume. A volume beyond the keys of an OctoMap, 32768 cells from the origin, and more
+//!   than 2^26 cells at surfaces are refused.
+//!
 //! # Where
 //!
+//! - cells that bodies fill: `src/octree.rs`, whether a triangle meets one: `src/cube.rs`
 //! - points on a triangle: `src/lattice.rs`
 //! - what is hidden, and which way a normal looks: `src/visible.rs`
 
+mod bodies;
+mod cube;
 mod document;
 mod error;
 mod lattice;
+mod octomap;
+mod octree;
 mod options;
 mod pcd;
 mod ply;
 mod point;
+mod selection;
 mod visible;
 
 pub use document::Structure;
 pub use error::CloudError;
+pub use octomap::{Octomap, OctomapError, OctomapOptions, OctomapOptionsError, octomap_files};
 pub use options::{CloudOptions, CloudOptionsError};
+pub use selection::UnknownClass;
 
-use document::LeftOut;
 use export::{ExportFile, ExportInput, json_text};
-use messages::{ElementState, Site, element_flags};
+use messages::Site;
 use visible::Body;
 
 /// The files of a cloud, in `cloud/`.
@@ -56,7 +85,7 @@ use visible::Body;
 /// # Errors
 /// Too many points.
 pub fn files(input: &ExportInput<'_>, options: &CloudOptions) -> Result<Vec<ExportFile>, CloudError> {
-    let (chosen, left_out) = chosen(input, options);
+    let (chosen, left_out) = options.selection.structure(input);
     let site = input.site;
     let bodies: Vec<Body<'_>> =
         chosen.iter().enumerate().flat_map(|(place, &element)| bodies_of(site, element, place as u32)).collect();
@@ -67,34 +96,6 @@ pub fn files(input: &ExportInput<'_>, options: &CloudOptions) -> Result<Vec<Expo
         ExportFile::new("cloud/structure.ply", ply::bytes(&points)),
         ExportFile::new("cloud/structure.json", json_text(&structure)),
     ])
-}
-
-/// Elements that have points, and those of the chosen classes that have none, with the reason.
-fn chosen(input: &ExportInput<'_>, options: &CloudOptions) -> (Vec<u32>, Vec<(u32, LeftOut)>) {
-    let (mut chosen, mut left_out) = (Vec::new(), Vec::new());
-    for (k, element) in input.site.elements.iter().enumerate() {
-        let is_entity = |entity: &&str| input.site.is_a(element, entity);
-        if !(options.classes.contains(&element.class()) || options.entities.iter().any(is_entity)) {
-            continue;
-        }
-        let state = input.schedule_state.effective(k);
-        let why = match state {
-            ElementState::NotStarted | ElementState::Removed => continue,
-            _ if element.has(element_flags::FAILED) => LeftOut::NoBody,
-            // An assembly of parts that are elements of their own.
-            _ if element.n_parts == 0 => continue,
-            _ if element.has(element_flags::BOUNDING_BOX) => LeftOut::BoundingBox,
-            _ if element.has(element_flags::GLASS) => LeftOut::Glass,
-            ElementState::InProgress => LeftOut::InProgress,
-            ElementState::BeingRemoved => LeftOut::BeingRemoved,
-            ElementState::Built => {
-                chosen.push(k as u32);
-                continue;
-            }
-        };
-        left_out.push((k as u32, why));
-    }
-    (chosen, left_out)
 }
 
 fn bodies_of<'a>(site: &Site<'a>, element: u32, place: u32) -> impl Iterator<Item = Body<'a>> + use<'a> {

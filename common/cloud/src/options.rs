@@ -1,14 +1,12 @@
 //! Options of a cloud.
 
-use grid::Class;
+use crate::selection::{Selection, UnknownClass};
 
 /// What of a building becomes points, and how dense.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CloudOptions {
-    /// Classes of elements.
-    pub(crate) classes: Vec<Class>,
-    /// Entities whose elements are among them, whatever their class.
-    pub(crate) entities: &'static [&'static str],
+    /// Elements that have points.
+    pub(crate) selection: Selection,
     /// Half the distance between points, in tenths of a millimetre.
     pub(crate) half_spacing_tenths: i32,
 }
@@ -22,18 +20,9 @@ pub enum CloudOptionsError {
         /// The spacing.
         spacing_m: f64,
     },
-    /// A name that no class has.
-    #[error("there is no class {name:?}: the classes are {}", all_names())]
-    Class {
-        /// The name.
-        name: String,
-    },
-}
-
-/// Names of the classes of elements.
-fn all_names() -> String {
-    let names: Vec<&str> = Class::ALL.into_iter().filter(|class| *class != Class::None).map(Class::name).collect();
-    names.join(", ")
+    /// A class that there is not.
+    #[error(transparent)]
+    Class(#[from] UnknownClass),
 }
 
 impl CloudOptions {
@@ -41,11 +30,6 @@ impl CloudOptions {
     pub const MAX_POINTS: u64 = 40_000_000;
     /// Distance between points where none is given.
     pub const SPACING_M: f64 = 0.05;
-    /// Entities beside these classes, of the class `other`: what a lidar sees of slabs and walls that it covers, and what carries them.
-    pub const ENTITIES: [&str; 2] = ["IfcCovering", "IfcFooting"];
-    /// Classes where none are given: what stays where it is, and what no one sees through.
-    pub const CLASSES: [Class; 7] =
-        [Class::Wall, Class::Column, Class::Stair, Class::Ramp, Class::CurtainWall, Class::Slab, Class::Beam];
 
     /// From a spacing in metres, and names of classes; the usual ones where there are none. The spacing is rounded to 0.2 mm.
     ///
@@ -56,16 +40,8 @@ impl CloudOptions {
         if !(0.005..=5.0).contains(&spacing_m) {
             return Err(CloudOptionsError::Spacing { spacing_m });
         }
-        let class_of = |name: &String| {
-            let known = Class::ALL.into_iter().find(|class| *class != Class::None && class.name() == name);
-            known.ok_or_else(|| CloudOptionsError::Class { name: name.clone() })
-        };
-        let (classes, entities): (_, &[&str]) = match classes {
-            [] => (Self::CLASSES.to_vec(), &Self::ENTITIES),
-            named => (named.iter().map(class_of).collect::<Result<_, _>>()?, &[]),
-        };
         let half_spacing_tenths = (spacing_m * f64::from(frames::TENTHS_PER_M) / 2.0).round() as i32;
-        Ok(Self { classes, entities, half_spacing_tenths })
+        Ok(Self { selection: Selection::of(classes)?, half_spacing_tenths })
     }
 
     /// Distance between points in metres.

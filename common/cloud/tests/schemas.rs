@@ -10,3 +10,8 @@ use schema::check;
 fn the_schema_of_the_structure_is_current() {
     check::<cloud::Structure>("cloud-structure");
 }
+
+#[test]
+fn the_schema_of_the_octomap_is_current() {
+    check::<cloud::Octomap>("octomap-structure");
+}

@@ -1,7 +1,8 @@
-//! Files of an output folder that are written where they are asked for: the simulation world, the cloud of structure, the ground.
+//! Files of an output folder that are written where they are asked for: the simulation world, the cloud and the octree of
+//! structure, the ground.
 
 use crate::failure::Failure;
-use cloud::CloudOptions;
+use cloud::{CloudOptions, OctomapOptions};
 use export::{ExportFile, ExportInput};
 use ground::SiteGround;
 use messages::{ContentHash, Ground, GroundWriter};
@@ -13,30 +14,39 @@ use world::{WorldFiles, WorldOptions};
 pub(crate) struct OptionalFiles {
     world: Option<WorldOptions>,
     cloud: Option<CloudOptions>,
+    octomap: Option<OctomapOptions>,
     with_ground: bool,
     /// What the site alone says of its ground, with the hash of that site: dates select from it.
     site_ground: Mutex<Option<(ContentHash, SiteGround)>>,
 }
 
 impl OptionalFiles {
-    /// A world and a cloud with options, and the ground, where there are to be any.
-    pub(crate) fn new(world: Option<WorldOptions>, cloud: Option<CloudOptions>, with_ground: bool) -> Self {
-        Self { world, cloud, with_ground, site_ground: Mutex::default() }
+    /// A world, a cloud and an octree with options, and the ground, where there are to be any.
+    pub(crate) fn new(
+        world: Option<WorldOptions>,
+        cloud: Option<CloudOptions>,
+        octomap: Option<OctomapOptions>,
+        with_ground: bool,
+    ) -> Self {
+        Self { world, cloud, octomap, with_ground, site_ground: Mutex::default() }
     }
 
     /// True if there are to be any of them.
     pub(crate) fn are_asked_for(&self) -> bool {
-        self.world.is_some() || self.cloud.is_some() || self.with_ground
+        self.world.is_some() || self.cloud.is_some() || self.octomap.is_some() || self.with_ground
     }
 
     /// The files, and what is to be told about the world.
     ///
     /// # Errors
-    /// A cloud of too many points, a schedule state of another site.
+    /// A cloud of too many points, an octree of too many cells, a schedule state of another site.
     pub(crate) fn files(&self, input: &ExportInput<'_>) -> Result<WorldFiles, Failure> {
         let mut made = self.world.as_ref().map(|options| world::files(input, options)).unwrap_or_default();
         if let Some(options) = &self.cloud {
             made.files.extend(cloud::files(input, options).map_err(Failure::work)?);
+        }
+        if let Some(options) = &self.octomap {
+            made.files.extend(cloud::octomap_files(input, options).map_err(Failure::work)?);
         }
         if self.with_ground {
             made.files.extend(self.ground_files(input)?);

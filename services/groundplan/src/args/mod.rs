@@ -2,6 +2,7 @@
 
 mod cloud;
 mod models;
+mod octomap;
 mod overwrite;
 mod pose_hint;
 mod robot;
@@ -11,6 +12,7 @@ mod world;
 
 pub use cloud::CloudArgs;
 pub use models::ModelArgs;
+pub use octomap::OctomapArgs;
 pub use overwrite::OverwriteArgs;
 pub use pose_hint::PoseHintArgs;
 pub use robot::RobotArgs;

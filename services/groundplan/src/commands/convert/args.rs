@@ -1,6 +1,6 @@
 //! Arguments and help of `convert`.
 
-use crate::args::{CloudArgs, ModelArgs, OverwriteArgs, RobotArgs, ScheduleArgs, WorldArgs};
+use crate::args::{CloudArgs, ModelArgs, OctomapArgs, OverwriteArgs, RobotArgs, ScheduleArgs, WorldArgs};
 use std::path::PathBuf;
 
 /// Arguments of `convert`.
@@ -79,6 +79,10 @@ pub struct Args {
     #[command(flatten)]
     pub(super) cloud: CloudArgs,
 
+    /// The octree.
+    #[command(flatten)]
+    pub(super) octomap: OctomapArgs,
+
     /// Use the map frame of this site-frame.json [default: that of OUT, if there is one]
     #[arg(long, value_name = "FILE", conflicts_with = "new_frame")]
     pub(super) frame: Option<PathBuf>,
@@ -113,6 +117,8 @@ Files in OUT (written whole or not at all, the same bytes for the same input):
                                 models are, by GlobalId; doors.urdf; site.glb for viewers
   cloud/                        with --cloud: structure.{pcd,ply}: the surfaces of what stands finished as points with normals,
                                 for lidars that look in three dimensions; structure.json: their elements, by GlobalId
+  octomap/                      with --octomap: structure.bt, an OctoMap: cells that structure occupies, cells that are free in
+                                open rooms, all else unknown; structure.json: its volume, elements and rooms, by GlobalId
   ground.ply, ground.json       with --with-ground: the surface that can be walked or driven on as a mesh, for no robot in
                                 particular; what its numbers mean, its surfaces and where one gets between them
   storeys/<index>-<name>/

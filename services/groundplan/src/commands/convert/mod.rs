@@ -56,8 +56,12 @@ impl Run for Args {
         }
         let robot = self.robot.robot()?;
         let mut options = self.waypoint_options()?;
-        let optional =
-            OptionalFiles::new(self.world.options(&WorldConfig::default())?, self.cloud.options()?, self.with_ground);
+        let optional = OptionalFiles::new(
+            self.world.options(&WorldConfig::default())?,
+            self.cloud.options()?,
+            self.octomap.options(&self.cloud)?,
+            self.with_ground,
+        );
         let schedule = ScheduleInput::read(&self.schedule)?;
         let requested_maps = self.requested_maps(schedule.site_zone())?;
         let folder = self.out.as_deref().map(|out| self.overwrite.folder_at(out)).transpose()?;
@@ -152,7 +156,8 @@ impl Args {
             return Err(Failure::usage("--mcap records every change: give --date all"));
         }
         if self.out.is_none() && (optional.are_asked_for() || self.with_geometry) {
-            let message = "--world, --cloud, --with-ground and --with-geometry write into the output folder: give -o";
+            let message =
+                "--world, --cloud, --octomap, --with-ground and --with-geometry write into the output folder: give -o";
             return Err(Failure::usage(message));
         }
         Ok(())

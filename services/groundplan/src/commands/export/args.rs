@@ -1,6 +1,6 @@
 //! Arguments of `export`.
 
-use crate::args::{CloudArgs, OverwriteArgs, SiteOfRobotArgs, WorldArgs};
+use crate::args::{CloudArgs, OctomapArgs, OverwriteArgs, SiteOfRobotArgs, WorldArgs};
 use crate::failure::Failure;
 use crate::optional_files::OptionalFiles;
 use daemon::SiteConfig;
@@ -48,6 +48,10 @@ pub struct Args {
     #[command(flatten)]
     pub(super) cloud: CloudArgs,
 
+    /// The octree.
+    #[command(flatten)]
+    pub(super) octomap: OctomapArgs,
+
     /// The site.
     #[command(flatten)]
     pub(super) site: SiteOfRobotArgs,
@@ -59,6 +63,11 @@ impl Args {
     /// # Errors
     /// Options that cannot be used.
     pub(super) fn optional_files(&self, config: &SiteConfig) -> Result<OptionalFiles, Failure> {
-        Ok(OptionalFiles::new(self.world.options(&config.world)?, self.cloud.options()?, self.with_ground))
+        Ok(OptionalFiles::new(
+            self.world.options(&config.world)?,
+            self.cloud.options()?,
+            self.octomap.options(&self.cloud)?,
+            self.with_ground,
+        ))
     }
 }

@@ -1,0 +1,108 @@
+//! A site on rolling terrain, in every form in which files have it: the ground at dates against what the site was made of.
+#![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
+
+mod support;
+
+use serde_json::Value;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use support::{Maps, convert, root};
+
+/// Corners are rounded, and the foot of a ramp lies within 2 cm of what is under it.
+const TOLERANCE_M2: f64 = 0.05;
+
+/// Writes the site, 60 x 60 m, and gives what it is made of.
+fn site(folder: &Path, form: &str, coordinates: &str) -> (PathBuf, Value) {
+    let model = folder.join("site.ifc");
+    let mut script = Command::new(root().join("scripts/build_terrain_site"));
+    script.args(["--size", "60", "60", "--facts", "--form", form, "--coordinates", coordinates]);
+    let output = script.arg(&model).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    (model, serde_json::from_slice(&output.stdout).unwrap())
+}
+
+fn converted(model: &Path, date: Option<&str>) -> Maps {
+    let mut arguments = vec!["--with-ground", "--resolution", "0.25"];
+    arguments.extend(date.iter().flat_map(|date| ["--date", date]));
+    convert(model, &arguments)
+}
+
+/// Area in plan by class.
+fn areas(ground: &Value) -> BTreeMap<String, f64> {
+    let mut areas = BTreeMap::new();
+    for surface in ground["surfaces"].as_array().unwrap() {
+        let class = surface["class"].as_str().unwrap().to_owned();
+        *areas.entry(class).or_insert(0.0) += surface["area_m2"].as_f64().unwrap();
+    }
+    areas
+}
+
+/// The ground of every state of the site has the classes and areas that it is made of.
+fn check(form: &str, coordinates: &str) {
+    let home = tempfile::tempdir().unwrap();
+    let (model, facts) = site(home.path(), form, coordinates);
+    for (state, expected) in facts["ground"].as_object().unwrap() {
+        let maps = converted(&model, expected["date"].as_str());
+        let found = areas(&maps.json("ground.json"));
+        let expected = expected["area_m2"].as_object().unwrap();
+        let what = format!("{form} {coordinates} {state}: {found:?}, {expected:?}");
+        assert!(found.keys().eq(expected.keys()), "{what}");
+        let is_near = |(class, m2): (&String, &Value)| (found[class] - m2.as_f64().unwrap()).abs() < TOLERANCE_M2;
+        assert!(expected.iter().all(is_near), "{what}");
+        let floors: Vec<f64> =
+            maps.manifest["storeys"].as_array().unwrap().iter().map(|s| s["floor_z_m"].as_f64().unwrap()).collect();
+        let wanted = facts["floors_z_m"].as_array().unwrap();
+        let is_floor = |z: &Value| floors.iter().any(|floor| (floor - z.as_f64().unwrap()).abs() < 1e-3);
+        assert!(wanted.iter().all(is_floor), "{what}: {floors:?}");
+    }
+}
+
+#[test]
+fn a_site_on_a_geographic_element_has_its_ground_at_every_date() {
+    for form in ["tin-geographic", "faces-geographic"] {
+        check(form, "local");
+    }
+}
+
+#[test]
+fn a_site_whose_own_shape_is_the_terrain_has_its_ground_at_every_date() {
+    for form in ["tin-site", "faces-site", "shell-site", "brep-site"] {
+        check(form, "local");
+    }
+}
+
+#[test]
+fn a_site_on_strata_has_its_ground_at_every_date() {
+    for form in ["tin-stratum", "faces-stratum"] {
+        check(form, "local");
+    }
+}
+
+#[test]
+fn a_site_in_coordinates_of_a_national_grid_has_the_same_ground() {
+    for form in ["tin-geographic", "tin-site", "brep-site"] {
+        check(form, "national");
+    }
+}
+
+#[test]
+fn a_pit_is_full_before_it_is_dug_open_with_its_ramp_and_filled_again() {
+    let home = tempfile::tempdir().unwrap();
+    let (model, facts) = site(home.path(), "tin-stratum", "local");
+    let number = |name: &str| facts[name].as_f64().unwrap();
+    let (top, bottom) = (number("ground_z_m"), number("pit_floor_z_m"));
+    let [before, open, filled] = ["before", "open", "filled"].map(|state| {
+        let maps = converted(&model, facts["ground"][state]["date"].as_str());
+        maps.json("ground.json")["surfaces"].as_array().unwrap().clone()
+    });
+    // What lies at the bottom of the pit, or leads down to it.
+    let in_pit = |surfaces: &[Value]| -> Vec<(String, f64)> {
+        let reaches_down = |s: &&Value| (s["min_m"][2].as_f64().unwrap() - bottom).abs() < 1e-3;
+        let of = |s: &Value| (s["class"].as_str().unwrap().to_owned(), s["max_m"][2].as_f64().unwrap());
+        surfaces.iter().filter(reaches_down).map(of).collect()
+    };
+    assert_eq!(in_pit(&before), []);
+    assert_eq!(in_pit(&open), [("terrain".to_owned(), bottom), ("road".to_owned(), top)]);
+    assert_eq!(in_pit(&filled), []);
+}
