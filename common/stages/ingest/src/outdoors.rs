@@ -93,7 +93,7 @@ fn height_of(builder: &SiteBuilder, bounds: &Bounds) -> Option<i32> {
     if other_m2 < MIN_AREA_M2 {
         return None;
     }
-    heights.sort_by(|a, b| a.0.cmp(&b.0));
+    heights.sort_by_key(|(z, _)| *z);
     let half_m2 = heights.iter().map(|(_, area_m2)| area_m2).sum::<f64>() / 2.0;
     let mut below_m2 = 0.0;
     heights

@@ -1,5 +1,4 @@
 //! Ramps as floor of a storey: where they are free, what stands on them, where they break off.
-#![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
 mod support;
 

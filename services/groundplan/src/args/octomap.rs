@@ -16,10 +16,10 @@ pub struct OctomapArgs {
     #[arg(long, value_name = "METRES", requires = "octomap")]
     octomap_resolution: Option<f64>,
 
-    /// Lower and upper corner of the volume in `map`, in metres [default: bounds of structure and rooms]
+    /// Lower and upper corner of the volume in `map`, X0,Y0,Z0,X1,Y1,Z1 in metres [default: bounds of structure and rooms]
     #[arg(
         long,
-        value_name = "X0,Y0,Z0,X1,Y1,Z1",
+        value_name = "CORNERS",
         value_delimiter = ',',
         allow_hyphen_values = true,
         requires = "octomap"
