@@ -59,18 +59,23 @@ fn bounds_of_map(builder: &SiteBuilder) -> Option<Bounds> {
     let roads = builder.terrains.iter().filter(|t| t.ground == GroundClass::Road);
     let roads = roads.map(|t| [t.min_tenths, t.max_tenths].map(|c| [c[0], c[1]]));
     let matters = elements.chain(roads).map(|[min, max]| Bounds { min, max }).reduce(Bounds::joined);
-    let Some(Bounds { min, max }) = matters else { return Some(all) };
-    let min = [0, 1].map(|k| all.min[k].max(min[k].saturating_sub(AROUND)));
-    let max = [0, 1].map(|k| all.max[k].min(max[k].saturating_add(AROUND)));
+    matters.map_or(Some(all), |matters| around(all, matters))
+}
+
+/// The part of the bounds of terrain that lies around something else; `None` if it lies elsewhere.
+pub(crate) fn around(terrain: Bounds, Bounds { min, max }: Bounds) -> Option<Bounds> {
+    let min = [0, 1].map(|k| terrain.min[k].max(min[k].saturating_sub(AROUND)));
+    let max = [0, 1].map(|k| terrain.max[k].min(max[k].saturating_add(AROUND)));
     (min[0] < max[0] && min[1] < max[1]).then_some(Bounds { min, max })
 }
 
-/// The faces of a mesh on which one could stand: of a sheet those on either side.
-fn tops(mesh: MeshView<'_>) -> impl Iterator<Item = [[i32; 3]; 3]> {
-    let turned = |[a, b, c]: [[i32; 3]; 3]| [a, c, b];
-    let sheet: Vec<[[i32; 3]; 3]> = if mesh.closed { Vec::new() } else { mesh.corners().map(turned).collect() };
-    let is_up = |t: &[[i32; 3]; 3]| unit_normal(t).is_some_and(|n| n[2] >= std::f64::consts::FRAC_1_SQRT_2);
-    upward_triangles(mesh, std::f64::consts::FRAC_PI_4).chain(sheet.into_iter().filter(is_up))
+/// The faces of a mesh on which one could stand: of a solid those that look up, of a sheet those of either side.
+fn tops(mesh: MeshView<'_>) -> Vec<[[i32; 3]; 3]> {
+    let is_gentle = |t: &[[i32; 3]; 3]| unit_normal(t).is_some_and(|n| n[2].abs() >= std::f64::consts::FRAC_1_SQRT_2);
+    if mesh.closed {
+        return upward_triangles(mesh, std::f64::consts::FRAC_PI_4).collect();
+    }
+    mesh.corners().filter(is_gentle).collect()
 }
 
 /// The median height of the ground by its area in plan; `None` if there is too little, or all of it is on the maps of other storeys.
@@ -78,7 +83,8 @@ fn height_of(builder: &SiteBuilder, bounds: &Bounds) -> Option<i32> {
     let floors: Vec<i32> = builder.map_storeys.iter().map(|s| s.floor_z_tenths).collect();
     let mut heights: Vec<(i32, f64)> = Vec::new();
     let mut other_m2 = 0.0;
-    for (class, [a, b, c]) in ground(builder).flat_map(|(class, mesh)| tops(mesh).map(move |t| (class, t))) {
+    for (class, [a, b, c]) in ground(builder).flat_map(|(class, mesh)| tops(mesh).into_iter().map(move |t| (class, t)))
+    {
         let side = |p: [i32; 3], k: usize| (f64::from(p[k]) - f64::from(a[k])) / f64::from(TENTHS_PER_M);
         let area_m2 = ((side(b, 0) * side(c, 1) - side(c, 0) * side(b, 1)) / 2.0).abs();
         let corners = Bounds::of([a, b, c].map(|p| [p[0], p[1]]));
@@ -155,6 +161,14 @@ mod tests {
         let storey = outdoors(&mut builder).unwrap();
         assert_eq!(storey.bounds_tenths, [0, 0, 1_000_000, 500_000]);
         assert!(storey.floor == FloorKind::Ground && (30_000..=70_000).contains(&storey.floor_z_tenths));
+    }
+
+    #[test]
+    fn it_does_not_matter_which_way_a_sheet_is_turned() {
+        let mut builder = SiteBuilder::default();
+        terrain(GroundClass::Terrain, [0, 0, 100, 50], [0, -100_000], &mut builder);
+        builder.triangles.iter_mut().for_each(|t| t.swap(0, 1));
+        assert!(outdoors(&mut builder).is_some());
     }
 
     #[test]

@@ -5,6 +5,7 @@ use crate::classify::{is_a, is_landing};
 use crate::diagnostics::add_diagnostic;
 use crate::floor_levels::FloorFaces;
 use crate::merge::Merged;
+use crate::outdoors::around;
 use crate::shafts::holds_lift;
 use crate::site_frame::SiteFrame;
 use crate::split_levels::{Access, LevelInputs, add_levels};
@@ -255,7 +256,8 @@ fn place_spaces(builder: &mut SiteBuilder, floors: &[Option<SpaceFloor>]) {
     }
 }
 
-/// Plan bounds of each map storey: of what lies near its floor and of its spaces. Of terrain and roofs that is a part only.
+/// Plan bounds of each map storey: of what lies near its floor and of its spaces. Of terrain and roofs that is a part only, and of
+/// terrain what lies around the rest: its own map is that of the ground outdoors.
 fn set_bounds(builder: &mut SiteBuilder, merged: &Merged) {
     let is_terrain: Vec<bool> = merged.model.elements.iter().map(|e| is_a(e, "IfcGeographicElement")).collect();
     for k in 0..builder.map_storeys.len() {
@@ -264,8 +266,10 @@ fn set_bounds(builder: &mut SiteBuilder, merged: &Merged) {
         let near = |e: &&ElementRecord| e.n_parts > 0 && band.meets(e.min_tenths[2], e.max_tenths[2]);
         // Where nothing can be free, the ground around what stands there is of no use.
         let is_bare = builder.map_storeys[k].floor == FloorKind::Missing;
-        let elements = builder.elements.iter().zip(&is_terrain).filter(|(_, terrain)| !(is_bare && **terrain));
-        let bodies = elements.map(|(e, _)| e).filter(near).filter_map(|e| bounds_within(builder, e, band));
+        let elements = |terrain: bool| builder.elements.iter().zip(&is_terrain).filter(move |(_, t)| **t == terrain);
+        let bounds_of = |terrain: bool| {
+            elements(terrain).map(|(e, _)| e).filter(near).filter_map(|e| bounds_within(builder, e, band))
+        };
         let spaces = builder.spaces.iter().filter(|s| s.map_storey == k as u32).filter_map(|s| {
             let rings = &builder.rings[s.first_ring as usize..][..s.n_rings as usize];
             Bounds::of(
@@ -274,7 +278,10 @@ fn set_bounds(builder: &mut SiteBuilder, merged: &Merged) {
                     .flat_map(|r| builder.points[r.first_point as usize..][..r.n_points as usize].iter().copied()),
             )
         });
-        let bounds = bodies.chain(spaces).reduce(Bounds::joined);
+        let built = bounds_of(false).chain(spaces).reduce(Bounds::joined);
+        let terrain = bounds_of(true).filter(|_| !is_bare).reduce(Bounds::joined);
+        let terrain = terrain.and_then(|terrain| built.map_or(Some(terrain), |built| around(terrain, built)));
+        let bounds = built.into_iter().chain(terrain).reduce(Bounds::joined);
         let Bounds { min, max } = bounds.unwrap_or(Bounds { min: [0; 2], max: [0; 2] });
         builder.map_storeys[k].bounds_tenths = [min[0], min[1], max[0], max[1]];
     }

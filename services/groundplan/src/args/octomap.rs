@@ -17,13 +17,7 @@ pub struct OctomapArgs {
     octomap_resolution: Option<f64>,
 
     /// Lower and upper corner of the volume in `map`, X0,Y0,Z0,X1,Y1,Z1 in metres [default: bounds of structure and rooms]
-    #[arg(
-        long,
-        value_name = "CORNERS",
-        value_delimiter = ',',
-        allow_hyphen_values = true,
-        requires = "octomap"
-    )]
+    #[arg(long, value_name = "CORNERS", value_delimiter = ',', allow_hyphen_values = true, requires = "octomap")]
     octomap_box: Vec<f64>,
 }
 
