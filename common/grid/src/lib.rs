@@ -33,6 +33,7 @@ mod raster;
 mod rect;
 mod resample;
 mod run;
+mod run_lists;
 mod sparse_layer;
 mod spec;
 
@@ -47,6 +48,7 @@ pub use place_lattice::PlaceLattice;
 pub use raster::{cells_of_cut, covered_cells, overlapped_cells};
 pub use rect::{CellRect, join_rects};
 pub use resample::MovedGrid;
-pub use run::{Run, common_runs, grown_runs};
+pub use run::Run;
+pub use run_lists::{common_runs, grown_runs};
 pub use sparse_layer::{SparseCells, SparseLayer};
 pub use spec::{Cell, GridSpec, GridSpecError, MAX_CELLS};

@@ -43,6 +43,13 @@
 //!   door carries no robot: beside its passage it is free where floor is.
 //! - A wall that the opening of a door only touches is cut where the door's body stands in it; nothing else is cut that the
 //!   file does not cut.
+//! - Ramps and sloped slabs within the robot's limit are floor of every storey to which steps that the robot takes join them, as far as the
+//!   next floors; obstacles count by their height above the ground of their cell (`build/ground_patches.rs`). A cell shows one surface: the
+//!   nearest to the storey's floor below which the robot fits. From a cell beside which the ground is lower by more than a step it breaks
+//!   off: a drop-off, as the end of a slab.
+//! - The map storey of the ground outdoors has no level: the highest ground counts, doors are closed on it, and terrain below a bridge is
+//!   not on it.
+//! - Only such storeys have heights and slopes of their cells.
 //! - Cells of a map storey where the floor of another one stands in the robot's way are keep-out, and have the colour of
 //!   another level on `semantic.png`.
 //! - A storey's outline is that of the complete model: what is not poured yet is a drop-off inside it.
@@ -52,6 +59,7 @@
 //! # Where
 //!
 //! - floor: of a cell: `src/layers/floor.rs`
+//! - ground: which belongs to a storey, which surface a cell shows: `src/build/ground_patches.rs`, `src/layers/ground_floor.rs`
 //! - incremental redraw: elements that can change a grid: `src/build/dependents.rs`
 //! - keep-out mask: which cells are under work: `src/incremental/storey_grid.rs`, `src/build/slicing.rs`
 //! - localization layer: `src/layers/localization.rs`
