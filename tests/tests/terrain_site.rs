@@ -7,7 +7,7 @@ use serde_json::Value;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use support::{Maps, convert, root};
+use support::{Maps, Storey, convert, root};
 
 /// Corners are rounded, and the foot of a ramp lies within 2 cm of what is under it.
 const TOLERANCE_M2: f64 = 0.05;
@@ -105,4 +105,57 @@ fn a_pit_is_full_before_it_is_dug_open_with_its_ramp_and_filled_again() {
     assert_eq!(in_pit(&before), []);
     assert_eq!(in_pit(&open), [("terrain".to_owned(), bottom), ("road".to_owned(), top)]);
     assert_eq!(in_pit(&filled), []);
+}
+
+/// The map storeys of the site at a date, for a robot that climbs so steeply: ground floor, upper floor, outdoors.
+fn storeys(model: &Path, date: Option<&str>, max_slope_rad: f64) -> [Storey; 3] {
+    let folder = tempfile::tempdir().unwrap();
+    let robot = folder.path().join("robot.toml");
+    std::fs::write(&robot, format!("name = \"climber\"\nmax_slope_rad = {max_slope_rad}\n")).unwrap();
+    let robot = robot.to_str().unwrap();
+    let mut arguments = vec!["--robot", robot, "--resolution", "0.1"];
+    arguments.extend(date.iter().flat_map(|date| ["--date", date]));
+    let maps = convert(model, &arguments);
+    let floors: Vec<&str> =
+        maps.manifest["storeys"].as_array().unwrap().iter().map(|s| s["floor"].as_str().unwrap()).collect();
+    assert_eq!(floors, ["built", "built", "ground"]);
+    [0, 1, 2].map(|k| maps.storey(k))
+}
+
+#[test]
+fn ramps_and_roads_are_free_for_robots_that_climb_them() {
+    const RAMP_AT_8: [f64; 2] = [20.0, 32.4];
+    const ROAD_AT_8: [f64; 2] = [15.0, 5.0];
+    const ROAD_AT_14: [f64; 2] = [44.0, 5.0];
+    let home = tempfile::tempdir().unwrap();
+    for form in ["tin-geographic", "tin-site"] {
+        let (model, facts) = site(home.path(), form, "local");
+        let open = facts["ground"]["open"]["date"].as_str();
+        for (max_slope_rad, climbs) in [(0.05, [false, false]), (0.1, [true, false]), (0.2, [true, true])] {
+            let [ground_floor, upper_floor, outdoors] = storeys(&model, open, max_slope_rad);
+            let is_free = |storey: &Storey, at: [f64; 2]| storey.planning(at[0], at[1]) == grid::FREE;
+            let found = [is_free(&outdoors, ROAD_AT_8), is_free(&outdoors, ROAD_AT_14)];
+            assert_eq!(found, climbs, "{form} {max_slope_rad}");
+            let on_ramp = [&ground_floor, &upper_floor].map(|storey| is_free(storey, RAMP_AT_8));
+            assert_eq!(
+                on_ramp, [climbs[0]; 2],
+                "{form} {max_slope_rad}: the ramp is on the maps of both floors or of none"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_pit_is_ground_before_it_is_dug_and_has_an_edge_while_it_is_open() {
+    let home = tempfile::tempdir().unwrap();
+    let (model, facts) = site(home.path(), "tin-geographic", "local");
+    // In the pit beside its ramp, on the ramp, and at the pit's western edge.
+    let places = [[48.5, 30.0], [52.0, 40.0], [46.9, 30.0]];
+    let look = |state: &str| {
+        let [_, _, outdoors] = storeys(&model, facts["ground"][state]["date"].as_str(), 0.12);
+        places.map(|[x, y]| (outdoors.planning(x, y) == grid::FREE, outdoors.keepout(x, y) == grid::OCCUPIED))
+    };
+    assert_eq!(look("before"), [(true, false); 3]);
+    assert_eq!(look("open"), [(true, false), (true, false), (false, true)]);
+    assert_eq!(look("filled"), [(true, false); 3]);
 }
