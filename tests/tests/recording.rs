@@ -49,7 +49,8 @@ fn a_recording_has_the_maps_of_every_change() {
     assert!(n_dates > 20, "{n_dates}");
     assert_eq!(counted["change_instants"], n_dates);
     let topics = counted["topics"].as_object().unwrap();
-    assert_eq!(topics.len(), 3 * N_TOPICS + 1, "{topics:?}");
+    // Two floors, the loading dock and the yard.
+    assert_eq!(topics.len(), 4 * N_TOPICS + 1, "{topics:?}");
     assert_eq!(topics["/tf_static"], 1);
     assert!(topics.iter().all(|(topic, n)| topic == "/tf_static" || *n == n_dates), "{topics:?}");
     assert!(counted["cells"].as_u64() > Some(1_000_000) && counted["markers"].as_u64() > Some(1_000), "{counted}");

