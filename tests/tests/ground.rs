@@ -24,9 +24,10 @@ fn areas(document: &Value) -> BTreeMap<String, f64> {
 
 /// What the script counted; `None`, and a loud word, where it cannot run.
 fn checked(out: &Path) -> Option<Value> {
-    let made = Command::new(root().join("scripts/python-env")).args(["trimesh==4.9.0", "numpy"]).output().unwrap();
+    let packages = ["trimesh==4.9.0", "numpy", "pillow==11.3.0"];
+    let made = Command::new(root().join("scripts/python-env")).args(packages).output().unwrap();
     if !made.status.success() {
-        announce(&format!("SKIPPED: trimesh cannot be installed: {}", String::from_utf8_lossy(&made.stderr)));
+        announce(&format!("SKIPPED: trimesh or Pillow cannot be installed: {}", String::from_utf8_lossy(&made.stderr)));
         return None;
     }
     let mut check = Command::new(root().join("target/venv/bin/python"));
@@ -54,6 +55,8 @@ fn the_demo_building_has_terrain_floors_a_ramp_and_a_stair_between_two_floors() 
     let Some(counted) = checked(&maps.path()) else { return };
     assert!((counted["area_m2"].as_f64().unwrap() - areas.values().sum::<f64>()).abs() < 0.01, "{counted}");
     assert!(counted["faces"].as_u64() > Some(50), "{counted}");
+    // Of the ground floor and the dock, which a ramp joins, and of the yard; the script has judged the shares.
+    assert_eq!(counted["heights_agree"].as_object().map(serde_json::Map::len), Some(3), "{counted}");
 }
 
 #[test]
