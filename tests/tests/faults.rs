@@ -285,7 +285,7 @@ fn full_shared_memory_is_reported_and_the_last_map_stays() {
     if !inside {
         // The same test again, where /dev/shm is another.
         let own = std::env::current_exe().unwrap();
-        let script = "mount -t tmpfs -o size=48m tmpfs /dev/shm && exec \"$0\" --exact --nocapture \
+        let script = "mount -t tmpfs -o size=128m tmpfs /dev/shm && exec \"$0\" --exact --nocapture \
                       full_shared_memory_is_reported_and_the_last_map_stays";
         let mut command = Command::new("unshare");
         command.args(["-m", "sh", "-c", script]).arg(own).env("GROUNDPLAN_TEST_INSIDE", "1");
