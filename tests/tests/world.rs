@@ -131,7 +131,8 @@ fn closed_doors(maps: &Maps) -> Vec<[f64; 4]> {
 /// The same around ramps.
 fn ramps(maps: &Maps) -> Vec<[f64; 4]> {
     let semantic = maps.json("semantic.json");
-    semantic["elements"].as_object().unwrap().values().filter(|e| e["class"] == "ramp").map(around).collect()
+    let has_body = |e: &&Value| e["class"] == "ramp" && e["aabb_m"].is_object();
+    semantic["elements"].as_object().unwrap().values().filter(has_body).map(around).collect()
 }
 
 fn around(element: &Value) -> [f64; 4] {
