@@ -28,6 +28,9 @@ class Storey:
         self.floor_z_m, self.resolution_m = entry["floor_z_m"], resolution_m
         folder = out / entry["directory"]
         planning = image(folder / "planning.pgm", entry)
+        if entry["floor"] == "ground":
+            # Nobody is sent over the ground outdoors.
+            planning = np.full_like(planning, UNKNOWN)
         # What is more than two cells off the free ones has no say in anything.
         ends = [np.flatnonzero((planning == FREE).any(axis)) for axis in (0, 1)]
         low, high = ([max(0, e[0] - 2) if len(e) else 0 for e in ends], [e[-1] + 3 if len(e) else 1 for e in ends])
