@@ -12,32 +12,18 @@ said there, and their faces are of their class. Of the heights 99.5 % agree.
 """
 import json
 import pathlib
-import re
 import sys
 
 import numpy as np
 import trimesh
-from PIL import Image
+
+from check_world import elevation
 
 AREA_M2 = 1e-3
 SLOPE_RAD = 2e-3
 NARROW_M = 0.1
 NEAR_M = 0.02
 AGREE = 0.995
-# Terrain may be larger than what Pillow takes for an attack.
-Image.MAX_IMAGE_PIXELS = None
-
-
-def elevation(folder):
-    """Where a storey has ground, its heights in metres, the origin and the side of a cell; rows from below."""
-    text = (folder / "elevation.yaml").read_text()
-
-    def value(key):
-        return json.loads(re.search(rf"^{key}: (.+)$", text, re.MULTILINE).group(1))
-
-    pixels = np.asarray(Image.open(folder / "elevation.png"), dtype=np.int64)[::-1]
-    height = value("offset") + value("scale") * pixels
-    return pixels != value("none"), height, np.array(value("origin")[:2]), value("resolution")
 
 
 def nearest_face_m(corners, height, origin, side):

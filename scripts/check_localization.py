@@ -190,9 +190,6 @@ def runs_of(out):
     waypoints = json.loads((out / "waypoints.json").read_text(encoding="utf-8"))["waypoints"]
     world = World(out / "world")
     for entry in manifest["storeys"]:
-        if entry["floor"] == "ground":
-            # Worlds have no terrain yet, and its map has no height at which rays could be compared.
-            continue
         own = sorted((w for w in waypoints if w["storey"] == entry["index"]), key=lambda w: w["order"])
         planning = Layer(out / entry["directory"] / "planning.pgm", entry["origin_m"][:2])
         places = Drive.places_through(planning, own, MOST_WAY_M)[:round(MOST_WAY_M / STEP_M) + 1]

@@ -150,10 +150,7 @@ def wrong_rays(out, simulation):
     n_rays, n_wrong, wrong = 0, 0, []
     simulation.put({})
     for entry in manifest["storeys"]:
-        if entry["floor"] == "ground":
-            # Worlds have no terrain yet, and its map has no height at which rays could be compared.
-            continue
-        starts = Map(out, entry, manifest["resolution_m"]).starts(N_STARTS)
+        starts = Map(out, entry, manifest["resolution_m"], manifest["slab_m"][0]).starts(N_STARTS)
         for height in (entry["floor_z_m"] + above for above in HEIGHTS_M):
             plans = Plans(world.plans(height - 1e-6, height + 1e-6))
             for start in starts:

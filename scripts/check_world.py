@@ -14,7 +14,8 @@ Rays start on free cells of each storey's planning map, at the same place and in
   map is the projection of what stands between the robot's step and its height, so a ray at one height would pass over a table.
 
 Doors move in the world and are passable on maps, so that they are left out on both sides, as are cells that are occupied only
-because their room is closed, and barriers. A map takes a cell that is touched anywhere, so that along a wall its rays end earlier.
+because their room is closed, and barriers. On ramps what stands in the way is told by its height above them: rays start on the level
+of the storey, and are compared up to the edge of a ramp; the ground outdoors has no level, and worlds have no terrain yet. A map takes a cell that is touched anywhere, so that along a wall its rays end earlier.
 Two ends agree if they are no farther apart than a cell and its diagonal, or if each lies as near to what the other side holds.
 99.5 % of all rays have to agree.
 
@@ -25,6 +26,7 @@ import argparse
 import json
 import math
 import pathlib
+import re
 import sys
 import time
 import xml.etree.ElementTree as ElementTree
@@ -37,6 +39,12 @@ N_STARTS = 400
 N_DIRECTIONS = 36
 RANGE_M = 20.0
 GOAL = 0.995
+# A ramp begins within a cell of where its map says so, and a cell that it touches at its side has no height.
+RAMP_EDGE_CELLS = 3
+# A cell has the height of its middle, in millimetres; its higher side may be in the way before that.
+ROUNDED_M = 0.005
+# Terrain may be larger than what Pillow takes for an attack.
+Image.MAX_IMAGE_PIXELS = None
 
 # Corners of meshes are known to this, in metres.
 KNOWN_M = 2e-5
@@ -221,27 +229,44 @@ class Plans:
         return out
 
 
-class Map:
-    """A storey's planning map, row 0 at the bottom."""
+def elevation(folder):
+    """Where a storey has ground, its heights in metres, the origin and the side of a cell; rows from below."""
+    text = (folder / "elevation.yaml").read_text(encoding="utf-8")
 
-    def __init__(self, out, entry, resolution_m):
+    def value(key):
+        return json.loads(re.search(rf"^{key}: (.+)$", text, re.MULTILINE).group(1))
+
+    pixels = np.asarray(Image.open(folder / "elevation.png"), dtype=np.int64)[::-1]
+    height = value("offset") + value("scale") * pixels
+    return pixels != value("none"), height, np.array(value("origin")[:2]), value("resolution")
+
+
+class Map:
+    """A storey's planning map, row 0 at the bottom; `step_m` is the step that the robot takes."""
+
+    def __init__(self, out, entry, resolution_m, step_m):
         folder = out / entry["directory"]
         planning = np.array(Image.open(folder / "planning.pgm"))[::-1]
         classes = np.array(Image.open(folder / "classes.png"))[::-1]
         self.cell, self.origin = resolution_m, np.array(entry["origin_m"])
         self.solid = (planning == 0) & (classes != 0) & (classes != DOOR)
         self.free = (planning == 254) & (classes == 0)
+        # Ground off the level of the storey by more than a step: ramps.
+        self.sloped = np.zeros(planning.shape, bool)
+        if (folder / "elevation.yaml").exists():
+            there, height, _, _ = elevation(folder)
+            self.sloped = there & (np.abs(height - entry["floor_z_m"]) > step_m - ROUNDED_M)
 
     def starts(self, n):
-        """Middles of free cells, evenly taken."""
-        rows, columns = np.nonzero(self.free)
+        """Middles of free cells on the level of the storey, evenly taken."""
+        rows, columns = np.nonzero(self.free & ~self.sloped)
         if len(rows) == 0:
             return np.zeros((0, 2))
         chosen = np.linspace(0, len(rows) - 1, min(n, len(rows))).astype(int)
         return self.origin + (np.stack([columns[chosen], rows[chosen]], 1) + 0.5) * self.cell
 
-    def cast(self, origin, directions):
-        """Length of each ray to the first solid cell; infinity without one in range. Walks from cell border to cell border."""
+    def cast(self, origin, directions, cells_that_end):
+        """Length of each ray to the first cell that ends it; infinity without one in range. Walks from cell border to cell border."""
         position = np.tile((origin - self.origin) / self.cell, (len(directions), 1))
         cells = np.floor(position).astype(int)
         step = np.where(directions > 0, 1, -1)
@@ -251,7 +276,7 @@ class Map:
         next_at = np.where(np.abs(directions) > 1e-12, border * per_cell, np.inf)
         lengths = np.full(len(directions), np.inf)
         alive = np.ones(len(directions), bool)
-        height, width = self.solid.shape
+        height, width = cells_that_end.shape
         while alive.any():
             rows = np.flatnonzero(alive)
             axis = np.argmin(next_at[rows], 1)
@@ -260,10 +285,10 @@ class Map:
             next_at[rows, axis] += per_cell[rows, axis]
             x, y = cells[rows, 0], cells[rows, 1]
             inside = (x >= 0) & (y >= 0) & (x < width) & (y < height) & (at * self.cell <= RANGE_M)
-            solid = np.zeros(len(rows), bool)
-            solid[inside] = self.solid[y[inside], x[inside]]
-            lengths[rows[solid]] = at[solid] * self.cell
-            alive[rows[solid | ~inside]] = False
+            ends = np.zeros(len(rows), bool)
+            ends[inside] = cells_that_end[y[inside], x[inside]]
+            lengths[rows[ends]] = at[ends] * self.cell
+            alive[rows[ends | ~inside]] = False
         return lengths
 
     def is_near_solid(self, points, reach):
@@ -295,21 +320,24 @@ def judge(out):
         if entry["floor"] == "ground":
             # Worlds have no terrain yet, and its map has no height at which rays could be compared.
             continue
-        grid = Map(out, entry, cell)
+        grid = Map(out, entry, cell, low)
         floor = entry["floor_z_m"]
         plans = Plans(world.plans(floor + low + 1e-4, floor + high - 1e-4))
         worst = None
         for start in grid.starts(N_STARTS):
-            in_map = np.minimum(grid.cast(start, directions), RANGE_M)
-            in_world = np.minimum(plans.cast(start, directions), RANGE_M)
+            # Behind the edge of a ramp what stands in the way is told by its height above the ramp.
+            ramps = grid.cast(start, directions, grid.sloped) - RAMP_EDGE_CELLS * cell
+            limit = np.clip(ramps, 0.0, RANGE_M)
+            in_map = np.minimum(grid.cast(start, directions, grid.solid), limit)
+            in_world = np.minimum(plans.cast(start, directions), limit)
             along = np.abs(in_map - in_world) <= reach
             agree = along.copy()
             rest = np.flatnonzero(~along)
             if len(rest):
                 map_ends = start + in_map[rest, None] * directions[rest]
                 world_ends = start + in_world[rest, None] * directions[rest]
-                known_to_world = (plans.distances(map_ends) <= reach) | (in_map[rest] >= RANGE_M)
-                known_to_map = grid.is_near_solid(world_ends, reach) | (in_world[rest] >= RANGE_M)
+                known_to_world = (plans.distances(map_ends) <= reach) | (in_map[rest] >= limit[rest])
+                known_to_map = grid.is_near_solid(world_ends, reach) | (in_world[rest] >= limit[rest])
                 agree[rest] = known_to_world & known_to_map
             n_rays, n_agree, n_along = n_rays + len(directions), n_agree + agree.sum(), n_along + along.sum()
             for k in np.flatnonzero(~agree):
