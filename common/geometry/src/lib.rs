@@ -13,6 +13,7 @@
 mod body_shape;
 mod clusters;
 mod decimated;
+mod disjoint_sets;
 mod floor_faces;
 mod footprint;
 mod mesh;
@@ -31,6 +32,7 @@ mod triangulated;
 
 pub use body_shape::BodyShape;
 pub use decimated::{Decimated, decimated};
+pub use disjoint_sets::DisjointSets;
 pub use floor_faces::{floor_faces, upward_triangles};
 pub use footprint::{Footprint, LazyFootprint, SlabCut, footprint};
 pub use mesh::{MeshView, is_closed, unit_normal};

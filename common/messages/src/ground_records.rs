@@ -60,6 +60,11 @@ impl GroundClass {
     pub fn is_floor_of_maps(self) -> bool {
         matches!(self, Self::Floor | Self::Ramp | Self::Landing | Self::Road | Self::Foundation)
     }
+
+    /// True for what the ground outdoors is made of: terrain and roads.
+    pub fn is_outdoors(self) -> bool {
+        matches!(self, Self::Terrain | Self::Road)
+    }
 }
 
 /// What a `ground` archive was made from.

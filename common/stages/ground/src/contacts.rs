@@ -7,7 +7,7 @@ use crate::box_tree::BoxTree;
 use crate::plane::covers;
 use crate::selected_face::SelectedFace;
 use frames::TENTHS_PER_M;
-use geometry::Plane;
+use geometry::{DisjointSets, Plane};
 use messages::GroundClass;
 use std::collections::HashMap;
 
@@ -50,7 +50,7 @@ pub(crate) struct Contacts {
 
 impl Contacts {
     pub(crate) fn of(faces: &[SelectedFace]) -> Self {
-        let mut groups = Groups((0..faces.len() as u32).collect());
+        let mut groups = DisjointSets::new(faces.len());
         let borders = borders(faces, &mut groups);
         let tree = BoxTree::of(faces.iter().map(|f| &f.triangle));
         let length: f64 = borders.iter().map(|border| border.length).sum();
@@ -105,7 +105,7 @@ impl Border {
 type EdgeKey = ([i32; 3], [i32; 3], GroundClass);
 
 /// Joins the faces that share an edge, and gives the edges that no other face of the class has.
-fn borders(faces: &[SelectedFace], groups: &mut Groups) -> Vec<Border> {
+fn borders(faces: &[SelectedFace], groups: &mut DisjointSets) -> Vec<Border> {
     let edges = |face: &SelectedFace| {
         let (t, class) = (face.triangle, face.class);
         [[t[0], t[1]], [t[1], t[2]], [t[2], t[0]]].map(|[a, b]| ([a, b], (a.min(b), a.max(b), class)))
@@ -162,23 +162,4 @@ fn beside(
         });
     }
     best.map(|((is_step, probe, _), other, step)| (other, step, !is_step && probe == 0))
-}
-
-/// Disjoint sets of faces; the first face of a set stands for it.
-struct Groups(Vec<u32>);
-
-impl Groups {
-    fn first(&mut self, mut face: u32) -> u32 {
-        while self.0[face as usize] != face {
-            let next = self.0[face as usize];
-            self.0[face as usize] = self.0[next as usize];
-            face = next;
-        }
-        face
-    }
-
-    fn join(&mut self, a: u32, b: u32) {
-        let (a, b) = (self.first(a), self.first(b));
-        self.0[a.max(b) as usize] = a.min(b);
-    }
 }

@@ -22,7 +22,7 @@ pub fn upward_faces(mesh: MeshView<'_>, class: GroundClass) -> Vec<([[i32; 3]; 3
         GroundClass::StairTread | GroundClass::ScaffoldDeck => LEVEL_RAD,
         _ => MAX_SLOPE_RAD,
     };
-    let is_sheet = matches!(class, GroundClass::Terrain | GroundClass::Road) && !mesh.closed && !is_skin(mesh);
+    let is_sheet = class.is_outdoors() && !mesh.closed && !is_skin(mesh);
     let faces: Vec<Triangle> = if is_sheet {
         mesh.corners().map(turned_up).collect()
     } else {

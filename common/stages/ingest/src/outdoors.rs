@@ -44,10 +44,9 @@ pub(crate) fn add_outdoors(builder: &mut SiteBuilder, global_id: &str) {
 
 /// Meshes of terrain and roads.
 fn ground(builder: &SiteBuilder) -> impl Iterator<Item = (GroundClass, MeshView<'_>)> {
-    let is_ground = |class: GroundClass| matches!(class, GroundClass::Terrain | GroundClass::Road);
     let elements = builder.elements.iter().map(|e| (e.ground.get(), e.first_part, e.n_parts));
     let terrains = builder.terrains.iter().map(|t| (t.ground.get(), t.first_part, t.n_parts));
-    let bodies = elements.chain(terrains).filter(move |(class, ..)| is_ground(*class));
+    let bodies = elements.chain(terrains).filter(|(class, ..)| class.is_outdoors());
     bodies.flat_map(|(class, first, n)| builder.meshes(first, n).map(move |mesh| (class, mesh)))
 }
 

@@ -12,8 +12,8 @@ use crate::model::obstacle_squares::ObstacleSquares;
 use crate::model::storey_slice::{MIN_STOREY_HEIGHT, StoreySlice};
 use frames::TENTHS_PER_M;
 use geometry::{
-    Bounds, FillRule, MeshView, MultiPolygon, Plane, Ring, Slab, SlabCut, clip_to_slab, ring_area_doubled, union,
-    upward_triangles,
+    Bounds, DisjointSets, FillRule, MeshView, MultiPolygon, Plane, Ring, Slab, SlabCut, clip_to_slab,
+    ring_area_doubled, union, upward_triangles,
 };
 use grid::{CellRect, GridSpec, Mask, Run, grown_runs, overlapped_cells};
 use ground::upward_faces;
@@ -49,18 +49,19 @@ pub(super) fn ground_patches(place: Place<'_>, storey: &StoreySlice) -> Vec<Grou
 pub(super) fn outdoor_patches(place: Place<'_>) -> Vec<GroundPatch> {
     let Place { site, robot, spec, .. } = place;
     let all = Slab { lo: i32::MIN / 2, hi: i32::MAX / 2 };
-    let is_earth = |class: GroundClass| matches!(class, GroundClass::Terrain | GroundClass::Road);
     let limit = robot.max_slope_rad + SLOPE_TOLERANCE_RAD;
     let faces = |meshes: Vec<MeshView<'_>>, class: GroundClass| -> Vec<[[i32; 3]; 3]> {
         let faces = meshes.into_iter().flat_map(|mesh| upward_faces(mesh, class));
         faces.filter(|(_, slope_rad)| f64::from(*slope_rad) <= limit).map(|(triangle, _)| triangle).collect()
     };
     let mut earth = Vec::new();
-    for (record, element) in site.elements.iter().zip(0..).filter(|(e, _)| is_earth(e.ground.get()) && e.n_parts > 0) {
+    for (record, element) in
+        site.elements.iter().zip(0..).filter(|(e, _)| e.ground.get().is_outdoors() && e.n_parts > 0)
+    {
         let faces = faces(site.element_meshes(record).collect(), record.ground.get());
         add_by_plane(&mut earth, (element, record.min_tenths), faces.into_iter(), all);
     }
-    for record in site.terrains.iter().filter(|t| is_earth(t.ground.get())) {
+    for record in site.terrains.iter().filter(|t| t.ground.get().is_outdoors()) {
         let faces = faces(site.terrain_meshes(record).collect(), record.ground.get());
         add_by_plane(&mut earth, (NONE, record.min_tenths), faces.into_iter(), all);
     }
@@ -68,12 +69,12 @@ pub(super) fn outdoor_patches(place: Place<'_>) -> Vec<GroundPatch> {
     let n_earth = surfaces.len();
     let is_floor = |k: usize| {
         let class = site.elements[k].ground.get();
-        class.is_floor_of_maps() && class != GroundClass::Foundation && !is_earth(class)
+        class.is_floor_of_maps() && class != GroundClass::Foundation && !class.is_outdoors()
     };
     let floors = faces_by_plane(place, all, |_| true).into_iter().filter(|c| is_floor(c.element as usize));
     surfaces.extend(drawn(floors.collect(), spec));
     // What is terrain itself is no obstacle on terrain: where it is too steep or breaks off there is no floor.
-    patches(joined(surfaces, n_earth, None, place), place, |record| !is_earth(record.ground.get()))
+    patches(joined(surfaces, n_earth, None, place), place, |record| !record.ground.get().is_outdoors())
 }
 
 /// Slopes are computed from vertices that were rounded to tenths of a millimetre.
@@ -216,20 +217,20 @@ fn drawn(candidates: Vec<Candidate>, spec: &GridSpec) -> Vec<Drawn> {
 
 /// The first `n_seeds` surfaces, and those that cells join to them or to the level of the storey.
 fn joined(mut surfaces: Vec<Drawn>, n_seeds: usize, level: Option<&Level>, place: Place<'_>) -> Vec<Drawn> {
-    let mut joined = Joined::new(surfaces.len());
-    (0..n_seeds).for_each(|k| joined.join(k, joined.floor()));
-    join_in_cells(&surfaces, n_seeds, level, place, &mut joined);
-    let mut at = 0;
-    surfaces.retain(|_| {
-        at += 1;
-        joined.are_one(at - 1, joined.floor())
-    });
+    // The last of the sets is the level of the storey, and what is of it from the beginning.
+    let floor = surfaces.len() as u32;
+    let mut sets = DisjointSets::new(surfaces.len() + 1);
+    (0..n_seeds as u32).for_each(|seed| sets.join(seed, floor));
+    join_in_cells(&surfaces, n_seeds, level, place, &mut sets);
+    let floor = sets.first(floor);
+    let mut numbers = 0..;
+    surfaces.retain(|_| numbers.next().is_some_and(|k| sets.first(k) == floor));
     surfaces
 }
 
 /// Joins what meets in a cell or at the border of two cells: surfaces after the first `n_seeds` with each other, with those, and with
 /// the level.
-fn join_in_cells(surfaces: &[Drawn], n_seeds: usize, level: Option<&Level>, place: Place<'_>, joined: &mut Joined) {
+fn join_in_cells(surfaces: &[Drawn], n_seeds: usize, level: Option<&Level>, place: Place<'_>, sets: &mut DisjointSets) {
     let Place { spec, robot, .. } = place;
     let width = spec.width as usize;
     let whole = CellRect::whole(spec.width, spec.height);
@@ -260,41 +261,11 @@ fn join_in_cells(surfaces: &[Drawn], n_seeds: usize, level: Option<&Level>, plac
         for (neighbour, middle) in neighbours.into_iter().flatten() {
             let z = z_at(&surfaces[k].plane, middle, spec);
             if level.is_some_and(|level| level.cells.cells[neighbour] && (z - level.floor_z).abs() <= most) {
-                joined.join(k, joined.floor());
+                sets.join(k as u32, surfaces.len() as u32);
             }
             let meets = |other: &usize| (z_at(&surfaces[*other].plane, middle, spec) - z).abs() <= most;
-            of_cell(neighbour).filter(meets).for_each(|other| joined.join(k, other));
+            of_cell(neighbour).filter(meets).for_each(|other| sets.join(k as u32, other as u32));
         }
-    }
-}
-
-/// Disjoint sets of surfaces, with the floor of the storey as the last one.
-struct Joined(Vec<usize>);
-
-impl Joined {
-    fn new(n: usize) -> Self {
-        Self((0..=n).collect())
-    }
-
-    fn floor(&self) -> usize {
-        self.0.len() - 1
-    }
-
-    fn first(&mut self, mut k: usize) -> usize {
-        while self.0[k] != k {
-            self.0[k] = self.0[self.0[k]];
-            k = self.0[k];
-        }
-        k
-    }
-
-    fn join(&mut self, a: usize, b: usize) {
-        let (a, b) = (self.first(a), self.first(b));
-        self.0[a.max(b)] = a.min(b);
-    }
-
-    fn are_one(&mut self, a: usize, b: usize) -> bool {
-        self.first(a) == self.first(b)
     }
 }
 
