@@ -15,7 +15,8 @@ pub(crate) fn dependents(site: &Site<'_>, storey: &StoreySlice, heights: Slab) -
             list.of(element);
         }
     }
-    for drawn in storey.obstacles.iter().chain(&storey.lidar) {
+    let on_patches = storey.ground.iter().flat_map(|patch| patch.obstacles.iter().chain(&patch.lidar));
+    for drawn in storey.obstacles.iter().chain(&storey.lidar).chain(on_patches) {
         add(&mut list.of(drawn.element).cells, drawn.rect);
         if let Some(door) = &drawn.door {
             // The passage also depends on the presence of the adjoining leaves.
@@ -25,17 +26,8 @@ pub(crate) fn dependents(site: &Site<'_>, storey: &StoreySlice, heights: Slab) -
             }
         }
     }
-    for patch in &storey.ground {
-        if patch.element != NONE {
-            add(&mut list.of(patch.element).floor, Some(patch.rect));
-        }
-        for drawn in patch.obstacles.iter().chain(&patch.lidar) {
-            add(&mut list.of(drawn.element).cells, drawn.rect);
-            let leaves = drawn.door.iter().flat_map(|door| &door.leaves);
-            for element in leaves.flat_map(|leaf| [leaf.element, leaf.host]).filter(|e| *e != NONE) {
-                add(&mut list.of(element).cells, drawn.rect);
-            }
-        }
+    for patch in storey.ground.iter().filter(|patch| patch.element != NONE) {
+        add(&mut list.of(patch.element).floor, Some(patch.rect));
     }
     for passage in &storey.passages {
         add(&mut list.of(passage.host).cells, passage.rect);

@@ -14,7 +14,7 @@ use crate::model::storey_slice::{
     MIN_STOREY_HEIGHT, Overhead, Passage, SpaceRuns, StoreySlice, next_floor_z, overhead_slab,
 };
 use frames::TENTHS_PER_M;
-use geometry::{Bounds, MultiPolygon, Slab};
+use geometry::{Bounds, Slab};
 use grid::{CellRect, Class, GridSpec, Mask, covered_cells, overlapped_cells};
 use messages::{ElementRecord, FloorKind, MapStoreyRecord, NONE, RobotProfile, Site, SpaceRecord, space_flags};
 
@@ -48,26 +48,17 @@ pub(crate) fn slice_storey(
     // Elements of one class do not differ in a cell; a stable order keeps doors by element.
     obstacles.sort_by_key(|o| o.class.draw_priority());
     let mut storey = StoreySlice {
-        map_storey: map_storey as u32,
-        spec,
-        floor_z,
-        floor_kind: record.floor.get(),
         obstacle_squares: ObstacleSquares::of(obstacles.iter().map(|o| o.rect), &spec),
         obstacles,
         lidar,
         footprints,
         floor: floor_pieces(site, &spec, [floor_z - step, floor_z + step], robot.max_slope_rad),
-        ground: Vec::new(),
-        level_faces: Vec::new(),
         floor_above: floor_pieces(site, &spec, [lo + 1, hi], LEVEL_SLOPE_RAD),
         spaces: spaces_of(site, &spec, map_storey),
         passages: passages_of(site, &spec, floor_z, hi),
-        assumed_floor: MultiPolygon::default(),
-        assumed_runs: Vec::new(),
         shafts: shafts_at(site, floor_z),
-        open_to_below: Vec::new(),
         overhead: overhead(site, record),
-        dependents: Vec::new(),
+        ..StoreySlice::empty(map_storey, spec, record)
     };
     storey.assumed_floor = assumed_floor_of(site, robot, &storey);
     storey.assumed_runs = covered_cells(&storey.assumed_floor, &storey.spec);
@@ -101,26 +92,10 @@ fn mark_beside_assumed(storey: &mut StoreySlice) {
 fn slice_outdoors(place: Place<'_>, record: &MapStoreyRecord) -> StoreySlice {
     let Place { site, map_storey, spec, .. } = place;
     let mut storey = StoreySlice {
-        map_storey: map_storey as u32,
-        spec: *spec,
-        floor_z: record.floor_z_tenths,
-        floor_kind: FloorKind::Ground,
         obstacle_squares: ObstacleSquares::of(std::iter::empty(), spec),
-        obstacles: Vec::new(),
-        lidar: Vec::new(),
-        footprints: Vec::new(),
-        floor: Vec::new(),
         ground: outdoor_patches(place),
-        level_faces: Vec::new(),
-        floor_above: Vec::new(),
-        spaces: Vec::new(),
-        passages: Vec::new(),
-        assumed_floor: MultiPolygon::default(),
-        assumed_runs: Vec::new(),
-        shafts: MultiPolygon::default(),
-        open_to_below: Vec::new(),
         overhead: overhead(site, record),
-        dependents: Vec::new(),
+        ..StoreySlice::empty(map_storey, *spec, record)
     };
     storey.dependents = dependents(site, &storey, overhead_slab(site, FloorKind::Ground, record.floor_z_tenths));
     storey

@@ -6,7 +6,7 @@ use super::obstacle_squares::ObstacleSquares;
 use frames::TENTHS_PER_M;
 use geometry::{Footprint, LazyFootprint, MultiPolygon, OrientedBox, Ring, Slab, SlabCut};
 use grid::{CellRect, GridSpec, Run, cells_of_cut};
-use messages::{FloorKind, Site};
+use messages::{FloorKind, MapStoreyRecord, Site};
 use std::sync::OnceLock;
 
 /// Upward faces of an element within a step of the floor.
@@ -114,6 +114,32 @@ pub(crate) struct Dependent {
 pub(crate) const MIN_STOREY_HEIGHT: i32 = 2 * TENTHS_PER_M;
 
 impl StoreySlice {
+    /// A map storey on which nothing is.
+    pub(crate) fn empty(map_storey: usize, spec: GridSpec, record: &MapStoreyRecord) -> Self {
+        Self {
+            map_storey: map_storey as u32,
+            spec,
+            floor_z: record.floor_z_tenths,
+            floor_kind: record.floor.get(),
+            footprints: Vec::new(),
+            obstacles: Vec::new(),
+            obstacle_squares: ObstacleSquares::default(),
+            lidar: Vec::new(),
+            floor: Vec::new(),
+            ground: Vec::new(),
+            level_faces: Vec::new(),
+            floor_above: Vec::new(),
+            spaces: Vec::new(),
+            passages: Vec::new(),
+            assumed_floor: MultiPolygon::default(),
+            assumed_runs: Vec::new(),
+            shafts: MultiPolygon::default(),
+            open_to_below: Vec::new(),
+            overhead: Vec::new(),
+            dependents: Vec::new(),
+        }
+    }
+
     /// All cells.
     pub(crate) fn whole(&self) -> CellRect {
         CellRect::whole(self.spec.width, self.spec.height)
