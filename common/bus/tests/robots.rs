@@ -26,17 +26,7 @@ fn index(robot_name: &str) -> ArchiveBuffer {
         plan_time_s: 0,
         robot: RobotProfile::DEFAULT,
     };
-    GridsBuilder {
-        head,
-        slots: &[],
-        robot_name,
-        robot_footprint_m: &[],
-        doors: &[],
-        regions: &[],
-        safety_rules: &[],
-        safety_materials: &[],
-    }
-    .finish()
+    GridsBuilder::of(head, &[], robot_name).finish()
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! Whether a triangle meets a cube, in whole numbers.
+//! The test of a triangle and a cube for meeting, in whole numbers.
 
 /// A cube along the axes, in tenths of a millimetre.
 #[derive(Debug, Clone, Copy)]

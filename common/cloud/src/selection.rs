@@ -1,4 +1,4 @@
-//! Which elements are structure at the plan time: those that are sampled as points, and those that occupy cells of an octree.
+//! The elements that are structure at the plan time: those that are sampled as points, and those that occupy cells of an octree.
 
 use export::ExportInput;
 use grid::Class;

@@ -208,6 +208,22 @@ impl Grids<'_> {
     }
 }
 
+impl<'a> GridsBuilder<'a> {
+    /// An index without doors and regions, of a robot without an outline and rules.
+    pub fn of(head: GridsHead, slots: &'a [GridSlotRecord], robot_name: &'a str) -> Self {
+        Self {
+            head,
+            slots,
+            robot_name,
+            robot_footprint_m: &[],
+            doors: &[],
+            regions: &[],
+            safety_rules: &[],
+            safety_materials: &[],
+        }
+    }
+}
+
 impl SafetyRules {
     /// The rules of an index.
     pub fn of(index: &Grids<'_>) -> Self {
@@ -228,17 +244,7 @@ mod tests {
             robot: RobotProfile::DEFAULT,
         };
         let slot = GridSlotRecord { map_storey: 0, cell_tenths: 500, content_hash: ContentHash::from_bits(9) };
-        let buffer = GridsBuilder {
-            head,
-            slots: &[slot],
-            robot_name: "default",
-            robot_footprint_m: &[],
-            doors: &[],
-            regions: &[],
-            safety_rules: &[],
-            safety_materials: &[],
-        }
-        .finish();
+        let buffer = GridsBuilder::of(head, &[slot], "default").finish();
         let grids = Grids::open(buffer.bytes()).unwrap();
         assert_eq!((grids.head, grids.slots, grids.robot_name), (&head, &[slot][..], "default"));
     }
@@ -252,17 +258,7 @@ mod tests {
                 plan_time_s: 3,
                 robot,
             };
-            let buffer = GridsBuilder {
-                head,
-                slots: &[],
-                robot_name: "r",
-                robot_footprint_m: &[],
-                doors: &[],
-                regions: &[],
-                safety_rules: &[],
-                safety_materials: &[],
-            }
-            .finish();
+            let buffer = GridsBuilder::of(head, &[], "r").finish();
             Grids::open(buffer.bytes()).unwrap_err().to_string()
         };
         let usual = RobotProfile::DEFAULT;

@@ -25,17 +25,7 @@ fn a_consumer_uses_what_belongs_together() {
             plan_time_s: 0,
             robot: RobotProfile::DEFAULT,
         };
-        GridsBuilder {
-            head,
-            slots: &[],
-            robot_name: "default",
-            robot_footprint_m: &[],
-            doors: &[],
-            regions: &[],
-            safety_rules: &[],
-            safety_materials: &[],
-        }
-        .finish()
+        GridsBuilder::of(head, &[], "default").finish()
     };
     let archives =
         [3, 4].map(|n_spaces| ScheduleStateBuilder::everything_built(ContentHash::from_bits(3), 9, n_spaces).finish());

@@ -90,17 +90,7 @@ fn index_of(state: &ArchiveBuffer, grids: &[&ArchiveBuffer]) -> ArchiveBuffer {
         plan_time_s: 0,
         robot: RobotProfile::DEFAULT,
     };
-    GridsBuilder {
-        head,
-        slots: &slots,
-        robot_name: "default",
-        robot_footprint_m: &[],
-        doors: &[],
-        regions: &[],
-        safety_rules: &[],
-        safety_materials: &[],
-    }
-    .finish()
+    GridsBuilder::of(head, &slots, "default").finish()
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! What the program prints and returns. The help of each command is a golden file; UPDATE_GOLDEN=1 rewrites them.
+//! The program's output and exit codes. The help of each command is a golden file; UPDATE_GOLDEN=1 rewrites them.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
 use clap::CommandFactory;

@@ -206,16 +206,7 @@ fn clients_get_what_is_of_the_robot_that_they_mean() {
             plan_time_s: 0,
             robot: RobotProfile::DEFAULT,
         };
-        let index = GridsBuilder {
-            head,
-            slots: &[],
-            robot_name: "r",
-            robot_footprint_m: &[],
-            doors: &[],
-            regions: &[],
-            safety_rules: &[],
-            safety_materials: &[],
-        };
+        let index = GridsBuilder::of(head, &[], "r");
         publisher.publish(&index, Origin { epoch, frame_epoch: 1, inputs: InputHashes::default() }).unwrap();
     }
     let clients = domains.each_ref().map(Fixture::client_of);

@@ -73,17 +73,7 @@ pub(crate) fn house() -> House {
         },
     ];
     let region = RegionRecord { level_z_tenths: -2_500, area_m2: 1.5, element: 2, ..Zeroable::zeroed() };
-    let index = GridsBuilder {
-        head,
-        slots,
-        robot_name: "default",
-        robot_footprint_m: &[],
-        doors,
-        regions: &[region],
-        safety_rules: &[],
-        safety_materials: &[],
-    }
-    .finish();
+    let index = GridsBuilder { doors, regions: &[region], ..GridsBuilder::of(head, slots, "default") }.finish();
     let footprint = |corners: [[i32; 2]; 4]| {
         let polygon = Polygon { exterior: corners.to_vec(), holes: Vec::new() };
         LazyFootprint::from(Footprint { area: MultiPolygon(vec![polygon]), lines: Vec::new() })

@@ -330,17 +330,7 @@ mod tests {
             robot: RobotProfile::DEFAULT,
         };
         let slots = &[GridSlotRecord { map_storey: 0, cell_tenths: 1_000, content_hash: after.content_hash() }];
-        let index = GridsBuilder {
-            head,
-            slots,
-            robot_name: "default",
-            robot_footprint_m: &[],
-            doors: &[],
-            regions: &[],
-            safety_rules: &[],
-            safety_materials: &[],
-        }
-        .finish();
+        let index = GridsBuilder::of(head, slots, "default").finish();
         state.on_index(now, &Grids::open(index.bytes()).unwrap());
         let snapshot = state.snapshot_at(now, 0);
         assert_eq!((snapshot.verdict, &snapshot.why_no_map), ("current", &None));

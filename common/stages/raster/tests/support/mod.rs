@@ -5,7 +5,7 @@
 #[path = "../../../../messages/tests/support/box_part.rs"]
 pub(crate) mod box_part;
 
-use box_part::add_box_part;
+use box_part::{add_box_part, add_part};
 use frames::{Map, Point2};
 use grid::Class;
 use messages::*;
@@ -73,18 +73,9 @@ impl House {
     pub(crate) fn terrain(&mut self, [x0, y0]: [f64; 2], [x1, y1]: [f64; 2], [from, to]: [f64; 2]) {
         let b = &mut self.builder;
         let corners = [[x0, y0, from], [x1, y0, to], [x1, y1, to], [x0, y1, from]];
-        b.parts.push(PartRecord {
-            first_vertex: b.vertices.len() as u32,
-            n_vertices: 4,
-            first_triangle: b.triangles.len() as u32,
-            n_triangles: 2,
-            closed: 0,
-            colour: 0,
-        });
-        b.vertices.extend(corners.map(|c| c.map(t)));
-        b.triangles.extend([[0, 1, 2], [0, 2, 3]]);
+        let first_part = add_part(b, &corners.map(|c| c.map(t)), &[[0, 1, 2], [0, 2, 3]], false);
         b.terrains.push(TerrainRecord {
-            first_part: b.parts.len() as u32 - 1,
+            first_part,
             n_parts: 1,
             ground: GroundClass::Terrain.into(),
             min_tenths: [x0, y0, from.min(to)].map(t),
