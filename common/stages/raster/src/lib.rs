@@ -47,8 +47,9 @@
 //!   next floors; obstacles count by their height above the ground of their cell (`build/ground_patches.rs`). A cell shows one surface: the
 //!   nearest to the storey's floor below which the robot fits. From a cell beside which the ground is lower by more than a step it breaks
 //!   off: a drop-off, as the end of a slab.
-//! - The map storey of the ground outdoors has no level: the highest ground counts, doors are closed on it, and terrain below a bridge is
-//!   not on it.
+//! - The map storey of the ground outdoors has no level: the highest terrain or road counts, and of the floor to which one gets from
+//!   there what is nearest to it. Below a bridge that is a road the ground is not on it. A door belongs to it where it begins at the height
+//!   of the ground; whether the robot passes it is told of the storey of the door.
 //! - Only such storeys have heights and slopes of their cells.
 //! - Cells of a map storey where the floor of another one stands in the robot's way are keep-out, and have the colour of
 //!   another level on `semantic.png`.

@@ -154,6 +154,45 @@ fn what_stands_on_terrain_is_in_the_way_by_its_height_above_the_terrain() {
     assert_eq!(drawn.planning(45.0, 7.0), UNKNOWN);
 }
 
+/// Terrain south of a wall that ends at y = 0, a slab 3 cm higher north of it, and a door in the wall, which begins at `bottom`.
+fn house_in_the_yard(bottom: f64, opens: DoorCapability) -> House {
+    let mut house = House { floor: FloorKind::Ground, bounds_m: [-5.0, -5.0, 9.0, 6.0], ..House::empty() };
+    house.terrain([-5.0, -5.0], [9.0, 6.0], [0.0, 0.0]);
+    house.slab([0.0, -0.2], [6.0, 5.0], 0.03);
+    house.add(Class::Wall, [0.0, -0.2, 0.0], [1.5, 0.0, 2.5]);
+    house.add(Class::Wall, [2.4, -0.2, 0.0], [6.0, 0.0, 2.5]);
+    let door = house.door(0.9, opens);
+    house.builder.elements[door].min_tenths[2] = support::t(bottom);
+    house
+}
+
+#[test]
+fn a_door_at_the_height_of_the_ground_leads_from_the_yard_into_the_house() {
+    let along = |house: House| -> Vec<i8> {
+        let drawn = house.map();
+        (0..20).map(|k| drawn.planning(1.95, -0.95 + f64::from(k) * 0.1)).collect()
+    };
+    assert!(along(house_in_the_yard(0.03, DoorCapability::Swing)).iter().all(|&p| p == FREE));
+    let closed = along(house_in_the_yard(0.03, DoorCapability::Revolving));
+    assert!(closed.contains(&OCCUPIED), "a door that the robot does not open: {closed:?}");
+    let high = along(house_in_the_yard(0.6, DoorCapability::Swing));
+    assert!(high.contains(&OCCUPIED), "a door of another height is in the way: {high:?}");
+}
+
+#[test]
+fn of_floors_above_each_other_the_ground_outdoors_shows_what_is_nearest_to_the_terrain() {
+    let mut house = House { floor: FloorKind::Ground, bounds_m: [0.0, 0.0, 60.0, 10.0], ..House::empty() };
+    house.terrain([0.0, 0.0], [60.0, 10.0], [0.0, 0.0]);
+    // One gets from the terrain over a ramp to a deck 3 m above it, and to a floor of 3 cm below the deck.
+    house.ramp([0.0, 2.0], [40.0, 6.0], [0.0, 3.0]);
+    house.slab([40.0, 0.0], [60.0, 10.0], 3.0);
+    house.slab([45.0, 2.0], [55.0, 8.0], 0.03);
+    let drawn = house.map();
+    let height = |x: f64| drawn.grid().height_tenths(drawn.at(x, 5.05));
+    assert_eq!([height(10.05), height(42.05), height(50.05)], [Some(7_538), Some(0), Some(300)]);
+    assert_eq!([10.05, 42.05, 50.05].map(|x| drawn.planning(x, 5.05)), [FREE; 3]);
+}
+
 #[test]
 fn an_excavation_is_there_once_its_earth_is_removed() {
     let at = |state: ElementState, x: f64| {

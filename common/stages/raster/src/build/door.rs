@@ -6,18 +6,19 @@ use crate::model::door_leaves::{leaves_of, union_of_passages};
 use frames::TENTHS_PER_M;
 use geometry::{FillRule, OrientedBox, union};
 use grid::{GridSpec, Run, overlapped_cells};
-use messages::{RobotProfile, Site};
+use messages::{DoorRecord, RobotProfile, Site};
 
 /// A door without an opening whose box is deeper than this, in tenths of a millimetre, is drawn with an open leaf.
 const MAX_DEPTH: f64 = 0.5 * TENTHS_PER_M as f64;
 
-/// The door of the site with this index, whose body covers the runs `body` on a map storey; `None` for [`messages::NONE`].
+/// The door of the site with this index, whose body covers the runs `body`; `None` for [`messages::NONE`]. `stands_here` tells whether
+/// a door belongs to the floor that is drawn.
 pub(crate) fn storey_door(
     site: &Site<'_>,
     robot: &RobotProfile,
-    (spec, map_storey): (&GridSpec, usize),
-    door: u32,
-    body: &[Run],
+    spec: &GridSpec,
+    (door, body): (u32, &[Run]),
+    stands_here: impl Fn(&DoorRecord) -> bool,
 ) -> Option<StoreyDoor> {
     let record = site.doors.get(door as usize)?;
     let (leaves, leaf_index) = leaves_of(site, robot, door)?;
@@ -32,7 +33,7 @@ pub(crate) fn storey_door(
         around: cells_beside(&union_of_passages(&leaves), spec),
         passage_runs: in_both(&overlapped_cells(&passage, &[], spec), body),
         fixed_runs,
-        stands_here: record.map_storey == map_storey as u32,
+        stands_here: stands_here(record),
         leaves,
         leaf_index,
     })

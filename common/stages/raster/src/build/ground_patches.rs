@@ -309,7 +309,7 @@ fn patch(surface: Drawn, place: Place<'_>, elements: &ObstacleSquares) -> Ground
                 let parts: Vec<(Vec<[i32; 3]>, MeshView<'_>)> =
                     site.element_meshes(record).map(|mesh| (plane.heights_above(mesh.vertices), mesh)).collect();
                 let above = parts.iter().map(|(vertices, mesh)| MeshView { vertices, ..*mesh });
-                let own = place.element_runs(element, &SlabCut::of(above, slab), Some(&around));
+                let own = place.element_runs(element, &SlabCut::of(above, slab), Some((&plane, &around)));
                 (!own.runs.is_empty()).then_some(own)
             })
             .collect();
@@ -320,6 +320,7 @@ fn patch(surface: Drawn, place: Place<'_>, elements: &ObstacleSquares) -> Ground
     let lidar = to_tenths(robot.lidar_height_m);
     GroundPatch {
         element,
+        is_outdoors: site.elements.get(element as usize).is_none_or(|e| e.ground.get().is_outdoors()),
         plane,
         obstacles: cut(Slab { lo, hi }, &|_| true),
         lidar: cut(Slab { lo: lidar, hi: lidar + 2 }, &is_lasting),

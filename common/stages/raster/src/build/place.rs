@@ -2,10 +2,11 @@
 
 use super::door::storey_door;
 use super::slice_count::reaches;
+use crate::model::cell_area::{MAX_SILL, to_tenths};
 use crate::model::element_runs::ElementRuns;
-use geometry::{LazyFootprint, Slab, SlabCut};
+use geometry::{LazyFootprint, Plane, Slab, SlabCut};
 use grid::{CellRect, Class, GridSpec, Run, cells_of_cut, common_runs};
-use messages::{ElementRecord, RobotProfile, Site, element_flags};
+use messages::{DoorRecord, ElementRecord, FloorKind, RobotProfile, Site, element_flags};
 use rayon::prelude::*;
 
 /// Where elements are drawn.
@@ -42,13 +43,28 @@ impl Place<'_> {
         wanted.filter_map(cut).unzip()
     }
 
-    /// Cells of a cut element, all of them or those within others, and its door.
-    pub(super) fn element_runs(&self, element: u32, cut: &SlabCut, within: Option<&[Run]>) -> ElementRuns {
+    /// Cells of a cut element, and its door. On a patch of ground, its plane and the cells around it, only those within these cells.
+    pub(super) fn element_runs(&self, element: u32, cut: &SlabCut, patch: Option<(&Plane, &[Run])>) -> ElementRuns {
         let record = &self.site.elements[element as usize];
         let runs = cells_of_cut(cut, self.spec);
-        let runs = if let Some(cells) = within { common_runs(&runs, cells) } else { runs };
-        let door = storey_door(self.site, self.robot, (self.spec, self.map_storey), record.door, &runs);
+        let runs = if let Some((_, around)) = patch { common_runs(&runs, around) } else { runs };
+        let stands_here = |door: &DoorRecord| self.has_door(door, patch.map(|(plane, _)| plane));
+        let door = storey_door(self.site, self.robot, self.spec, (record.door, &runs), stands_here);
         ElementRuns { element, class: record.class(), rect: CellRect::around(&runs), runs, door }
+    }
+
+    /// True if a door belongs to this map storey; on the ground outdoors, which is no level, if it begins at the height of the patch.
+    fn has_door(&self, door: &DoorRecord, patch: Option<&Plane>) -> bool {
+        match patch.filter(|_| self.site.map_storeys[self.map_storey].floor == FloorKind::Ground) {
+            Some(plane) => {
+                let opening = self.site.openings.get(door.opening as usize);
+                let bottom =
+                    opening.map_or(self.site.elements[door.element as usize].min_tenths[2], |o| o.bottom_z_tenths);
+                let most = to_tenths(self.robot.step_height_m).max(MAX_SILL);
+                (f64::from(bottom) - plane.z(door.passage.centre)).abs() <= f64::from(most)
+            }
+            None => door.map_storey == self.map_storey as u32,
+        }
     }
 }
 

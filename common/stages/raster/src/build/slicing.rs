@@ -8,7 +8,7 @@ use super::place::{Place, is_lasting};
 use super::slice_count::{SliceCount, slab_of};
 use crate::error::RasterizeError;
 use crate::layers::floor::sides_with_floor;
-use crate::model::cell_area::{cells_beside, to_tenths};
+use crate::model::cell_area::{MAX_SILL, cells_beside, to_tenths};
 use crate::model::obstacle_squares::ObstacleSquares;
 use crate::model::storey_slice::{
     MIN_STOREY_HEIGHT, Overhead, Passage, SpaceRuns, StoreySlice, next_floor_z, overhead_slab,
@@ -20,9 +20,6 @@ use messages::{ElementRecord, FloorKind, MapStoreyRecord, NONE, RobotProfile, Si
 
 /// Width of unknown cells around the contents of a grid, so that planners see the end of the map.
 const MARGIN: i32 = TENTHS_PER_M;
-
-/// Maximum height of the sill of a passage over the floor, such as a door's threshold.
-const MAX_SILL: i32 = TENTHS_PER_M / 10;
 
 /// Cuts the elements of a map storey to its slab.
 pub(crate) fn slice_storey(

@@ -29,7 +29,7 @@ pub(crate) struct GroundFloor {
 ///
 /// A cell shows one surface. Of surfaces above each other one counts only if the robot fits below the next, and below its body; of those
 /// that do it is the one nearest to the level of the storey: what lies deeper or higher belongs to the map of another one. Outdoors it
-/// is the highest. From a cell the ground breaks off where that beside it is lower by more than a step.
+/// is the one nearest to the highest terrain or road. From a cell the ground breaks off where that beside it is lower by more than a step.
 pub(crate) fn ground_floor(
     storey: &StoreySlice,
     robot: &RobotProfile,
@@ -112,6 +112,13 @@ impl Surfaces<'_> {
         }
     }
 
+    /// Height of the highest terrain or road among surfaces; without any the height at which the map begins.
+    fn earth_z(&self, surfaces: &[(f64, u32)]) -> f64 {
+        let is_earth = |(_, surface): &&(f64, u32)| self.storey.ground[*surface as usize].is_outdoors;
+        let highest = surfaces.iter().filter(is_earth).map(|(z, _)| *z).reduce(f64::max);
+        highest.unwrap_or(f64::from(self.storey.floor_z))
+    }
+
     fn choose(&mut self, there: &[u32], (floor, level): (&Mask, Option<&Mask>), [step, headroom]: [f64; 2]) {
         let width = self.width();
         let mut in_band: Vec<(usize, u32)> = Vec::new();
@@ -138,7 +145,8 @@ impl Surfaces<'_> {
                 let middle = [f64::from(column) + 0.5, f64::from(row) + 0.5];
                 above.clear();
                 above.extend(same.iter().map(|&(_, k)| (self.z(k, middle), k)));
-                let off = |z: f64| (z - f64::from(self.storey.floor_z)).abs();
+                let reference = level.map_or_else(|| self.earth_z(&above), |_| f64::from(self.storey.floor_z));
+                let off = |z: f64| (z - reference).abs();
                 // A patch that begins here is the level floor of this place.
                 if level.is_some_and(|level| level.cells[cell]) && above.iter().all(|(z, _)| off(*z) > step) {
                     above.push((f64::from(self.storey.floor_z), LEVEL));
@@ -149,11 +157,13 @@ impl Surfaces<'_> {
                     self.above_patches.get(surface as usize).unwrap_or(&self.above_level).hold(column, row)
                 };
                 let is_open = |k: &usize| !is_roofed(*k) && (above.len() == 1 || !is_filled(above[*k].1));
-                let open = (0..above.len()).filter(is_open).map(|k| above[k]);
-                let nearest = match level {
-                    Some(_) => open.min_by(|a, b| off(a.0).total_cmp(&off(b.0))),
-                    None => above.last().copied(),
-                };
+                // Where the robot fits below none, what is in its way there closes the cell.
+                let nearest = (0..above.len())
+                    .min_by(|&a, &b| {
+                        let is_closed = |k: usize| !is_open(&k);
+                        is_closed(a).cmp(&is_closed(b)).then(off(above[a].0).total_cmp(&off(above[b].0)))
+                    })
+                    .map(|k| above[k]);
                 let at = self.at(cell);
                 self.of_cell[at] = nearest.map_or(LEVEL, |(_, k)| k);
             }

@@ -7,7 +7,10 @@ use grid::{CellRect, GridSpec, Run};
 /// Faces of an element in one plane, that lead from the floor of the storey to other heights.
 #[derive(Debug)]
 pub(crate) struct GroundPatch {
+    /// [`messages::NONE`] for terrain.
     pub(crate) element: u32,
+    /// True for terrain and roads.
+    pub(crate) is_outdoors: bool,
     pub(crate) plane: Plane,
     /// In plan.
     pub(crate) area: MultiPolygon,
