@@ -7,7 +7,6 @@ use crate::missing::{Missing, missing_of};
 use crate::named::{ElementRef, RoomRef, StoreyRef};
 use crate::situation::Situation;
 use export::rounded;
-use frames::metres;
 use messages::{DoorPassage, DoorPassageRecord, NONE};
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -24,8 +23,12 @@ pub struct WayAnswer {
     pub to: PlaceAnswer,
     /// True if there is a way.
     pub exists: bool,
-    /// Length of all legs; through stairs and ramps as walked. Null if there is no way.
+    /// Length of all legs, as walked, up stairs and slopes. Null if there is no way.
     pub length_m: Option<f64>,
+    /// Sum of all rises on it, in metres: with the mass of the robot the work to lift it. Null if there is no way.
+    pub climb_m: Option<f64>,
+    /// Sum of all falls on it, in metres. Null if there is no way.
+    pub descent_m: Option<f64>,
     /// Its legs in their order; none if there is no way.
     pub legs: Vec<WayLegAnswer>,
     /// What would have to change, from the beginning on, on the way that has the fewest obstacles; empty if there is a way, and where
@@ -51,15 +54,21 @@ pub struct PlaceAnswer {
 /// A leg of a way.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct WayLegAnswer {
-    /// `floor`, `stair`, `ramp`, `lift` or `step`.
+    /// `floor`, `stair`, `ramp`, `lift`, `step`, or `ground` where it goes on on the map of the ground outdoors, or comes from there.
     pub kind: &'static str,
     /// Index of the map storey on which it begins.
     pub storey: u32,
     /// Index of the map storey on which it ends.
     pub to_storey: u32,
-    /// Length.
+    /// Length, as walked.
     pub length_m: f64,
-    /// The stair, ramp or lift, or the floor above a step; null for a leg over floor.
+    /// Sum of its rises, in metres.
+    pub climb_m: f64,
+    /// Sum of its falls, in metres.
+    pub descent_m: f64,
+    /// Slope of the steepest ground on it; 0 for what is no ramp and no ground with a slope.
+    pub slope_rad: f64,
+    /// The stair, ramp or lift, or the floor above a step; null for a leg over floor, and where only the map is another one.
     pub element: Option<ElementRef>,
     /// Doorways in their order.
     pub doors: Vec<DoorOnWay>,
@@ -100,10 +109,16 @@ pub fn way(situation: &Situation<'_>, from: &FoundPlace, to: &FoundPlace) -> Way
         to: PlaceAnswer::of(situation, to, end_m),
         exists: found.is_ok(),
         length_m,
+        climb_m: found.is_ok().then(|| sum(&legs, |leg| leg.climb_m)),
+        descent_m: found.is_ok().then(|| sum(&legs, |leg| leg.descent_m)),
         legs,
         missing,
         changes: None,
     }
+}
+
+fn sum(legs: &[WayLegAnswer], of: impl Fn(&WayLegAnswer) -> f64) -> f64 {
+    rounded(legs.iter().map(of).sum())
 }
 
 /// True if there is a way.
@@ -150,7 +165,6 @@ fn leg_answer(situation: &Situation<'_>, leg: &WayLeg) -> WayLegAnswer {
 
 fn floor_answer(situation: &Situation<'_>, leg: &FloorLeg) -> WayLegAnswer {
     let site = situation.site;
-    let floor_m = metres(site.map_storeys[leg.map_storey as usize].floor_z_tenths);
     let door = |passage: &DoorPassageRecord| DoorOnWay {
         element: ElementRef::of(site, site.doors[passage.door as usize].element as usize),
         is_hung: passage.passage != DoorPassage::Absent,
@@ -161,10 +175,13 @@ fn floor_answer(situation: &Situation<'_>, leg: &FloorLeg) -> WayLegAnswer {
         storey: leg.map_storey,
         to_storey: leg.map_storey,
         length_m: rounded(leg.length_m),
+        climb_m: rounded(leg.climb_m),
+        descent_m: rounded(leg.descent_m),
+        slope_rad: rounded(leg.slope_rad),
         element: None,
         doors: leg.doors.iter().map(door).collect(),
         rooms: leg.spaces.iter().map(|space| RoomRef::of(site, *space)).collect(),
-        points_m: leg.line.iter().map(|p| [p.x_m(), p.y_m(), floor_m].map(rounded)).collect(),
+        points_m: leg.line.iter().zip(&leg.z_m).map(|(p, z_m)| [p.x_m(), p.y_m(), *z_m].map(rounded)).collect(),
     }
 }
 
@@ -177,11 +194,15 @@ fn portal_answer(situation: &Situation<'_>, leg: &PortalLeg) -> WayLegAnswer {
         storeys.reverse();
         points_m.reverse();
     }
+    let rises = || points_m.windows(2).map(|pair| pair[1][2] - pair[0][2]);
     WayLegAnswer {
         kind: edge.kind.get().name(),
         storey: storeys[0],
         to_storey: storeys[1],
         length_m: rounded(leg.length_m),
+        climb_m: rounded(rises().map(|rise_m| rise_m.max(0.0)).sum()),
+        descent_m: rounded(rises().map(|rise_m| (-rise_m).max(0.0)).sum()),
+        slope_rad: rounded(edge.slope_rad),
         element: (edge.of != NONE).then(|| ElementRef::of(situation.site, edge.of as usize)),
         doors: Vec::new(),
         rooms: Vec::new(),

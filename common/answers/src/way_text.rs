@@ -11,7 +11,10 @@ impl WayAnswer {
         let (from, to) = (self.from.label(), self.to.label());
         // Writing to a string does not fail.
         let _ = match self.length_m {
-            Some(length_m) => writeln!(out, "way from {from} to {to}: {length_m:.1} m"),
+            Some(length_m) => {
+                let heights = heights(self.climb_m.unwrap_or(0.0), self.descent_m.unwrap_or(0.0));
+                writeln!(out, "way from {from} to {to}: {length_m:.1} m{heights}")
+            }
             None => writeln!(out, "no way from {from} to {to}"),
         };
         for leg in &self.legs {
@@ -45,11 +48,24 @@ impl WayLegAnswer {
                 let doors: Vec<String> = self.doors.iter().map(DoorOnWay::label).collect();
                 parts.push(format!("doors {}", doors.join(", ")));
             }
+            if self.slope_rad > 0.0 {
+                let heights = heights(self.climb_m, self.descent_m);
+                parts.push(format!("slope at most {:.0} %{heights}", 100.0 * libm::tan(self.slope_rad)));
+            }
             return parts.join("; ");
+        }
+        if self.kind == "ground" {
+            return format!("         here on to the map of storey {}", self.to_storey);
         }
         let named = self.element.as_ref().map_or(String::new(), |element| format!(" {}", element.label()));
         format!("{:6.1} m {}{named} to storey {}", self.length_m, self.kind, self.to_storey)
     }
+}
+
+/// Rises and falls, if there are any of at least a centimetre.
+fn heights(climb_m: f64, descent_m: f64) -> String {
+    let part = |m: f64, word: &str| if m < 0.01 { String::new() } else { format!(", {m:.1} m {word}") };
+    format!("{}{}", part(climb_m, "up"), part(descent_m, "down"))
 }
 
 impl DoorOnWay {

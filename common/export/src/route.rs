@@ -57,9 +57,10 @@ struct Edge {
     from: u32,
     /// Node at the other end.
     to: u32,
-    /// `floor`, `door`, and between storeys `stair`, `ramp`, `lift`, `escalator`, `step`.
+    /// `floor`, `door`, and between storeys `stair`, `ramp`, `lift`, `escalator`, `step`, or `ground`: one place on the map of a storey
+    /// and on that of the ground outdoors.
     class: &'static str,
-    /// Length of the way; between storeys as walked, up the slope.
+    /// Length of the way, as walked, up the slope.
     length_m: f64,
     /// Least distance to the middle of a cell that is not free; null between storeys.
     clearance_m: Option<f64>,
@@ -68,9 +69,9 @@ struct Edge {
     /// Clear width of the door, with the leaves that count together, or of the stair where its flights are narrowest; null
     /// elsewhere and where it is unknown.
     clear_width_m: Option<f64>,
-    /// How much higher the second end is than the first; null on one storey.
+    /// How much higher the second end is than the first; null on level floor.
     rise_m: Option<f64>,
-    /// How steep a ramp is where it is steepest; null for everything else.
+    /// How steep a ramp, or the ground under the way, is where it is steepest; null for everything else.
     slope_rad: Option<f64>,
     /// Number of risers of the stair; null elsewhere and where it is unknown.
     n_risers: Option<u32>,
@@ -78,7 +79,7 @@ struct Edge {
     usable: bool,
     /// The way from one end to the other, in `map`; of a stair over its treads and landings.
     line_m: Vec<[f64; 2]>,
-    /// Heights of the points of the line in `map`; null on one storey.
+    /// Heights of the points of the line in `map`; null on level floor.
     line_z_m: Option<Vec<f64>>,
 }
 
@@ -113,12 +114,12 @@ impl SiteGraph {
                 clearance_m: is_level.then(|| rounded(edge.clearance_m)),
                 of: edge_of(input, edge),
                 clear_width_m: clear_width_m(input, edge),
-                rise_m: (!is_level).then(|| rise_m(input, edge)),
-                slope_rad: (class == EdgeKind::Ramp).then(|| rounded(edge.slope_rad)),
+                rise_m: (!is_level || edge.slope_rad > 0.0).then(|| rise_m(input, edge)),
+                slope_rad: (class == EdgeKind::Ramp || edge.slope_rad > 0.0).then(|| rounded(edge.slope_rad)),
                 n_risers: n_risers(edge),
                 usable: edge.usable == 1,
                 line_m: plan_of(input, edge),
-                line_z_m: (!is_level)
+                line_z_m: (!is_level || edge.slope_rad > 0.0)
                     .then(|| input.mission_plan.points_of(edge).iter().map(|p| rounded(p[2])).collect()),
             }
         });

@@ -14,6 +14,13 @@ pub struct OrientedBox {
 }
 
 impl OrientedBox {
+    /// True for a point inside or on the rim.
+    pub fn contains(&self, [x, y]: [f64; 2]) -> bool {
+        let (off, across) = ([x - self.centre[0], y - self.centre[1]], self.across());
+        let along = |axis: [f64; 2]| (off[0] * axis[0] + off[1] * axis[1]).abs();
+        along(self.axis) <= self.half[0] && along(across) <= self.half[1]
+    }
+
     /// The smallest box with the given axis around points; `None` without points.
     pub fn around(points: impl IntoIterator<Item = Point>, axis: [f64; 2]) -> Option<Self> {
         let across = [-axis[1], axis[0]];

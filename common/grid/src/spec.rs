@@ -118,6 +118,18 @@ impl GridSpec {
         Cell { column: (index % self.width as usize) as u32, row: (index / self.width as usize) as u32 }
     }
 
+    /// The cells along the sides of a cell, by their indices.
+    pub fn beside(&self, index: usize) -> impl Iterator<Item = usize> + use<> {
+        let (Cell { column, row }, width) = (self.cell_of(index), self.width as usize);
+        let sides = [
+            (column > 0).then(|| index - 1),
+            (column + 1 < self.width).then(|| index + 1),
+            (row > 0).then(|| index - width),
+            (row + 1 < self.height).then(|| index + width),
+        ];
+        sides.into_iter().flatten()
+    }
+
     /// The cell that holds the point; `None` outside the grid.
     pub fn cell_at(&self, p: Point2<Map>) -> Option<Cell> {
         let place = |k: usize, m: f64| {

@@ -117,7 +117,7 @@ impl MissionPlan<'_> {
             NodeKind::Junction => true,
         };
         let edge_is_of = |e: &RouteEdgeRecord| match e.kind.get() {
-            EdgeKind::Floor => true,
+            EdgeKind::Floor | EdgeKind::Ground => true,
             EdgeKind::Door => (e.of as usize) < site.doors.len(),
             EdgeKind::Step => e.of == NONE || has_element(e.of),
             EdgeKind::Stair | EdgeKind::Ramp | EdgeKind::Lift | EdgeKind::Escalator => has_element(e.of),

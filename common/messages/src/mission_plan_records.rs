@@ -472,6 +472,8 @@ pub enum EdgeKind {
     Escalator = 5,
     /// A step to another level beside this one.
     Step = 6,
+    /// From the map of a storey to that of the ground outdoors, at a place that both show.
+    Ground = 7,
 }
 
 impl EdgeKind {
@@ -485,6 +487,7 @@ impl EdgeKind {
             Self::Lift => "lift",
             Self::Escalator => "escalator",
             Self::Step => "step",
+            Self::Ground => "ground",
         }
     }
 }

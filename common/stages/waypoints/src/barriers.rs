@@ -160,9 +160,8 @@ fn links(
     let MissionPlanInput { site, schedule_state, index, grids, .. } = *input;
     let mut links = Vec::new();
     for (storey, free_space) in free_spaces.iter().enumerate() {
-        let map_storey = grids.head(storey).map_storey;
         grids.with(storey, |grid| {
-            for passage in index.doors.iter().filter(|door| door.map_storey == map_storey) {
+            for passage in input.passages(storey) {
                 let door = &site.doors[passage.door as usize];
                 let rooms = door.spaces.iter().filter(|&&space| space != NONE).map(|&space| space as usize);
                 let blocked: Vec<usize> = rooms.filter(|&space| schedule_state.is_blocked(space)).collect();
@@ -174,7 +173,7 @@ fn links(
                 let parts = parts_at(free_space, grid, door, index.head.robot.radius_m);
                 let mut nodes: Vec<usize> = parts.into_iter().map(|part| first_node[storey] + part as usize).collect();
                 nodes.extend(blocked.into_iter().map(|space| first_space + space));
-                let obstacle = is_closed.then_some(Obstacle::Door(*passage));
+                let obstacle = is_closed.then_some(Obstacle::Door(passage));
                 for (k, &a) in nodes.iter().enumerate() {
                     links.extend(nodes[k + 1..].iter().map(|&b| Link { ends: [a, b], obstacle }));
                 }
@@ -245,6 +244,6 @@ pub fn portal_text(site: &Site<'_>, kind: EdgeKind, element: usize) -> String {
         EdgeKind::Lift => format!("this robot does not take the lift {id}"),
         EdgeKind::Escalator => format!("this robot does not use the escalator {id}"),
         EdgeKind::Step => format!("the step at {id} is too high for this robot"),
-        EdgeKind::Floor | EdgeKind::Door => format!("this robot does not pass {id}"),
+        EdgeKind::Floor | EdgeKind::Door | EdgeKind::Ground => format!("this robot does not pass {id}"),
     }
 }

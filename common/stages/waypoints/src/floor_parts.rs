@@ -46,7 +46,7 @@ pub(crate) fn part_properties(
     for end in portals.iter().flat_map(|p| p.ends).filter(|end| end.storey == storey) {
         properties[end.part as usize].has_way_in = true;
     }
-    for passage in input.index.doors.iter().filter(|d| d.map_storey == grid.head.map_storey) {
+    for passage in input.passages(storey) {
         let door = &site.doors[passage.door as usize];
         if is_outer(site, door, passage.sides_with_floor) {
             for part in parts_at(free_space, grid, door, input.index.head.robot.radius_m) {

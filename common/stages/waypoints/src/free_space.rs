@@ -1,9 +1,10 @@
 //! Free space of a storey for a robot's radius, and its connected parts.
 
-use frames::{Map, Point2, TENTHS_PER_M};
-use grid::{Cell, GridSpec, LineOfSight, SparseLayer, sparse_distances};
-use messages::{ContentHash, FloorKind, Grid};
+use frames::{Map, Point2, TENTHS_PER_M, metres};
+use grid::{Cell, GridSpec, LineOfSight, SparseCells, SparseLayer, sparse_distances};
+use messages::{ContentHash, Grid};
 use safety::SafetyLayer;
+use std::collections::BTreeSet;
 
 /// The free space of a storey for a robot of one radius.
 ///
@@ -19,6 +20,17 @@ pub(crate) struct FreeSpace {
     sizes: Vec<u32>,
     /// Cells within distances that the robot keeps from elements, if it does.
     kept_off: Option<KeptOff>,
+    /// Height of the floor, in tenths of a millimetre.
+    floor_z_tenths: i32,
+    /// Height and slope of each cell of a storey that is not level.
+    relief: Option<SparseLayer<GroundOfCell>>,
+}
+
+/// Height, and slope in thousandths of a radian, of the ground of a cell.
+#[derive(Debug, Clone, Copy)]
+struct GroundOfCell {
+    z_tenths: i32,
+    slope_mrad: u16,
 }
 
 /// Where the robot is not, unless no other place or way serves.
@@ -30,9 +42,7 @@ struct KeptOff {
 impl FreeSpace {
     pub(crate) fn of(grid: &Grid<'_>, radius_m: f64) -> Self {
         let spec = grid.spec();
-        // On the ground outdoors nothing is planned: ways over slopes are none of a map that is level.
-        let is_planned = grid.head.floor != FloorKind::Ground;
-        let not_free: Vec<bool> = grid.planning.iter().map(|&p| p != 0 || !is_planned).collect();
+        let not_free: Vec<bool> = grid.planning.iter().map(|&p| p != 0).collect();
         let squared = sparse_distances(&not_free, spec.width as usize);
         drop(not_free);
         // Minimum squared distance in cells, with a tolerance of a tenth of a millimetre.
@@ -41,7 +51,29 @@ impl FreeSpace {
         let stands = |cell: usize| !grid.is_keepout(cell) && squared[cell] >= needed.max(1);
         let mut part = squared.cells().layer_of(0, |cell| if stands(cell) { UNLABELLED } else { 0 });
         let sizes = label(&mut part, spec.width as usize);
-        Self { spec, squared, part, sizes, kept_off: None }
+        let relief = (!grid.elevation.is_empty()).then(|| relief_of(grid, squared.cells()));
+        Self { spec, squared, part, sizes, kept_off: None, floor_z_tenths: grid.head.floor_z_tenths, relief }
+    }
+
+    /// Height of the ground of a cell, in tenths of a millimetre; that of the floor where none is known.
+    pub(crate) fn z_tenths(&self, cell: usize) -> i32 {
+        self.relief.as_ref().map_or(self.floor_z_tenths, |relief| relief[cell].z_tenths)
+    }
+
+    /// The same in metres, at a point.
+    pub(crate) fn z_m(&self, p: Point2<Map>) -> f64 {
+        let cell = self.spec.cell_at(p).map(|cell| self.spec.index(cell));
+        metres(cell.map_or(self.floor_z_tenths, |cell| self.z_tenths(cell)))
+    }
+
+    /// Slope of the ground of a cell.
+    pub(crate) fn slope_rad(&self, cell: usize) -> f64 {
+        self.relief.as_ref().map_or(0.0, |relief| f64::from(relief[cell].slope_mrad) / 1_000.0)
+    }
+
+    /// True for a storey whose floor is at one height.
+    pub(crate) fn is_level(&self) -> bool {
+        self.relief.is_none()
     }
 
     /// The same for a robot that keeps the distances of a layer.
@@ -154,6 +186,35 @@ impl FreeSpace {
     }
 }
 
+/// Ground of the cells of a storey that is not level. A doorway without floor has that of the cells beside it.
+fn relief_of(grid: &Grid<'_>, cells: &SparseCells) -> SparseLayer<GroundOfCell> {
+    let width = grid.head.width as usize;
+    let level = GroundOfCell { z_tenths: grid.head.floor_z_tenths, slope_mrad: 0 };
+    let ground = |cell: usize| {
+        let of_height = |z_tenths: i32| GroundOfCell { z_tenths, slope_mrad: grid.slope[cell] };
+        grid.height_tenths(cell).map_or(level, of_height)
+    };
+    let mut relief = cells.layer_of(level, ground);
+    let is_without = |cell: &usize| grid.planning[*cell] == 0 && grid.height_tenths(*cell).is_none();
+    let mut without: BTreeSet<usize> = cells.iter().filter(is_without).collect();
+    loop {
+        let known_beside = |cell: usize| {
+            let is_known =
+                |other: &usize| *other < cells.n_cells() && !without.contains(other) && grid.planning[*other] == 0;
+            let beside = [cell.checked_sub(1), Some(cell + 1), cell.checked_sub(width), Some(cell + width)];
+            beside.into_iter().flatten().find(is_known)
+        };
+        let found: Vec<(usize, usize)> = without.iter().filter_map(|&cell| Some((cell, known_beside(cell)?))).collect();
+        if found.is_empty() {
+            return relief;
+        }
+        for (cell, beside) in found {
+            relief[cell] = relief[beside];
+            without.remove(&cell);
+        }
+    }
+}
+
 const UNLABELLED: u32 = u32::MAX;
 
 /// Labels the connected components of the [`UNLABELLED`] cells, from 1; returns their sizes, beginning with number 0.
@@ -210,9 +271,14 @@ pub(crate) mod tests {
     /// A grid as text, a character a cell of 0.1 m, the north first: `#` is wall, `~` keep-out, a blank unknown, all else free;
     /// `a` is the first space.
     pub(crate) fn drawn(text: &str) -> ArchiveBuffer {
+        drawn_at(text, 0)
+    }
+
+    /// The same with its floor at a height in tenths of a millimetre.
+    pub(crate) fn drawn_at(text: &str, floor_z_tenths: i32) -> ArchiveBuffer {
         let rows: Vec<&[u8]> = text.lines().filter(|l| !l.is_empty()).map(str::as_bytes).collect();
         let (width, height) = (rows[0].len() as u32, rows.len() as u32);
-        let head = GridHead { cell_tenths: 1_000, width, height, ..GridHead::EMPTY };
+        let head = GridHead { cell_tenths: 1_000, width, height, floor_z_tenths, ..GridHead::EMPTY };
         let mut buffer = ArchiveBuffer::zeroed(GridWriter::len_of(head.spec().n_cells()));
         let mut writer = GridWriter::new(buffer.bytes_mut(), &head);
         let layers = writer.layers();

@@ -34,6 +34,10 @@
 //! stand and through the portals of a mission plan; or what is in the way: closed doors, closed rooms, portals that are not
 //! built or not for this robot, floor that is keep-out or too narrow.
 //!
+//! On ground that is not level lengths are along the slope, and climb, descent and the steepest slope are told. The ground outdoors has a
+//! map of its own: the robot goes onto it where that and the map of a storey show one place (`src/ground_crossings.rs`). Rooms and scans
+//! are planned on storeys alone.
+//!
 //! `scripts/check_waypoints.py OUT` proves the exported waypoints, their coverage and the route graph anew from the files
 //! alone; it shares no code with this crate.
 //!
@@ -80,7 +84,9 @@ mod barriers;
 mod changed_elements;
 mod floor_parts;
 mod free_space;
+mod ground_crossings;
 mod name_check;
+mod outdoor_ends;
 mod portal;
 mod portals;
 mod reachability;
@@ -109,6 +115,7 @@ mod place_regions;
 mod random_generator;
 mod tour;
 mod tour_distances;
+mod walked_line;
 
 mod route_graph;
 mod skeleton;

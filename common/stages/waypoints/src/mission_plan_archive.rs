@@ -13,7 +13,8 @@ use crate::stair_traversal::stair_traversal;
 use crate::start_pose::why_blocked;
 use crate::storey_planner::PlannedStorey;
 use crate::tour_stops::{StopPurpose, TourStop};
-use frames::{Map, Point2, metres};
+use crate::walked_line::walked;
+use frames::{Map, Point2};
 use messages::{
     Diagnostic, DiagnosticCode, DiagnosticRecord, EdgeKind, ElementRecord, FloorPartRecord, GridHead, GrownScanRecord,
     MapGrids, MissionPlanBuilder, MissionPlanHead, MissionPlanSpaceRecord, MissionPlanStoreyRecord, NONE, Named,
@@ -42,7 +43,7 @@ pub(crate) fn assemble(
     }
     // Storeys in the order in which they are reached; the others have no waypoints.
     for &at in &reached.order {
-        add_stops(&mut builder, input, input.grids.head(at), planned_storeys[at]);
+        add_stops(&mut builder, input, (input.grids.head(at), free_spaces[at]), planned_storeys[at]);
     }
     for (at, planned) in planned_storeys.iter().enumerate() {
         for (space, refusal) in &planned.refused {
@@ -216,14 +217,19 @@ fn warn(builder: &mut MissionPlanBuilder, severity: Severity, code: DiagnosticCo
     builder.diagnostics.push(DiagnosticRecord::of(&diagnostic, &mut builder.texts));
 }
 
-fn add_stops(builder: &mut MissionPlanBuilder, input: &MissionPlanInput<'_>, head: &GridHead, planned: &PlannedStorey) {
-    let floor_m = metres(head.floor_z_tenths);
+fn add_stops(
+    builder: &mut MissionPlanBuilder,
+    input: &MissionPlanInput<'_>,
+    (head, free_space): (&GridHead, &FreeSpace),
+    planned: &PlannedStorey,
+) {
     let first_id = builder.waypoints.len() as u32;
     let id_of_scan = |set: u32| {
         let is_it = |stop: &TourStop| stop.scan().is_some_and(|scan| scan.planned.scan.set == set);
         planned.stops.iter().position(is_it).map_or(NONE, |at| first_id + at as u32)
     };
     for stop in &planned.stops {
+        let floor_m = free_space.z_m(stop.at);
         let space = stop.space.map(|s| &input.site.spaces[s]);
         let centroid = space.map_or(stop.at.coordinates_m(), |s| s.centroid_m);
         let id = builder.waypoints.len() as u32;
@@ -291,16 +297,22 @@ fn add_graph(
     for (at, planned) in planned_storeys.iter().enumerate() {
         let first = builder.nodes.len();
         for node in &planned.graph.nodes {
-            builder.nodes.push(node_record(input.grids.head(at), node.at, node.place, node.clearance_m));
+            builder.nodes.push(node_record(
+                input.grids.head(at),
+                free_spaces[at],
+                (node.at, node.place),
+                node.clearance_m,
+            ));
         }
         for edge in &planned.graph.edges {
             let first_point = builder.points.len() as u32;
-            let floor_m = metres(input.grids.head(at).floor_z_tenths);
-            builder.points.extend(edge.line.iter().map(|p| [p.x_m(), p.y_m(), floor_m]));
+            let free_space = free_spaces[at];
+            builder.points.extend(edge.line.iter().map(|p| [p.x_m(), p.y_m(), free_space.z_m(*p)]));
+            let walked = walked(free_space, &edge.line);
             builder.edges.push(RouteEdgeRecord {
-                length_m: edge.length_m,
+                length_m: if free_space.is_level() { edge.length_m } else { walked.length_m },
                 clearance_m: edge.clearance_m,
-                slope_rad: 0.0,
+                slope_rad: walked.slope_rad,
                 clear_width_m: 0.0,
                 nodes: edge.nodes.map(|n| (first + n) as u32),
                 kind: edge.door.map_or(EdgeKind::Floor, |_| EdgeKind::Door).into(),
@@ -328,14 +340,14 @@ fn add_graph(
                 // Not reachable for this robot.
                 let clearance_m = free_spaces[end.storey].clearance_of(end.cell);
                 let place = NodePlace::Staging(portal.element as u32);
-                builder.nodes.push(node_record(head, at, place, clearance_m));
+                builder.nodes.push(node_record(head, free_spaces[end.storey], (at, place), clearance_m));
                 builder.nodes.len() - 1
             }) as u32
         });
         let first_point = builder.points.len() as u32;
         let ends = portal.ends.map(|end| {
             let at = free_spaces[end.storey].middle(end.cell);
-            [at.x_m(), at.y_m(), metres(input.grids.head(end.storey).floor_z_tenths)]
+            [at.x_m(), at.y_m(), free_spaces[end.storey].z_m(at)]
         });
         let is_stepped = matches!(portal.kind, PortalKind::Stair | PortalKind::Escalator);
         let traversal =
@@ -362,7 +374,12 @@ fn add_graph(
 }
 
 /// A node whose space is not known yet.
-fn node_record(head: &GridHead, at: Point2<Map>, place: NodePlace, clearance_m: f64) -> RouteNodeRecord {
+fn node_record(
+    head: &GridHead,
+    free_space: &FreeSpace,
+    (at, place): (Point2<Map>, NodePlace),
+    clearance_m: f64,
+) -> RouteNodeRecord {
     let (kind, of) = match place {
         NodePlace::Space(space) => (NodeKind::Space, space),
         NodePlace::Door(door) => (NodeKind::Door, door),
@@ -370,7 +387,7 @@ fn node_record(head: &GridHead, at: Point2<Map>, place: NodePlace, clearance_m: 
         NodePlace::Staging(element) => (NodeKind::Staging, element),
     };
     RouteNodeRecord {
-        position_in_map_m: [at.x_m(), at.y_m(), metres(head.floor_z_tenths)],
+        position_in_map_m: [at.x_m(), at.y_m(), free_space.z_m(at)],
         clearance_m,
         kind: kind.into(),
         map_storey: head.map_storey,

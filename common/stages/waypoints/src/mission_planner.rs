@@ -4,6 +4,7 @@ use crate::barriers::{BarriersOfParts, Obstacle, barriers};
 use crate::changed_elements::{cells_of, changed_elements};
 use crate::floor_parts::{PartProperties, first_part, floor_parts, part_properties};
 use crate::free_space::FreeSpace;
+use crate::ground_crossings::ground_crossings;
 use crate::input::MissionPlanInput;
 use crate::mission_plan_archive::assemble;
 use crate::portal::Portal;
@@ -17,7 +18,9 @@ use crate::spaces::{Refusal, refused};
 use crate::steps::steps;
 use crate::storey_planner::{PlannedStorey, StoreySurvey, instance_of, plan_storey, survey_storey};
 use crate::tour_stops::StoreyRequest;
-use messages::{ArchiveBuffer, ContentHash, DoorPassageRecord, MapGrids, NoWaypoint, StoreyEntry, space_flags};
+use messages::{
+    ArchiveBuffer, ContentHash, DoorPassageRecord, FloorKind, MapGrids, NoWaypoint, StoreyEntry, space_flags,
+};
 use rayon::prelude::*;
 use xxhash_rust::xxh3::Xxh3;
 
@@ -64,14 +67,14 @@ impl MissionPlanner {
             barriers: &barriers(input, &free_spaces, &portals, &reached),
             free_spaces: &free_spaces,
         };
-        let jobs = (0..input.grids.count()).map(|at| StoreyJob::new(input, at, &refusals, &ways, changed.as_deref()));
-        jobs.zip(&self.storeys)
-            .map(|(job, (_, planned))| {
-                let (instance, centroids) = job.with(input, free_spaces[job.at], instance_of);
-                let map_storey = input.grids.head(job.at).map_storey;
-                StoreyInstance { map_storey, instance, centroids, reached_m2: planned.reached_m2 }
-            })
-            .collect()
+        let planned = (0..input.grids.count()).filter(|&at| input.grids.head(at).floor != FloorKind::Ground);
+        let jobs = planned.map(|at| StoreyJob::new(input, at, &refusals, &ways, changed.as_deref()));
+        jobs.map(|job| {
+            let (instance, centroids) = job.with(input, free_spaces[job.at], instance_of);
+            let map_storey = input.grids.head(job.at).map_storey;
+            StoreyInstance { map_storey, instance, centroids, reached_m2: self.storeys[job.at].1.reached_m2 }
+        })
+        .collect()
     }
 
     /// Makes the mission plan. Storeys whose map, spaces or entries changed are planned again, the others are taken
@@ -141,6 +144,7 @@ fn find_portals(input: &MissionPlanInput<'_>, free_spaces: &[&FreeSpace]) -> Vec
     let robot = &index.head.robot;
     let mut tour_distances = portals(site, schedule_state, robot, options, free_spaces);
     tour_distances.extend(steps(site, schedule_state, robot, grids, free_spaces));
+    tour_distances.extend(ground_crossings(input, free_spaces));
     tour_distances
 }
 
@@ -257,7 +261,7 @@ impl<'a> StoreyJob<'a> {
                 .filter(|&k| refusals[k].as_ref().is_some_and(needs_none) && is_here(k))
                 .collect(),
             may_scan,
-            passages: input.index.doors.iter().filter(|d| d.map_storey == map_storey).copied().collect(),
+            passages: input.passages(at),
             reached: &ways.reached.parts[at],
             barriers: &ways.barriers[at],
             entries: &ways.reached.entries[at],

@@ -31,6 +31,8 @@ pub(crate) enum PortalKind {
     Escalator,
     /// Floor at another height beside floor.
     Step,
+    /// One place on the maps of two storeys: the robot changes the map and stays where it is.
+    Ground,
 }
 
 impl PortalKind {
@@ -42,6 +44,7 @@ impl PortalKind {
             Self::Lift => EdgeKind::Lift,
             Self::Escalator => EdgeKind::Escalator,
             Self::Step => EdgeKind::Step,
+            Self::Ground => EdgeKind::Ground,
         }
     }
 }
@@ -51,7 +54,7 @@ impl Portal {
     pub(crate) fn slope_rad(&self) -> f64 {
         match self.kind {
             PortalKind::Ramp { slope_rad } => slope_rad,
-            PortalKind::Stair | PortalKind::Lift | PortalKind::Escalator | PortalKind::Step => 0.0,
+            PortalKind::Stair | PortalKind::Lift | PortalKind::Escalator | PortalKind::Step | PortalKind::Ground => 0.0,
         }
     }
 }
@@ -71,7 +74,7 @@ pub(crate) struct Staging {
 const MAX_STAGING_DISTANCE_M: f64 = 1.5;
 
 /// Upward faces steeper than this are sides of a ramp, not its surface.
-const MAX_FACE_SLOPE_RAD: f64 = 0.6;
+pub(crate) const MAX_FACE_SLOPE_RAD: f64 = 0.6;
 
 /// The steepest faces of a ramp are rims if together they are less than this share of its area.
 const MINOR_SHARE: f64 = 0.05;
@@ -109,9 +112,9 @@ pub(crate) fn staging(free_space: &FreeSpace, robot: &RobotProfile, entrances: &
 }
 
 /// Length of the straight line between the ends.
-pub(crate) fn length_m(site: &Site<'_>, free_spaces: &[&FreeSpace], ends: [Staging; 2]) -> f64 {
+pub(crate) fn length_m(free_spaces: &[&FreeSpace], ends: [Staging; 2]) -> f64 {
     let [a, b] = ends.map(|end| free_spaces[end.storey].middle(end.cell));
-    let [low, high] = ends.map(|end| metres(site.map_storeys[end.storey].floor_z_tenths));
+    let [low, high] = ends.map(|end| metres(free_spaces[end.storey].z_tenths(end.cell)));
     libm::hypot(b.distance_m(&a), high - low)
 }
 
@@ -130,7 +133,7 @@ pub(crate) fn slope_rad(site: &Site<'_>, elements: &[usize], free_spaces: &[&Fre
     steepest.map_or_else(
         || {
             let [a, b] = ends.map(|end| free_spaces[end.storey].middle(end.cell));
-            let [low, high] = ends.map(|end| metres(site.map_storeys[end.storey].floor_z_tenths));
+            let [low, high] = ends.map(|end| metres(free_spaces[end.storey].z_tenths(end.cell)));
             libm::atan2(high - low, b.distance_m(&a))
         },
         |f| f.0,

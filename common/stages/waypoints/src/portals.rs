@@ -2,12 +2,13 @@
 
 use crate::free_space::FreeSpace;
 use crate::options::MissionPlanOptions;
+use crate::outdoor_ends::add_outdoors;
 use crate::portal::{Portal, PortalKind, Staging, length_m, plan_area_m2, slope_rad, staging};
 use crate::sloped_slabs::sloped_slabs;
 use crate::stair_ends::{ends_at, is_flight, stair_treads};
 use frames::{Map, Point2, TENTHS_PER_M, metres};
 use geometry::upward_triangles;
-use messages::{EdgeKind, ElementState, NONE, RobotProfile, ScheduleState, Site, element_flags};
+use messages::{EdgeKind, ElementState, FloorKind, NONE, RobotProfile, ScheduleState, Site, element_flags};
 use std::collections::BTreeMap;
 
 /// Maximum distance in height of treads and landings from the floor of their storey, in tenths of a millimetre.
@@ -84,25 +85,32 @@ pub(crate) fn element_portals(
         let Some(kind) = kind_of(site, whole).or_else(|| elements.iter().find_map(|&e| kind_of(site, e))) else {
             continue;
         };
-        let mut below: Option<Staging> = None;
+        let mut stagings: Vec<Staging> = Vec::new();
         for &storey in &from_below {
             let free_space = free_spaces[storey];
             let entrances = entrances(site, &elements, kind, storey);
             let Some((cell, part)) = staging(free_space, robot, &entrances) else { continue };
-            let here = Staging { storey, cell, part };
-            if let Some(below) = below {
-                let ends = [below, here];
-                let length_m = length_m(site, free_spaces, ends);
-                let kind = match kind {
-                    VerticalKind::Stair => PortalKind::Stair,
-                    VerticalKind::Ramp => PortalKind::Ramp { slope_rad: slope_rad(site, &elements, free_spaces, ends) },
-                    VerticalKind::Lift => PortalKind::Lift,
-                    VerticalKind::Escalator => PortalKind::Escalator,
-                };
-                let usable = usable(site, robot, options, whole, kind);
-                portals.push(Portal { element: whole, kind, ends, length_m, usable });
+            stagings.push(Staging { storey, cell, part });
+        }
+        if matches!(kind, VerticalKind::Stair | VerticalKind::Ramp) {
+            add_outdoors(site, robot, (&elements, kind == VerticalKind::Stair), free_spaces, &mut stagings);
+        }
+        for pair in stagings.windows(2) {
+            let ends = [pair[0], pair[1]];
+            let length_m = length_m(free_spaces, ends);
+            let kind = match kind {
+                VerticalKind::Stair => PortalKind::Stair,
+                VerticalKind::Ramp => PortalKind::Ramp { slope_rad: slope_rad(site, &elements, free_spaces, ends) },
+                VerticalKind::Lift => PortalKind::Lift,
+                VerticalKind::Escalator => PortalKind::Escalator,
+            };
+            let usable = usable(site, robot, options, whole, kind);
+            // A ramp that the robot climbs is ground on both maps.
+            let is_outdoors = ends.iter().any(|end| site.map_storeys[end.storey].floor == FloorKind::Ground);
+            if is_outdoors && usable && matches!(kind, PortalKind::Ramp { .. }) {
+                continue;
             }
-            below = Some(here);
+            portals.push(Portal { element: whole, kind, ends, length_m, usable });
         }
     }
     portals
@@ -242,14 +250,14 @@ fn usable(site: &Site<'_>, robot: &RobotProfile, options: &MissionPlanOptions, w
         PortalKind::Stair => robot.climbs_stairs == 1,
         PortalKind::Ramp { slope_rad } => slope_rad <= robot.max_slope_rad + SLOPE_TOLERANCE_RAD,
         PortalKind::Lift => options.takes_lift(site, whole),
-        PortalKind::Escalator | PortalKind::Step => false,
+        PortalKind::Escalator | PortalKind::Step | PortalKind::Ground => false,
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::free_space::tests::drawn;
+    use crate::free_space::tests::drawn_at;
     use bytemuck::Zeroable;
     use messages::*;
 
@@ -318,9 +326,10 @@ mod tests {
             self.states.iter().enumerate().for_each(|(k, state)| schedule_state.set_element(k, *state, *state));
             let schedule_state = schedule_state.finish();
             let schedule_state = ScheduleState::open(schedule_state.bytes()).unwrap();
-            let buffer = drawn(&hall());
-            let free_spaces: Vec<FreeSpace> =
-                (0..site.map_storeys.len()).map(|_| FreeSpace::of(&Grid::open(buffer.bytes()).unwrap(), 0.3)).collect();
+            let free_space = |storey: &MapStoreyRecord| {
+                FreeSpace::of(&Grid::open(drawn_at(&hall(), storey.floor_z_tenths).bytes()).unwrap(), 0.3)
+            };
+            let free_spaces: Vec<FreeSpace> = site.map_storeys.iter().map(free_space).collect();
             let robot = RobotProfile { climbs_stairs: u32::from(climbs), ..RobotProfile::DEFAULT };
             let options = MissionPlanOptions {
                 lifts: lifts.iter().map(|l| (*l).to_owned()).collect(),
@@ -408,8 +417,10 @@ mod tests {
             let [low, high] = flight(3.0, 0.0);
             building.add("IfcRamp", "", &[low, high]);
             // The upper floor is this high: the run is two metres and a bit.
-            let free_space = FreeSpace::of(&Grid::open(drawn(&hall()).bytes()).unwrap(), 0.3);
+            let free_space = |z: i32| FreeSpace::of(&Grid::open(drawn_at(&hall(), z).bytes()).unwrap(), 0.3);
+            let free_spaces = [0.0, rise_m].map(|z_m| free_space((z_m * f64::from(TENTHS_PER_M)) as i32));
             let end = |storey: usize, x_m: f64| {
+                let free_space = &free_spaces[storey];
                 let cell = free_space.spec.index(free_space.spec.cell_at(Point2::new(x_m, 1.05)).unwrap());
                 Staging { storey, cell, part: free_space.part(cell) }
             };
@@ -422,7 +433,7 @@ mod tests {
             let site = Site::open(site.bytes()).unwrap();
             let (robot, options) = (RobotProfile::DEFAULT, MissionPlanOptions::default());
             let ends = [end(0, 1.05), end(1, 3.05)];
-            let slope_rad = slope_rad(&site, &[0], &[&free_space, &free_space], ends);
+            let slope_rad = slope_rad(&site, &[0], &free_spaces.each_ref(), ends);
             usable(&site, &robot, &options, 0, PortalKind::Ramp { slope_rad })
         };
         // The default robot drives up a slope of 0.1 rad: 0.2 m in two metres.
@@ -491,7 +502,7 @@ mod tests {
                 ..Zeroable::zeroed()
             });
         }
-        let free_space = FreeSpace::of(&Grid::open(drawn(&hall()).bytes()).unwrap(), 0.3);
+        let free_space = FreeSpace::of(&Grid::open(drawn_at(&hall(), 0).bytes()).unwrap(), 0.3);
         let found = building.portals(2, false, &[]);
         assert_eq!(found.len(), 1);
         for end in found[0].ends {

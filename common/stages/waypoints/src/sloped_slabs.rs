@@ -36,7 +36,7 @@ fn portal(site: &Site<'_>, robot: &RobotProfile, free_spaces: &[&FreeSpace], ele
         Some(Staging { storey, cell, part })
     });
     let ends = [stages[0]?, stages[1]?];
-    let length_m = length_m(site, free_spaces, ends);
+    let length_m = length_m(free_spaces, ends);
     let kind = PortalKind::Ramp { slope_rad: slope_rad(site, &[element], free_spaces, ends) };
     (ends[0].storey != ends[1].storey).then_some(Portal { element, kind, ends, length_m, usable: true })
 }

@@ -49,7 +49,7 @@ pub(crate) fn steps(
             }
             for ends in ends {
                 let element = floor_at(site, schedule_state, free_spaces[high].middle(ends[1].cell), z(high));
-                let length_m = length_m(site, free_spaces, ends);
+                let length_m = length_m(free_spaces, ends);
                 found.push(Portal { element, kind: PortalKind::Step, ends, length_m, usable });
             }
         }
@@ -199,7 +199,7 @@ fn stretches(contacts: &[([i64; 2], usize)]) -> Vec<Vec<usize>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::free_space::tests::drawn;
+    use crate::free_space::tests::drawn_at;
     use bytemuck::Zeroable;
     use messages::{FloorKind, MapStoreyRecord, ScheduleStateBuilder, SiteBuilder};
 
@@ -214,7 +214,7 @@ mod tests {
         let site = Site::open(site.bytes()).unwrap();
         let schedule_state = ScheduleStateBuilder::everything_built(site.content_hash(), 0, 0).finish();
         let schedule_state = ScheduleState::open(schedule_state.bytes()).unwrap();
-        let buffers = [drawn(high), drawn(low)];
+        let buffers = [drawn_at(high, rise_tenths), drawn_at(low, 0)];
         let grids = buffers.each_ref().map(|b| Grid::open(b.bytes()).unwrap());
         let free_spaces = grids.each_ref().map(|g| FreeSpace::of(g, robot.radius_m));
         let steps = steps(&site, &schedule_state, &robot, &grids.as_slice(), &free_spaces.each_ref());

@@ -17,6 +17,7 @@ use crate::tour_distances::{StoreyPlaces, legs};
 use crate::tour_stops::{PlannedScan, StopPurpose, StopScan, StoreyRequest, TourGoal, TourStop};
 use frames::{Map, Point2};
 use grid::Class;
+use messages::FloorKind;
 
 /// Coverage of a space: faces that can be seen, and those seen by scans.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -90,7 +91,9 @@ pub(crate) fn survey_storey(storey: &StoreyInputs<'_>, request: &StoreyRequest<'
             Err(refusal) => survey.refused.push((space, refusal)),
         }
     }
-    survey.scans = request.options.scans.then(|| survey_scans(storey, request, &survey.centres));
+    // Scans of facades from outdoors are none of the rooms of a building.
+    let is_scanned = request.options.scans && storey.grid.head.floor != FloorKind::Ground;
+    survey.scans = is_scanned.then(|| survey_scans(storey, request, &survey.centres));
     survey.path_grid = PathGrid::of(storey.free_space, |part| storey.reached[part as usize]);
     survey
 }

@@ -3,7 +3,7 @@
 use crate::barriers::{FloorBetween, FloorEnd};
 use crate::free_space::FreeSpace;
 use frames::{Map, Point2};
-use grid::{Cell, Class, GridSpec};
+use grid::Class;
 use messages::Grid;
 use std::cmp::Reverse;
 use std::collections::{BTreeSet, BinaryHeap};
@@ -31,19 +31,6 @@ fn is_open(grid: &Grid<'_>, is_closed_space: &[bool], cell: usize) -> bool {
     grid.floor[cell] != 0 && (grid.planning[cell] == 0 || grid.class[cell] == Class::None.id() && is_closed())
 }
 
-/// The cells along the sides of a cell.
-fn beside(spec: &GridSpec, cell: usize) -> impl Iterator<Item = usize> + use<> {
-    let (Cell { column, row }, width, height) = (spec.cell_of(cell), spec.width, spec.height);
-    let w = width as usize;
-    let sides = [
-        (column > 0).then(|| cell - 1),
-        (column + 1 < width).then(|| cell + 1),
-        (row > 0).then(|| cell - w),
-        (row + 1 < height).then(|| cell + w),
-    ];
-    sides.into_iter().flatten()
-}
-
 /// Pairs of parts, and of parts and closed spaces, between which there is such floor: each with the largest part of what hangs
 /// together so.
 pub(super) fn floors_between(
@@ -65,7 +52,7 @@ pub(super) fn floors_between(
         while let Some(cell) = waiting.pop() {
             parts.extend(Some(free_space.part(cell)).filter(|part| *part != 0));
             spaces.extend(closed_space(grid, is_closed_space, cell));
-            for next in beside(&spec, cell) {
+            for next in spec.beside(cell) {
                 if is_open(grid, is_closed_space, next) && !std::mem::replace(&mut is_seen[next], true) {
                     waiting.push(next);
                 }
@@ -108,7 +95,7 @@ pub(super) fn crossings(
         if so_far > cost[cell] {
             continue;
         }
-        for next in beside(&spec, cell).filter(|next| is_open(grid, is_closed_space, *next)) {
+        for next in spec.beside(cell).filter(|next| is_open(grid, is_closed_space, *next)) {
             let total = so_far.saturating_add(if free_space.part(next) == 0 { CLOSED_STEP } else { 1 });
             if total < cost[next] {
                 (cost[next], came_from[next]) = (total, cell as u32);

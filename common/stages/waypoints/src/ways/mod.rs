@@ -11,10 +11,11 @@ pub use way::{FloorLeg, NoPlace, NoWay, PortalLeg, Way, WayEnd, WayLeg, WayObsta
 use crate::free_space::FreeSpace;
 use crate::input::MissionPlanInput;
 use crate::options::MissionPlanOptions;
-use crate::path_search::{PathGrid, length_m};
+use crate::path_search::PathGrid;
 use crate::portal::{Portal, PortalKind, Staging};
 use crate::reachability::Reachability;
 use crate::route_graph::is_same_doorway;
+use crate::walked_line::{WalkedLine, walked};
 use frames::{Point2, TENTHS_PER_M};
 use geometry::OrientedBox;
 use messages::{DoorPassageRecord, EdgeKind, Grids, MapGrids, MissionPlan, ScheduleState, Site};
@@ -137,6 +138,9 @@ impl<'a> WayFinder<'a> {
         let cells: Vec<usize> = path.iter().map(cell_of).collect();
         let [first, last] = [0, path.len() - 1].map(|k| path_grid.middle(path[k]));
         let line = path_grid.pull_string(path, first, last);
+        let free_space = &self.free_spaces[storey];
+        let WalkedLine { length_m, climb_m, descent_m, slope_rad } = walked(free_space, &line);
+        let z_m = line.iter().map(|corner| free_space.z_m(*corner)).collect();
         let map_storey = self.grids.head(storey).map_storey;
         let mut spaces: Vec<usize> = Vec::new();
         self.grids.with(storey, |grid| {
@@ -146,25 +150,26 @@ impl<'a> WayFinder<'a> {
                 }
             }
         });
-        let doors = self.doors_on(map_storey, &cells, spec);
-        FloorLeg { map_storey, length_m: length_m(&line), line, doors, spaces, cells }
+        let doors = self.doors_on(storey, &cells, spec);
+        FloorLeg { map_storey, line, z_m, length_m, climb_m, descent_m, slope_rad, doors, spaces, cells }
     }
 
     /// The doorways of a storey in which cells lie, in the order of the cells; leaves that count together are one.
-    fn doors_on(&self, map_storey: u32, cells: &[usize], spec: &grid::GridSpec) -> Vec<DoorPassageRecord> {
+    fn doors_on(&self, storey: usize, cells: &[usize], spec: &grid::GridSpec) -> Vec<DoorPassageRecord> {
         let half_cell = f64::from(spec.cell_tenths) / 2.0;
         let first_in = |passage: &DoorPassageRecord| {
             let way = passage.way.to_box();
+            // Before the doorway, too, by half a cell.
+            let way = OrientedBox { half: [way.half[0], way.half[1] + half_cell], ..way };
             let middle = |cell: &usize| {
                 let middle = spec.centre_of(spec.cell_of(*cell));
                 middle.coordinates_m().map(|c| c * f64::from(TENTHS_PER_M))
             };
-            cells.iter().position(|cell| is_inside(&way, half_cell, middle(cell)))
+            cells.iter().position(|cell| way.contains(middle(cell)))
         };
-        let here =
-            self.index.doors.iter().filter(|door| door.map_storey == map_storey && !door.passage.get().is_closed());
+        let here = self.input().passages(storey).into_iter().filter(|door| !door.passage.get().is_closed());
         let mut found: Vec<(usize, DoorPassageRecord)> =
-            here.filter_map(|passage| Some((first_in(passage)?, *passage))).collect();
+            here.filter_map(|passage| Some((first_in(&passage)?, passage))).collect();
         found.sort_by_key(|(at, passage)| (*at, passage.door));
         found.dedup_by(|(_, a), (_, b)| is_same_doorway(b, a));
         found.into_iter().map(|(_, passage)| passage).collect()
@@ -186,6 +191,7 @@ fn planned_portal(
         EdgeKind::Lift => PortalKind::Lift,
         EdgeKind::Escalator => PortalKind::Escalator,
         EdgeKind::Step => PortalKind::Step,
+        EdgeKind::Ground => PortalKind::Ground,
     };
     let staging = |node: u32| {
         let node = &mission_plan.nodes[node as usize];
@@ -199,12 +205,4 @@ fn planned_portal(
     let ends = [staging(record.nodes[0])?, staging(record.nodes[1])?];
     let (element, usable) = (record.of as usize, record.usable == 1);
     Some(Portal { element, kind, ends, length_m: record.length_m, usable })
-}
-
-/// True if a point lies in a box, or before it by no more than `margin` through the wall.
-fn is_inside(way: &OrientedBox, margin: f64, [x, y]: [f64; 2]) -> bool {
-    let [dx, dy] = [x - way.centre[0], y - way.centre[1]];
-    let across = way.across();
-    let [along, through] = [dx * way.axis[0] + dy * way.axis[1], dx * across[0] + dy * across[1]];
-    along.abs() <= way.half[0] && through.abs() <= way.half[1] + margin
 }

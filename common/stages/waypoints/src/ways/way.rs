@@ -22,7 +22,7 @@ pub enum WayEnd {
 pub struct Way {
     /// Its legs in their order; a leg over floor at both ends.
     pub legs: Vec<WayLeg>,
-    /// Length of all legs in metres; through portals as walked, up the slope.
+    /// Length of all legs in metres, as walked, up the slope.
     pub length_m: f64,
 }
 
@@ -31,7 +31,7 @@ pub struct Way {
 pub enum WayLeg {
     /// Over the floor of a storey.
     Floor(FloorLeg),
-    /// Through a stair, ramp, lift or step to another storey.
+    /// Through a stair, ramp, lift or step to another storey, or from its map to that of the ground outdoors.
     Portal(PortalLeg),
 }
 
@@ -44,8 +44,16 @@ pub struct FloorLeg {
     pub cells: Vec<usize>,
     /// Corners of the shortest line along the cells, in `map`.
     pub line: Vec<Point2<Map>>,
-    /// Length of the line in metres.
+    /// Height of the ground at each corner, in metres.
+    pub z_m: Vec<f64>,
+    /// Length of the line in metres, along slopes.
     pub length_m: f64,
+    /// Sum of its rises in metres.
+    pub climb_m: f64,
+    /// Sum of its falls in metres.
+    pub descent_m: f64,
+    /// Slope of the steepest ground under it.
+    pub slope_rad: f64,
     /// Doorways in their order, each once: passages that the robot can pass, or openings where a door will hang.
     pub doors: Vec<DoorPassageRecord>,
     /// Spaces in the order in which the leg enters them.
