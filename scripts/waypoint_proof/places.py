@@ -30,10 +30,11 @@ def check_poses(export):
     radius_m = export.robot["radius_m"]
     for w in export.waypoints:
         name, storey = f"waypoint {w['id']}", export.storeys[w["storey"]]
-        if abs(w["z_m"] - storey.floor_z_m) > ROUNDED_M:
-            yield "height", f"{name} is at {w['z_m']} m, the floor at {storey.floor_z_m} m"
-        if abs(w["sensor_z_m"] - storey.floor_z_m - export.robot["sensor_height_m"]) > ROUNDED_M:
-            yield "height", f"{name} has its sensor at {w['sensor_z_m']} m, the floor is at {storey.floor_z_m} m"
+        floor_z_m = storey.z_m([w["x_m"], w["y_m"]])[0]
+        if abs(w["z_m"] - floor_z_m) > ROUNDED_M:
+            yield "height", f"{name} is at {w['z_m']} m, the floor at {floor_z_m} m"
+        if abs(w["sensor_z_m"] - floor_z_m - export.robot["sensor_height_m"]) > ROUNDED_M:
+            yield "height", f"{name} has its sensor at {w['sensor_z_m']} m, the floor is at {floor_z_m} m"
         if w["space"] is not None:
             yield from check_inside(export, w, name)
         cell, clearance_m = storey.cell(w["place"]), storey.clearance_m(w["place"][None])

@@ -15,14 +15,17 @@ def check_nodes(export):
     for node in export.graph["nodes"]:
         name, storey = f"node {node['id']}", export.storeys[node["storey"]]
         clearance_m = storey.clearance_m(node["place"][None])
-        if abs(node["z_m"] - storey.floor_z_m) > ROUNDED_M:
-            yield "node", f"{name} is at {node['z_m']} m, the floor at {storey.floor_z_m} m"
+        floor_z_m = storey.z_m([node["x_m"], node["y_m"]])[0]
+        if abs(node["z_m"] - floor_z_m) > ROUNDED_M:
+            yield "node", f"{name} is at {node['z_m']} m, the floor at {floor_z_m} m"
         if clearance_m < radius_m - ROUNDED_M or node["part"] == 0:
             yield "node", f"{name} is {clearance_m:.3f} m from what is not free, or on keep-out"
         elif abs(node["clearance_m"] - clearance_m) > ROUNDED_M:
             yield "node", f"{name} is {clearance_m:.3f} m from what is not free, the export has {node['clearance_m']} m"
         known = export.spaces if node["kind"] == "space" else export.elements
-        if (node["kind"] == "junction") != (node["of"] is None) or node["of"] not in known and node["of"] is not None:
+        # No element carries a place that two maps show, and a step may have none.
+        may_be_none = node["kind"] in ("junction", "staging")
+        if node["kind"] == "junction" and node["of"] or node["of"] not in known and not (node["of"] is None and may_be_none):
             yield "node", f"{name} is a {node['kind']} of {node['of']}"
         elif names_of(export, node) != (node["name"], node["space_name"]):
             yield "node", f"{name} has other names than semantic.json: {node['name']}, {node['space_name']}"
@@ -71,8 +74,14 @@ def check_level_edge(export, edge, ends):
         yield "edge", f"{name} is on the floor, and joins two storeys or cannot be used"
         return
     length_m = sum(math.dist(a, b) for a, b in zip(edge["line_m"], edge["line_m"][1:]))
-    if abs(edge["length_m"] - length_m) > ROUNDED_M:
-        yield "edge", f"{name} is {length_m:.4f} m long, the export has {edge['length_m']} m"
+    # Over slopes it is longer than in plan, but for steps that the robot takes by no more than the steepest makes it.
+    longest_m = length_m / math.cos(edge["slope_rad"] or 0)
+    if not length_m - ROUNDED_M <= edge["length_m"] <= longest_m * (1 if storey.height_m is None else 1.02) + ROUNDED_M:
+        yield "edge", f"{name} is {length_m:.4f} to {longest_m:.4f} m long, the export has {edge['length_m']} m"
+    if edge["line_z_m"]:
+        off_m = np.abs(np.array(edge["line_z_m"]) - storey.z_m(edge["line_m"]))
+        if np.nanmax(off_m, initial=0) > ROUNDED_M:
+            yield "edge", f"{name} is up to {np.nanmax(off_m):.3f} m off the ground"
     line = storey.places(edge["line_m"])
     # The robot fits at the nodes, though perhaps not at the middles of their cells.
     can_be = storey.stands.copy()
@@ -96,7 +105,24 @@ def check_level_edge(export, edge, ends):
 def doors_on(export, index):
     """The doors that the robot passes on a storey."""
     doors = {guid: e for guid, e in export.elements.items() if e["class"] == "door" and e["aabb_m"]}
-    return [guid for guid, door in doors.items() if door["attributes"].get("passage", {}).get(str(index)) == "passable"]
+    if export.storeys[index].is_outdoors:
+        doors = {guid: door for guid, door in doors.items() if is_at_ground(export.storeys[index], door)}
+    return [guid for guid, door in doors.items() if "passable" in passages(export, door, index)]
+
+
+def is_at_ground(storey, door):
+    """True if a door begins at the height of the ground around it."""
+    low, high = (np.array(door["aabb_m"][end]) for end in ("min", "max"))
+    around = storey.cells_around([low[:2] - DOOR_M, high[:2] + DOOR_M])
+    return bool((np.abs(storey.height_m[around] - low[2]) < DOOR_M).any())
+
+
+def passages(export, door, index):
+    """What a door is on a storey; on the ground outdoors, which has no doors of its own, what it is on others."""
+    of_storeys = door["attributes"].get("passage", {})
+    if export.storeys[index].is_outdoors:
+        return set(of_storeys.values())
+    return {of_storeys.get(str(index))}
 
 
 def along(line):
@@ -111,7 +137,7 @@ def check_door(export, edge, ends, line):
         yield "door", f"{name} leads through {edge['of']}, which is no door with a node at one end"
         return
     attributes, storey = door["attributes"], export.storeys[ends[0]["storey"]]
-    if attributes["passage"].get(str(ends[0]["storey"])) not in CAN_PASS:
+    if not passages(export, door, ends[0]["storey"]) & set(CAN_PASS):
         yield "door", f"{name} leads through the door {edge['of']}, which is closed to the robot"
     if edge["clear_width_m"] is None or abs(edge["clear_width_m"] - attributes["clear_width_m"]) > ROUNDED_M:
         yield "door", f"the door of {name} is {attributes['clear_width_m']} m wide, the export has {edge['clear_width_m']} m"
@@ -133,7 +159,7 @@ def beside_m(storey, door, line):
 def check_portal(export, edge, ends):
     name, robot = f"the {edge['class']} {edge['id']}", export.robot
     (a, b), element = ends, export.elements.get(edge["of"])
-    is_of_nothing = element is None and not (edge["class"] == "step" and edge["of"] is None)
+    is_of_nothing = element is None and not (edge["class"] in ("step", "ground") and edge["of"] is None)
     if is_of_nothing or a["storey"] == b["storey"] or {a["of"], b["of"]} != {edge["of"]}:
         yield "portal", f"{name} does not join two storeys by an element, with a place before it on either"
         return
@@ -150,19 +176,24 @@ def check_portal(export, edge, ends):
         yield "portal", f"{name} rises by {b['z_m'] - a['z_m']:.4f} m, the export has {edge['rise_m']} m"
     can_take = {"stair": robot["climbs_stairs"], "lift": True, "escalator": False,
                 "ramp": (edge["slope_rad"] or 0) <= robot["max_slope_rad"] + 2e-3,
+                "ground": True,
                 "step": rise_m <= robot["step_height_m"] + ROUNDED_M or robot["climbs_stairs"] and rise_m <= 0.25}
+    if edge["class"] == "ground" and (plan_m > ROUNDED_M or rise_m > robot["step_height_m"] + ROUNDED_M):
+        yield "portal", f"{name} joins two places: they are {plan_m:.3f} m apart, and {rise_m:.3f} m in height"
     if edge["usable"] and not can_take.get(edge["class"], False):
         yield "portal", f"{name} cannot be taken by this robot"
 
 
 def check_connected(export, index):
-    """All nodes in a part of the storey that the robot gets to hang together over its floor."""
+    """All nodes in a part of the storey that the robot gets to hang together over its floor; outdoors, where no waypoint tells which
+    these are, in every part with nodes."""
     beside = {}
     for edge in export.graph["edges"]:
         if edge["class"] in ("floor", "door"):
             beside.setdefault(edge["from"], []).append(edge["to"])
             beside.setdefault(edge["to"], []).append(edge["from"])
-    for part in export.reached(index):
+    of_nodes = sorted({n["part"] for n in export.graph["nodes"] if n["storey"] == index} - {0})
+    for part in of_nodes if export.storeys[index].is_outdoors else export.reached(index):
         own = {n["id"] for n in export.graph["nodes"] if (n["storey"], n["part"]) == (index, part)}
         found, waiting = set(), sorted(own)[:1]
         while waiting:

@@ -8,6 +8,8 @@ import math
 import numpy as np
 from PIL import Image
 
+from check_world import elevation
+
 FREE, OCCUPIED, UNKNOWN = 254, 0, 205
 # Names of the values of classes.png.
 CLASSES = ("none", "wall", "column", "door", "window", "stair", "ramp", "railing", "furniture", "curtain_wall", "slab", "beam", "mep", "other")
@@ -28,9 +30,6 @@ class Storey:
         self.floor_z_m, self.resolution_m = entry["floor_z_m"], resolution_m
         folder = out / entry["directory"]
         planning = image(folder / "planning.pgm", entry)
-        if entry["floor"] == "ground":
-            # Nobody is sent over the ground outdoors.
-            planning = np.full_like(planning, UNKNOWN)
         # What is more than two cells off the free ones has no say in anything.
         ends = [np.flatnonzero((planning == FREE).any(axis)) for axis in (0, 1)]
         low, high = ([max(0, e[0] - 2) if len(e) else 0 for e in ends], [e[-1] + 3 if len(e) else 1 for e in ends])
@@ -39,6 +38,10 @@ class Storey:
         planning = np.pad(planning[cut], 1, constant_values=UNKNOWN)
         self.size = planning.shape[1] - 2, planning.shape[0] - 2
         self.free, self.occupied = planning == FREE, planning == OCCUPIED
+        self.is_outdoors, self.height_m = entry["floor"] == "ground", None
+        if (folder / "elevation.yaml").exists():
+            there, height_m, _, _ = elevation(folder)
+            self.height_m = np.pad(np.where(there, height_m, np.nan)[cut], 1, constant_values=np.nan)
         self.keep_out = np.pad(image(folder / "keepout.pgm", entry)[cut], 1) == 0
         self.classes = np.where(self.occupied, np.pad(image(folder / "classes.png", entry)[cut], 1), 0)
         # Distance of the map's free cells to what is not free; the ring counts for lines only.
@@ -58,6 +61,13 @@ class Storey:
     def points_m(self, places):
         """The other way."""
         return (places - 1) * self.resolution_m + self.origin_m
+
+    def z_m(self, points_m):
+        """Height of the ground at points: nan in a doorway without floor."""
+        if self.height_m is None:
+            return np.full(len(np.reshape(points_m, (-1, 2))), self.floor_z_m)
+        columns, rows = np.floor(self.places(points_m) + 1e-9).astype(int).T
+        return self.height_m[rows, columns]
 
     def cells_around(self, points_m):
         """(rows, columns) of all cells in the box around points."""

@@ -159,3 +159,53 @@ fn a_pit_is_ground_before_it_is_dug_and_has_an_edge_while_it_is_open() {
     assert_eq!(look("open"), [(true, false), (true, false), (false, true)]);
     assert_eq!(look("filled"), [(true, false); 3]);
 }
+
+/// The answer of `groundplan way` for a robot that climbs so steeply; exit code 0 says that there is a way, 1 that there is none.
+fn way(model: &Path, from: &str, to: &str, max_slope_rad: f64) -> Value {
+    let folder = tempfile::tempdir().unwrap();
+    let robot = folder.path().join("robot.toml");
+    std::fs::write(&robot, format!("name = \"climber\"\nmax_slope_rad = {max_slope_rad}\n")).unwrap();
+    let rest = ["--resolution", "0.1", "--only-now", "--json"];
+    let [question, ends, profile] = ["way", "--", "--robot"];
+    let mut arguments: Vec<&dyn AsRef<std::ffi::OsStr>> = vec![&question, &profile, &robot];
+    arguments.extend(rest.iter().map(|argument| argument as &dyn AsRef<std::ffi::OsStr>));
+    arguments.extend([&ends as &dyn AsRef<std::ffi::OsStr>, &from, &to, &model]);
+    let output = support::groundplan(&arguments);
+    serde_json::from_slice(&output.stdout).unwrap_or_else(|_| panic!("{}", String::from_utf8_lossy(&output.stderr)))
+}
+
+fn kinds(answer: &Value) -> Vec<&str> {
+    answer["legs"].as_array().unwrap().iter().map(|leg| leg["kind"].as_str().unwrap()).collect()
+}
+
+#[test]
+fn a_way_from_the_yard_leads_over_ramps_into_the_storeys_and_tells_how_far_it_climbs() {
+    let home = tempfile::tempdir().unwrap();
+    let (model, facts) = site(home.path(), "tin-geographic", "local");
+    let floors: Vec<f64> = facts["floors_z_m"].as_array().unwrap().iter().map(|z| z.as_f64().unwrap()).collect();
+    let number = |value: &Value| value.as_f64().unwrap();
+    for (room, n_storeys, floor_z_m) in [("G.1", 1, floors[0]), ("U.1", 2, floors[1])] {
+        let answer = way(&model, "5,5,Site", room, 0.1);
+        let expected = ["floor", "ground", "floor", "ramp", "floor"];
+        assert_eq!(kinds(&answer), expected[..2 * n_storeys + 1], "{answer}");
+        let legs = answer["legs"].as_array().unwrap();
+        let points = |leg: &Value| -> Vec<f64> {
+            leg["points_m"].as_array().unwrap().iter().map(|point| point[2].as_f64().unwrap()).collect()
+        };
+        let (start_z_m, end_z_m) = (points(&legs[0])[0], *points(&legs[2 * n_storeys]).last().unwrap());
+        assert!((end_z_m - floor_z_m).abs() < 1e-3, "{answer}");
+        // What it climbs less what it falls is the height between the ends.
+        let rise_m = number(&answer["climb_m"]) - number(&answer["descent_m"]);
+        assert!((rise_m - (end_z_m - start_z_m)).abs() < 0.03, "{rise_m}: {answer}");
+        assert!(legs.iter().all(|leg| number(&leg["slope_rad"]) <= 0.1), "{answer}");
+        let doors = legs[2]["doors"].as_array().unwrap();
+        assert_eq!(doors[0]["name"], "G wall south door 1", "{answer}");
+    }
+    let too_steep = way(&model, "5,5,Site", "G.1", 0.05);
+    assert_eq!((&too_steep["exists"], kinds(&too_steep).len()), (&Value::Bool(false), 0));
+    let missing = too_steep["missing"].as_array().unwrap();
+    assert_eq!(missing.len(), 1, "{too_steep}");
+    assert_eq!(missing[0]["kind"], "ramp", "{too_steep}");
+    let backwards = way(&model, "U.1", "5,5,Site", 0.1);
+    assert_eq!(kinds(&backwards), ["floor", "ramp", "floor", "ground", "floor"]);
+}
