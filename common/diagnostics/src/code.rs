@@ -223,6 +223,8 @@ codes! {
     ElementUnseen = "element_unseen",
     /// A storey without faces of the classes that scans are to see.
     NoTargetFaces = "no_target_faces",
+    /// The map of the ground outdoors is too large for ways over it; a coarser one has them.
+    OutdoorsNotPlanned = "outdoors_not_planned",
     /// Scans that cannot be registered with others.
     ScanNotJoined = "scan_not_joined",
     /// A start where the robot cannot stand.

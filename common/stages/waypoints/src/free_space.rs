@@ -2,7 +2,7 @@
 
 use frames::{Map, Point2, TENTHS_PER_M, metres};
 use grid::{Cell, GridSpec, LineOfSight, SparseCells, SparseLayer, sparse_distances};
-use messages::{ContentHash, Grid};
+use messages::{ContentHash, FloorKind, Grid, GridHead};
 use safety::SafetyLayer;
 use std::collections::BTreeSet;
 
@@ -39,10 +39,19 @@ struct KeptOff {
     hash: ContentHash,
 }
 
+/// Cells of the largest map of the ground outdoors over which ways are planned: they take twenty bytes a cell, as much again as the map.
+const MAX_CELLS_OUTDOORS: usize = 40_000_000;
+
+/// True for a storey over which ways are planned: not for the ground outdoors where its map is very large.
+pub(crate) fn is_planned(head: &GridHead) -> bool {
+    head.floor != FloorKind::Ground || head.spec().n_cells() <= MAX_CELLS_OUTDOORS
+}
+
 impl FreeSpace {
     pub(crate) fn of(grid: &Grid<'_>, radius_m: f64) -> Self {
         let spec = grid.spec();
-        let not_free: Vec<bool> = grid.planning.iter().map(|&p| p != 0).collect();
+        let is_planned = is_planned(&grid.head);
+        let not_free: Vec<bool> = grid.planning.iter().map(|&p| p != 0 || !is_planned).collect();
         let squared = sparse_distances(&not_free, spec.width as usize);
         drop(not_free);
         // Minimum squared distance in cells, with a tolerance of a tenth of a millimetre.
@@ -51,7 +60,7 @@ impl FreeSpace {
         let stands = |cell: usize| !grid.is_keepout(cell) && squared[cell] >= needed.max(1);
         let mut part = squared.cells().layer_of(0, |cell| if stands(cell) { UNLABELLED } else { 0 });
         let sizes = label(&mut part, spec.width as usize);
-        let relief = (!grid.elevation.is_empty()).then(|| relief_of(grid, squared.cells()));
+        let relief = (is_planned && !grid.elevation.is_empty()).then(|| relief_of(grid, squared.cells()));
         Self { spec, squared, part, sizes, kept_off: None, floor_z_tenths: grid.head.floor_z_tenths, relief }
     }
 

@@ -1,6 +1,6 @@
 //! Assembles the `mission-plan` archive.
 
-use crate::free_space::FreeSpace;
+use crate::free_space::{FreeSpace, is_planned};
 use crate::input::MissionPlanInput;
 use crate::portal::{Portal, PortalKind};
 use crate::reachability::Reachability;
@@ -73,6 +73,7 @@ pub(crate) fn assemble(
     };
     builder.growth = merged(&growths).into_iter().map(record).collect();
     notice_scans(&mut builder, input, planned_storeys);
+    notice_outdoors(&mut builder, input);
     free_spaces
         .iter()
         .zip(planned_storeys)
@@ -108,6 +109,18 @@ fn notice_scans(builder: &mut MissionPlanBuilder, input: &MissionPlanInput<'_>, 
             );
             warn(builder, Severity::Warning, DiagnosticCode::NoTargetFaces, message);
         }
+    }
+}
+
+/// A notice where the ground outdoors is too large for ways over it.
+fn notice_outdoors(builder: &mut MissionPlanBuilder, input: &MissionPlanInput<'_>) {
+    for head in input.grids.heads().filter(|head| !is_planned(head)) {
+        let name = input.site.text(input.site.map_storeys[head.map_storey as usize].name);
+        let message = format!(
+            "no ways are planned over the ground outdoors, map storey {name:?}: {} million cells are too many, a coarser resolution has fewer",
+            head.spec().n_cells() / 1_000_000
+        );
+        warn(builder, Severity::Warning, DiagnosticCode::OutdoorsNotPlanned, message);
     }
 }
 

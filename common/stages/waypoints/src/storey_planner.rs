@@ -91,10 +91,12 @@ pub(crate) fn survey_storey(storey: &StoreyInputs<'_>, request: &StoreyRequest<'
             Err(refusal) => survey.refused.push((space, refusal)),
         }
     }
-    // Scans of facades from outdoors are none of the rooms of a building.
-    let is_scanned = request.options.scans && storey.grid.head.floor != FloorKind::Ground;
-    survey.scans = is_scanned.then(|| survey_scans(storey, request, &survey.centres));
-    survey.path_grid = PathGrid::of(storey.free_space, |part| storey.reached[part as usize]);
+    // Scans of facades from outdoors are none of the rooms of a building, and ways are between places that portals lead to.
+    let is_outdoors = storey.grid.head.floor == FloorKind::Ground;
+    survey.scans = (request.options.scans && !is_outdoors).then(|| survey_scans(storey, request, &survey.centres));
+    if !is_outdoors || !request.stagings.is_empty() {
+        survey.path_grid = PathGrid::of(storey.free_space, |part| storey.reached[part as usize]);
+    }
     survey
 }
 
