@@ -173,9 +173,9 @@ def faults(message, files):
     turn = message.info.pose.orientation
     if (message.outer_start_index, message.inner_start_index, turn.x, turn.y, turn.z, turn.w) != (0, 0, 0, 0, 0, 1):
         return ["it is scrolled or turned"]
-    size = np.array(files.planning.shape[::-1]) * files.resolution
-    if abs(message.info.resolution - files.resolution) > 1e-9 or np.abs(size - [message.info.length_x, message.info.length_y]).max() > 1e-6:
-        return [f"its size is {message.info.length_x} x {message.info.length_y} instead of {size} at {files.resolution}"]
+    size, expected = [message.info.length_x, message.info.length_y], np.array(files.planning.shape[::-1]) * files.resolution
+    if abs(message.info.resolution - files.resolution) > 1e-9 or np.abs(expected - size).max() > 1e-6:
+        return [f"its size is {size} at {message.info.resolution} instead of {expected} at {files.resolution}"]
     found = by_place(message, *files.middles())
     if isinstance(found, str):
         return [found]
