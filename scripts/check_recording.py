@@ -5,7 +5,7 @@
 usage: scripts/check_recording.py FILE OUT
 
 Every topic has a message at every change instant, every grid is what Nav2's map_server reads from the PGM and YAML of its date,
-markers begin with the deletion of those of before, frames of storeys lie at their floors, and the sources are those of the
+markers begin with the deletion of those of before, limits of speed (where they are recorded) are those of speed.pgm or none, frames of storeys lie at their floors, and the sources are those of the
 manifest. Needs mcap, mcap-ros2-support and numpy; shares no code with what wrote either. Prints one JSON document with what was
 counted.
 """
@@ -54,6 +54,43 @@ def map_server(folder, name):
     cells[occupied <= float(facts["free_thresh"])] = 0
     cells[occupied >= float(facts["occupied_thresh"])] = 100
     return cells, json.loads(facts["origin"]), float(facts["resolution"])
+
+
+def speed_steps(folder):
+    """Steps of the mask of speeds as Nav2's map_server reads them in the mode scale, 0 without a limit; None without the file."""
+    path = folder / "speed.yaml"
+    if not path.exists():
+        return None
+    facts = dict(line.split(": ", 1) for line in path.read_text(encoding="utf-8").splitlines())
+    assert (facts["mode"], facts["negate"]) == ("scale", "0"), facts
+    _, size, _, pixels = (folder / facts["image"]).read_bytes().split(b"\n", 3)
+    width, height = map(int, size.split())
+    shares = (255.0 - numpy.frombuffer(pixels, numpy.uint8).reshape(height, width)[::-1]) / 255.0
+    low, high = float(facts["free_thresh"]), float(facts["occupied_thresh"])
+    return numpy.rint(numpy.clip((shares - low) / (high - low), 0.0, 1.0) * 100.0).astype(numpy.int8)
+
+
+def check_speeds(recording, prefix, folders):
+    """The limits of speed of a storey, if they are recorded; how many cells have one."""
+    masks, n_limited = recording.messages.get(f"{prefix}/speed_mask"), 0
+    if masks is None:
+        return 0
+    infos = recording.messages[f"{prefix}/speed_info"]
+    assert sorted(masks) == sorted(infos) == sorted(folders), prefix
+    for at, mask in masks.items():
+        found = numpy.array(mask.data, numpy.int8).reshape(mask.info.height, mask.info.width)
+        expected = speed_steps(folders[at])
+        expected = numpy.zeros_like(found) if expected is None else expected
+        n_wrong = numpy.count_nonzero(found != expected)
+        assert n_wrong == 0, f"{prefix}/speed_mask at {at}: {n_wrong} cells differ"
+        info = infos[at]
+        assert (info.type, info.filter_mask_topic, info.base) == (2, f"{prefix}/speed_mask", 0.0), prefix
+        filter_file = folders[at] / "speed_filter.yaml"
+        if filter_file.exists():
+            (step,) = (line.split(": ")[1] for line in filter_file.read_text(encoding="utf-8").splitlines() if "multiplier" in line)
+            assert info.multiplier == numpy.float32(step), (info.multiplier, step)
+        n_limited += int(numpy.count_nonzero(found))
+    return n_limited
 
 
 class Recording:
@@ -163,14 +200,16 @@ def main():
     single = len(storeys) == 1
     frames = ["map"] if single else [f"storey_{name}" for name in names]
     check_frames(recording, storeys, frames)
-    cells, markers = 0, 0
+    cells, markers, limited = 0, 0, 0
     for k, frame in enumerate(frames):
         folders = {at: out / dates[at]["directory"] / manifests[at]["storeys"][k]["directory"] for at in instants}
         prefix = "/groundplan" if single else f"/groundplan/{frame}"
         n_cells, n_markers = check_messages(recording, prefix, frame, instants, folders)
         cells, markers = cells + n_cells, markers + n_markers
+        limited += check_speeds(recording, prefix, folders)
     topics = {topic: len(messages) for topic, messages in sorted(recording.messages.items())}
-    json.dump({"change_instants": len(instants), "topics": topics, "cells": cells, "markers": markers}, sys.stdout)
+    json.dump({"change_instants": len(instants), "topics": topics, "cells": cells, "markers": markers,
+               "limited_cells": limited}, sys.stdout)
 
 
 main()

@@ -4,7 +4,8 @@
 usage: scripts/check_ros_messages.py FOLDER
 
 FOLDER/messages.json is a list of objects with the name of the type in full, its definition, its hash, the value of a message as
-JSON, and the file in FOLDER that holds its bytes. Needs rosbags, which has the types of Jazzy but for nav2_msgs and std_srvs.
+JSON, and the file in FOLDER that holds its bytes. Needs rosbags, which has the types of Jazzy but for those of nav2_msgs, grid_map_msgs,
+foxglove_msgs and std_srvs.
 """
 
 import json
@@ -21,6 +22,46 @@ uint8 type
 string filter_mask_topic
 float32 base
 float32 multiplier
+""",
+    "grid_map_msgs/msg/GridMapInfo": """# Resolution of the grid [m/cell].
+float64 resolution
+# Lengths in x and y [m].
+float64 length_x
+float64 length_y
+# The middle of the map.
+geometry_msgs/Pose pose
+""",
+    "grid_map_msgs/msg/GridMap": """std_msgs/Header header
+GridMapInfo info
+string[] layers
+string[] basic_layers
+std_msgs/Float32MultiArray[] data
+uint16 outer_start_index
+uint16 inner_start_index
+""",
+    "foxglove_msgs/msg/Vector2": "float64 x\nfloat64 y\n",
+    "foxglove_msgs/msg/PackedElementField": """string name
+uint32 offset
+uint8 UNKNOWN=0
+uint8 UINT8=1
+uint8 INT8=2
+uint8 UINT16=3
+uint8 INT16=4
+uint8 UINT32=5
+uint8 INT32=6
+uint8 FLOAT32=7
+uint8 FLOAT64=8
+uint8 type
+""",
+    "foxglove_msgs/msg/Grid": """builtin_interfaces/Time timestamp
+string frame_id
+geometry_msgs/Pose pose
+uint32 column_count
+foxglove_msgs/Vector2 cell_size
+uint32 row_stride
+uint32 cell_stride
+foxglove_msgs/PackedElementField[] fields
+uint8[] data
 """,
     "std_srvs/srv/Trigger_Request": "uint8 structure_needs_at_least_one_member\n",
     "std_srvs/srv/Trigger_Response": "bool success\nstring message\n",

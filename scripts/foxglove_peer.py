@@ -36,6 +36,13 @@ def grid(message):
             "size": [message.info.width, message.info.height], "sha256": hashlib.sha256(cells.tobytes()).hexdigest()}
 
 
+def elevation(message):
+    """The sum is that of the same numbers in a map of grid_map: layer by layer, from the largest x and y."""
+    cells = numpy.frombuffer(bytes(message.data), "<f4").reshape(-1, len(message.fields))
+    return {"frame": message.frame_id, "fields": [field.name for field in message.fields], "cells": len(cells),
+            "sha256": hashlib.sha256(numpy.ascontiguousarray(cells[::-1].T).tobytes()).hexdigest()}
+
+
 def markers(message):
     return {"namespaces": sorted({marker.ns for marker in message.markers if marker.ns}), "markers": len(message.markers)}
 
@@ -56,8 +63,9 @@ def pose(message):
 
 SHOWN = {
     "nav_msgs/msg/OccupancyGrid": grid,
-    "nav2_msgs/msg/CostmapFilterInfo": lambda message: {"mask": message.filter_mask_topic},
+    "nav2_msgs/msg/CostmapFilterInfo": lambda message: {"mask": message.filter_mask_topic, "type": message.type},
     "visualization_msgs/msg/MarkerArray": markers,
+    "foxglove_msgs/msg/Grid": elevation,
     "foxglove.SceneUpdate": entities,
     "std_msgs/msg/String": lambda message: json.loads(message.data),
     "geometry_msgs/msg/PoseWithCovarianceStamped": pose,

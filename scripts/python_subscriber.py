@@ -11,13 +11,21 @@ import json
 import pathlib
 
 import groundplan
+import numpy as np
+import numpy.typing as npt
+
+
+def bounds(layer: "npt.NDArray[np.float64] | None") -> "list[float] | None":
+    """Lowest and highest value; None of a level storey, and where there is no ground."""
+    return None if layer is None or np.isnan(layer).all() else [float(np.nanmin(layer)), float(np.nanmax(layer))]
 
 
 def describe(sample: groundplan.Sample) -> "dict[str, object]":
     grid = groundplan.Grid(sample.memory)
     return {"epoch": sample.header.epoch, "content_hash": f"{grid.content_hash:016x}", "shape": grid.planning.shape,
             "resolution_m": grid.resolution_m, "origin_m": grid.origin_m, "free": int((grid.planning == 0).sum()),
-            "occupied": int((grid.planning == 100).sum()), "keepout": int((grid.keepout == 100).sum())}
+            "occupied": int((grid.planning == 100).sum()), "keepout": int((grid.keepout == 100).sum()),
+            "elevation_m": bounds(grid.elevation), "slope_rad": bounds(grid.slope)}
 
 
 def main() -> None:

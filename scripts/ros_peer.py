@@ -18,6 +18,7 @@ Each message is one JSON line: topic, frame, and what a person wants to know of 
 """
 
 import argparse
+import array as values
 import collections
 import hashlib
 import json
@@ -31,7 +32,7 @@ from dataclasses import dataclass
 from cyclonedds.core import InstanceState, Policy, Qos, SampleState, ViewState
 from cyclonedds.domain import DomainParticipant
 from cyclonedds.idl import IdlStruct
-from cyclonedds.idl.types import array, float32, float64, int8, int32, int64, sequence, uint8, uint32, uint64
+from cyclonedds.idl.types import array, float32, float64, int8, int32, int64, sequence, uint8, uint16, uint32, uint64
 from cyclonedds.pub import DataWriter, Publisher
 from cyclonedds.sub import DataReader, Subscriber, ddspy_take
 from cyclonedds.topic import Topic
@@ -86,6 +87,44 @@ class OccupancyGrid(IdlStruct, typename="nav_msgs::msg::dds_::OccupancyGrid_"):
     header: Header
     info: MapMetaData
     data: sequence[uint8]
+
+
+@dataclass
+class GridMapInfo(IdlStruct, typename="grid_map_msgs::msg::dds_::GridMapInfo_"):
+    resolution: float64
+    length_x: float64
+    length_y: float64
+    pose: Pose
+
+
+@dataclass
+class MultiArrayDimension(IdlStruct, typename="std_msgs::msg::dds_::MultiArrayDimension_"):
+    label: str
+    size: uint32
+    stride: uint32
+
+
+@dataclass
+class MultiArrayLayout(IdlStruct, typename="std_msgs::msg::dds_::MultiArrayLayout_"):
+    dim: sequence[MultiArrayDimension]
+    data_offset: uint32
+
+
+@dataclass
+class Float32MultiArray(IdlStruct, typename="std_msgs::msg::dds_::Float32MultiArray_"):
+    layout: MultiArrayLayout
+    data: sequence[float32]
+
+
+@dataclass
+class GridMap(IdlStruct, typename="grid_map_msgs::msg::dds_::GridMap_"):
+    header: Header
+    info: GridMapInfo
+    layers: sequence[str]
+    basic_layers: sequence[str]
+    data: sequence[Float32MultiArray]
+    outer_start_index: uint16
+    inner_start_index: uint16
 
 
 @dataclass
@@ -278,6 +317,16 @@ def of_grid(grid: OccupancyGrid) -> dict:
     }
 
 
+def of_grid_map(grid_map: GridMap) -> dict:
+    return {
+        "layers": grid_map.layers,
+        "resolution_m": grid_map.info.resolution,
+        "middle_m": [grid_map.info.pose.position.x, grid_map.info.pose.position.y],
+        "cells": [len(layer.data) for layer in grid_map.data],
+        "sha256": hashlib.sha256(b"".join(values.array("f", layer.data).tobytes() for layer in grid_map.data)).hexdigest(),
+    }
+
+
 def of_info(info: CostmapFilterInfo) -> dict:
     return {"type": info.type, "mask": info.filter_mask_topic, "base": info.base, "multiplier": info.multiplier}
 
@@ -359,6 +408,9 @@ class Peer:
                 (f"{self.own}/localization_map", OccupancyGrid, LATCHED, of_grid),
                 (f"{self.own}/keepout_mask", OccupancyGrid, LATCHED, of_grid),
                 (f"{self.own}/keepout_info", CostmapFilterInfo, LATCHED, of_info),
+                (f"{self.own}/speed_mask", OccupancyGrid, LATCHED, of_grid),
+                (f"{self.own}/speed_info", CostmapFilterInfo, LATCHED, of_info),
+                (f"{self.own}/grid_map", GridMap, LATCHED, of_grid_map),
                 (f"{self.own}/changed", String, LATCHED, lambda message: json.loads(message.data)),
                 (f"{self.own}/heartbeat", String, VOLATILE, lambda message: json.loads(message.data)),
                 (f"{self.own}/route_graph", String, LATCHED, lambda message: {"file": message.data}),

@@ -3,15 +3,13 @@
 
 mod support;
 
-use bus::Daemon;
-use daemon::facts::RosBridgeFacts;
-use daemon::{Report, StatusBoard};
 use serde_json::Value;
 use sha2::{Digest, Sha256};
 use std::io::Write;
 use std::net::{Ipv4Addr, SocketAddr, TcpListener, TcpStream};
 use std::process::{Command, Stdio};
 use std::time::Instant;
+use support::foxglove_peer::{PACKAGES, connect, served};
 use support::live::{DEADLINE, Live, POLL_INTERVAL};
 use support::map_server::published_by_map_server;
 use support::peer::Peer;
@@ -20,8 +18,7 @@ use support::{announce, client, convert, demo_model, root, turned_map};
 
 /// True, unless what the client needs cannot be had: then it says so.
 fn has_client() -> bool {
-    let packages = ["websockets==15.0.1", "mcap-ros2-support==0.6.0", "mcap-protobuf-support==0.5.4", "numpy"];
-    let made = Command::new(root().join("scripts/python-env")).args(packages).output().unwrap();
+    let made = Command::new(root().join("scripts/python-env")).args(PACKAGES).output().unwrap();
     if !made.status.success() {
         announce(&format!("SKIPPED: websockets cannot be installed: {}", String::from_utf8_lossy(&made.stderr)));
     }
@@ -38,25 +35,6 @@ fn site(address: SocketAddr, plan_time: &str) -> Live {
 /// Any port that is free.
 fn free() -> SocketAddr {
     SocketAddr::from((Ipv4Addr::LOCALHOST, 0))
-}
-
-/// Where Foxglove is served, once maps are published: who connects now comes late.
-fn served(live: &Live) -> SocketAddr {
-    let begun = Instant::now();
-    loop {
-        let report: Option<Report<RosBridgeFacts>> = StatusBoard::of(live.root.path()).report(Daemon::RosBridge);
-        if let Some(RosBridgeFacts { storey: Some(_), foxglove: Some(address), .. }) = report.map(|r| r.facts) {
-            return address;
-        }
-        assert!(begun.elapsed() < DEADLINE, "{:?}", live.status());
-        std::thread::sleep(POLL_INTERVAL);
-    }
-}
-
-fn connect(address: SocketAddr, more: &[&str]) -> Peer {
-    let mut command = Command::new(root().join("target/venv/bin/python"));
-    let url = format!("ws://{address}");
-    Peer::start(command.arg(root().join("scripts/foxglove_peer.py")).args(["--url", &url]).args(more))
 }
 
 /// Waits for the maps of a plan time.

@@ -6,15 +6,19 @@ mod support;
 use ros::RosMessage;
 use ros::msg::builtin_interfaces::{Duration, Time};
 use ros::msg::diagnostic_msgs::{DiagnosticArray, DiagnosticStatus, KeyValue};
+use ros::msg::foxglove_msgs::{Grid as FoxgloveGrid, PackedElementField, Vector2};
 use ros::msg::geometry_msgs::{
     Point, Pose, PoseStamped, PoseWithCovariance, PoseWithCovarianceStamped, Quaternion, Transform, TransformStamped,
     Vector3,
 };
+use ros::msg::grid_map_msgs::{GridMap, GridMapInfo};
 use ros::msg::nav_msgs::{Int8Array, MapMetaData, OccupancyGrid};
 use ros::msg::nav2_msgs::CostmapFilterInfo;
 use ros::msg::rosgraph_msgs::Clock;
 use ros::msg::sensor_msgs::CompressedImage;
-use ros::msg::std_msgs::{ColorRGBA, Header, String as StringMessage};
+use ros::msg::std_msgs::{
+    ColorRGBA, Float32MultiArray, Header, MultiArrayDimension, MultiArrayLayout, String as StringMessage,
+};
 use ros::msg::std_srvs::{TriggerRequest, TriggerResponse};
 use ros::msg::tf2_msgs::TFMessage;
 use ros::msg::visualization_msgs::{Marker, MarkerArray, MeshFile, UVCoordinate};
@@ -93,6 +97,38 @@ fn status() -> DiagnosticStatus {
     }
 }
 
+/// Texts of odd lengths and numbers of all sizes, so that what follows each has to be aligned.
+fn grid_map() -> GridMap {
+    let dim = |label: &str, size| MultiArrayDimension { label: label.to_owned(), size, stride: 3 * size };
+    let layout = MultiArrayLayout { dim: vec![dim("column_index", 2), dim("row", 1)], data_offset: 1 };
+    let layer = |data: &[f32]| Float32MultiArray { layout: layout.clone(), data: data.to_vec() };
+    GridMap {
+        header: header(),
+        info: GridMapInfo { resolution: 0.05, length_x: 1.5, length_y: -2.0, pose: pose() },
+        layers: vec!["elevation".to_owned(), "ü".to_owned()],
+        basic_layers: vec!["elevation".to_owned()],
+        data: vec![layer(&[0.25, -1.5, 3.0]), layer(&[]), layer(&[7.0])],
+        outer_start_index: 3,
+        inner_start_index: 65_535,
+    }
+}
+
+fn foxglove_grid() -> FoxgloveGrid {
+    let field =
+        |name: &str, offset| PackedElementField { name: name.to_owned(), offset, r#type: PackedElementField::FLOAT32 };
+    FoxgloveGrid {
+        timestamp: header().stamp,
+        frame_id: "site_map".to_owned(),
+        pose: pose(),
+        column_count: 3,
+        cell_size: Vector2 { x: 0.05, y: 0.25 },
+        row_stride: 36,
+        cell_stride: 12,
+        fields: vec![field("elevation", 0), field("slope", 4)],
+        data: vec![1, 2, 255],
+    }
+}
+
 fn samples(folder: &Path) -> Vec<Value> {
     let mut samples = Samples { folder, list: Vec::new() };
     let covariance = std::array::from_fn(|r| std::array::from_fn(|c| (6 * r + c) as f64 / 7.0));
@@ -122,6 +158,14 @@ fn samples(folder: &Path) -> Vec<Value> {
         base: 0.5,
         multiplier: -1.5,
     });
+    samples.add(&grid_map().data[0].layout.dim[0]);
+    samples.add(&grid_map().data[0].layout);
+    samples.add(&grid_map().data[0]);
+    samples.add(&grid_map().info);
+    samples.add(&grid_map());
+    samples.add(&foxglove_grid().cell_size);
+    samples.add(&foxglove_grid().fields[1]);
+    samples.add(&foxglove_grid());
     samples.add(&marker().texture);
     samples.add(&marker().uv_coordinates[0]);
     samples.add(&marker().mesh_file);

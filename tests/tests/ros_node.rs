@@ -16,9 +16,10 @@ use support::ros_peer::{domain, site};
 /// The node of the bridge.
 const BRIDGE: &str = "/groundplan/ros_bridge";
 /// All that it can publish.
-const TOPICS: [&str; 13] = [
+const TOPICS: [&str; 16] = [
     "/diagnostics",
     "/groundplan/changed",
+    "/groundplan/grid_map",
     "/groundplan/heartbeat",
     "/groundplan/keepout_info",
     "/groundplan/keepout_mask",
@@ -27,6 +28,8 @@ const TOPICS: [&str; 13] = [
     "/groundplan/rooms",
     "/groundplan/route",
     "/groundplan/route_graph",
+    "/groundplan/speed_info",
+    "/groundplan/speed_mask",
     "/groundplan/waypoints",
     "/initialpose",
     "/tf_static",
@@ -103,7 +106,7 @@ fn every_topic_and_service_of_the_bridge_is_its_nodes_for_early_and_late_nodes()
     }
     let domain = domain();
     let more = "slam_map_topic = \"/map\"\nrobot_frame = \"base_link\"\ninitial_pose = true\n\
-                allow_control = true\nservice_mapping = \"fast_dds\"\n";
+                allow_control = true\nservice_mapping = \"fast_dds\"\nspeed_mask = true\ngrid_map = true\n";
     let mut early = join(domain);
     let mut live = site(domain, more);
     sees_all(&mut early);

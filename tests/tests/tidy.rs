@@ -112,6 +112,7 @@ const ALLOWED: [(&str, &[&str]); 37] = [
             "occupancy",
             "raster",
             "ros",
+            "safety",
             "schedule",
             "site-view",
             "tasks",

@@ -45,6 +45,8 @@ pub struct RosConfig {
     pub outputs: BTreeSet<RosOutput>,
     /// True to publish the limits of speed of the robot's profile on `speed_mask` and `speed_info`; without limits, none in any cell.
     pub speed_mask: bool,
+    /// True to publish heights, slopes and traversability on `grid_map`: three numbers of 32 bits for each cell.
+    pub grid_map: bool,
     /// True: while maps are stale the keep-out mask keeps the robot out of everything.
     pub keepout_when_stale: bool,
     /// True to let ROS 2 change the plan time, start searches and confirm.
@@ -80,6 +82,7 @@ impl Default for RosConfig {
             initial_pose: false,
             outputs: RosOutput::ALL.into(),
             speed_mask: false,
+            grid_map: false,
             keepout_when_stale: false,
             allow_control: false,
             service_mapping: RosServiceMapping::default(),

@@ -60,14 +60,25 @@ impl MovedGrid {
         unknown: T,
         sample: impl Fn([f64; 2]) -> T,
     ) -> Vec<T> {
+        let look = |place: Option<[f64; 2]>, is_known: bool| {
+            let value = place.map_or(unknown, &sample);
+            if value == free && !is_known { unknown } else { value }
+        };
+        self.joined(look, |samples| strongest(strongest_first, samples))
+    }
+
+    /// A layer of the map: each cell gets what `join` makes of several samples. Row-major.
+    ///
+    /// `sample` gives the value at a place in the model, in metres, or where none is known, and is told whether it is known where
+    /// that place is in the robot's map.
+    pub fn joined<T>(&self, sample: impl Fn(Option<[f64; 2]>, bool) -> T, join: impl Fn(&[T]) -> T) -> Vec<T> {
         let ([x, y], side_m) = (self.spec.origin_m(), self.spec.resolution_m());
         let look = |[column, row]: [f64; 2]| {
             let place = [x + column * side_m, y + row * side_m];
-            let value = self.in_model.at(place).map_or(unknown, &sample);
             let is_known = self.in_model.square(place).is_some_and(|square| self.is_known[square]);
-            if value == free && !is_known { unknown } else { value }
+            sample(self.in_model.at(place), is_known)
         };
-        resampled(self.spec.width as usize, self.spec.height as usize, strongest_first, look)
+        resampled(self.spec.width as usize, self.spec.height as usize, look, join)
     }
 }
 
@@ -81,27 +92,25 @@ fn border([x, y]: [f64; 2], [wide_m, high_m]: [f64; 2]) -> impl Iterator<Item = 
     along_x.chain(steps(high_m).flat_map(move |dy| [[x, y + dy], [x + wide_m, y + dy]]))
 }
 
-/// Resamples a map: each cell gets the strongest of several samples.
+/// Resamples a map: each cell gets what `join` makes of several samples, by rows from below, of which that in its middle is the middle one.
 ///
 /// `sample` gives the value at a point of the new map, in cells from its lower left corner; the result is row-major.
-/// `strongest_first` are values in order of priority; without any of them a cell gets the value at its middle.
-fn resampled<T: Copy + PartialEq>(
-    width: usize,
-    height: usize,
-    strongest_first: &[T],
-    sample: impl Fn([f64; 2]) -> T,
-) -> Vec<T> {
+fn resampled<T>(width: usize, height: usize, sample: impl Fn([f64; 2]) -> T, join: impl Fn(&[T]) -> T) -> Vec<T> {
     let offsets: Vec<[f64; 2]> = (0..SAMPLES_PER_SIDE * SAMPLES_PER_SIDE)
         .map(|k| [k % SAMPLES_PER_SIDE, k / SAMPLES_PER_SIDE].map(|step| (step as f64 + 0.5) / SAMPLES_PER_SIDE as f64))
         .collect();
     let cell = |index: usize| {
         let corner = [(index % width) as f64, (index / width) as f64];
         let at = |offset: &[f64; 2]| sample([corner[0] + offset[0], corner[1] + offset[1]]);
-        let samples: Vec<T> = offsets.iter().map(at).collect();
-        let strongest = strongest_first.iter().find(|value| samples.contains(value));
-        strongest.copied().unwrap_or(samples[SAMPLES_PER_SIDE * SAMPLES_PER_SIDE / 2])
+        join(&offsets.iter().map(at).collect::<Vec<T>>())
     };
     (0..width * height).map(cell).collect()
+}
+
+/// The first of these values that a sample has; without any of them the sample in the middle.
+fn strongest<T: Copy + PartialEq>(strongest_first: &[T], samples: &[T]) -> T {
+    let strongest = strongest_first.iter().find(|value| samples.contains(value));
+    strongest.copied().unwrap_or(samples[samples.len() / 2])
 }
 
 #[cfg(test)]
@@ -117,7 +126,7 @@ mod tests {
             let (sin, cos) = (libm::sin(yaw), libm::cos(yaw));
             let far = |[x, y]: [f64; 2]| (x - 20.5) * cos + (y - 20.5) * sin;
             let look = |p: [f64; 2]| if (far(p) - across).abs() < 0.5 { 0 } else { 254 };
-            let turned = resampled(41, 41, &[0, 205], look);
+            let turned = resampled(41, 41, look, |samples| strongest(&[0, 205], samples));
             // There is no path from one side to the other, not even diagonally.
             let side = |k: usize| far([(k % 41) as f64 + 0.5, (k / 41) as f64 + 0.5]) > across;
             for k in 0..41 * 41 {
@@ -180,7 +189,7 @@ mod tests {
                 254
             }
         };
-        assert_eq!(resampled(1, 1, &[0, 205], look), [205]);
-        assert_eq!(resampled(1, 1, &[0], look), [254]);
+        assert_eq!(resampled(1, 1, look, |samples| strongest(&[0, 205], samples)), [205]);
+        assert_eq!(resampled(1, 1, look, |samples| strongest(&[0], samples)), [254]);
     }
 }

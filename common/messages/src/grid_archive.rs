@@ -126,6 +126,14 @@ impl Grid<'_> {
         }
     }
 
+    /// Slope of the ground in the middle of a cell, in radians; `None` where there is none. On a level storey it is 0.
+    pub fn slope_rad(&self, cell: usize) -> Option<f64> {
+        match self.slope.get(cell) {
+            Some(&slope) => Some(f64::from(slope) * 0.001).filter(|_| slope != NO_SLOPE),
+            None => Some(0.0).filter(|_| self.floor[cell] != 0),
+        }
+    }
+
     /// Class of what a cell shows.
     pub fn class_of(&self, cell: usize) -> Class {
         Class::ALL[usize::from(self.class[cell])]

@@ -41,6 +41,7 @@
 //! - archives: sections of each kind: `src/declaration.rs`; all kinds: `src/archive_kind.rs`
 //! - door: the leaves that move beside a fixed one: `src/moving_leaves.rs`
 //! - grids: held packed, unpacked for a view: `src/packed_grid.rs`, `src/map_grids.rs`, `services/groundplan/src/maps.rs`
+//! - grids: heights, slopes and how well a robot drives over a cell: `src/grid_archive.rs`, `src/traversability.rs`
 //! - python: layouts of archives: `src/python_layouts.rs`
 
 mod alignment;
@@ -91,6 +92,7 @@ mod status;
 mod tag;
 mod tasks;
 mod text_pool;
+mod traversability;
 mod work_schedule;
 
 pub use alignment::{Alignment, AlignmentBuilder};

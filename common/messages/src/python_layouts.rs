@@ -3,8 +3,8 @@
 use crate::archive::{self, LAYOUT_VERSION, Preamble, SectionEntry};
 use crate::{
     AlignmentHead, ArchiveKind, ContentHash, DecidingPlaceRecord, ElementState, GridHead, GridSlotRecord, GridsHead,
-    HintRecord, InputHashes, PlacedRecord, PoseEvidence, PosePairRecord, PoseRecord, RobotProfile, SampleHeader,
-    ScheduleStateHead, Section, SlamCell, Tag, TagOf, Text, sample_header,
+    HintRecord, InputHashes, NO_HEIGHT, NO_SLOPE, PlacedRecord, PoseEvidence, PosePairRecord, PoseRecord, RobotProfile,
+    SampleHeader, ScheduleStateHead, Section, SlamCell, Tag, TagOf, Text, sample_header,
 };
 use std::any::type_name;
 use std::collections::BTreeMap;
@@ -98,6 +98,7 @@ fn sections(kind: ArchiveKind) -> String {
         i8,
         u16,
         u32,
+        i32,
         [u32; 2],
         [u32; 3],
         [i32; 2],
@@ -135,6 +136,8 @@ fn module() -> String {
     constant("ARCHIVE_MAGIC", "int", archive::MAGIC.to_string());
     constant("SAMPLE_MAGIC", "int", sample_header::MAGIC.to_string());
     constant("NO_TIME", "int", ScheduleStateHead::NO_TIME.to_string());
+    constant("NO_HEIGHT", "int", NO_HEIGHT.to_string());
+    constant("NO_SLOPE", "int", NO_SLOPE.to_string());
     let kind = |kind: &ArchiveKind| format!("\n    \"{}\": {},", kind.name(), *kind as u32);
     let kinds: Vec<String> = ArchiveKind::ALL.iter().map(kind).collect();
     constant("KINDS", "dict[str, int]", format!("{{{}\n}}", kinds.concat()));

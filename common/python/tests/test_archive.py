@@ -28,11 +28,17 @@ def archive(of: str, sections: list[tuple[int, Any]], content_hash: int = 7, **p
     return np.frombuffer(head.tobytes() + table.tobytes() + b"".join(parts), np.uint8)
 
 
-def grid(width: int = 3, height: int = 2, n_cells: int = 6, **preamble: int) -> Any:
+HEIGHTS = ("elevation", "slope")
+
+
+def grid(width: int = 3, height: int = 2, n_cells: int = 6, heights: tuple[str, ...] = (), **preamble: int) -> Any:
     head = np.zeros(1, _layouts.GRID_HEAD)
     head["cell_tenths"], head["width"], head["height"], head["first_cell"] = 500, width, height, (-20, 10)
-    layers = [(number, np.zeros(n_cells, kind)) for name, (number, kind) in _layouts.GRID_SECTIONS.items() if name != "head"]
-    layers[1][1][:6] = [0, 100, -1, 0, 0, 100]
+    sections = {name: (number, np.zeros(n_cells, kind)) for name, (number, kind) in _layouts.GRID_SECTIONS.items() if name != "head"}
+    sections["planning"][1][:6] = [0, 100, -1, 0, 0, 100]
+    sections["elevation"][1][:6] = [-12_345, _layouts.NO_HEIGHT, 0, 1, 20_000, _layouts.NO_HEIGHT]
+    sections["slope"][1][:6] = [100, _layouts.NO_SLOPE, 0, 1, 785, _layouts.NO_SLOPE]
+    layers = [section for name, section in sections.items() if name not in HEIGHTS or name in heights]
     return archive("grid", [(_layouts.GRID_SECTIONS["head"][0], head), *layers], **preamble)
 
 
@@ -58,6 +64,21 @@ class Archives(unittest.TestCase):
         self.assertTrue(np.shares_memory(seen.planning, memory))
         self.assertEqual((seen.resolution_m, seen.origin_m), (0.05, (-1.0, 0.5)))
         self.assertEqual((seen.cell_at(-0.97, 0.56), seen.cell_at(-1.01, 0.56), seen.cell_at(-0.84, 0.5)), ((1, 0), None, None))
+
+    def test_heights_are_metres_and_slopes_radians_and_a_level_storey_has_none(self) -> None:
+        level = Grid(grid())
+        self.assertEqual((level.elevation, level.slope), (None, None))
+        memory = grid(heights=HEIGHTS)
+        seen = Grid(memory)
+        assert seen.elevation is not None and seen.slope is not None
+        np.testing.assert_array_equal(seen.elevation, [[-1.2345, np.nan, 0.0], [0.0001, 2.0, np.nan]])
+        np.testing.assert_array_equal(seen.slope, [[0.1, np.nan, 0.0], [0.001, 0.785, np.nan]])
+        self.assertFalse(np.shares_memory(seen.elevation, memory))
+        for one in HEIGHTS:
+            with self.assertRaisesRegex(LayoutError, "without"):
+                Grid(grid(heights=(one,)))
+        with self.assertRaises(LayoutError):
+            Grid(grid(n_cells=7, heights=HEIGHTS))
 
     def test_another_layout_version_is_refused_with_both(self) -> None:
         with self.assertRaisesRegex(LayoutError, f"version 99, this package reads {_layouts.LAYOUT_VERSION}"):

@@ -37,6 +37,15 @@ macro_rules! text {
     (std_msgs/msg/ColorRGBA) => {
         "float32 r\nfloat32 g\nfloat32 b\nfloat32 a\n"
     };
+    (std_msgs/msg/MultiArrayDimension) => {
+        "string label\nuint32 size\nuint32 stride\n"
+    };
+    (std_msgs/msg/MultiArrayLayout) => {
+        "MultiArrayDimension[] dim\nuint32 data_offset\n"
+    };
+    (std_msgs/msg/Float32MultiArray) => {
+        "MultiArrayLayout layout\nfloat32[] data\n"
+    };
     (geometry_msgs/msg/Point) => {
         "float64 x\nfloat64 y\nfloat64 z\n"
     };
@@ -69,6 +78,25 @@ macro_rules! text {
     };
     (nav_msgs/msg/OccupancyGrid) => {
         "std_msgs/Header header\nMapMetaData info\nint8[] data\n"
+    };
+    (grid_map_msgs/msg/GridMapInfo) => {
+        "float64 resolution\nfloat64 length_x\nfloat64 length_y\ngeometry_msgs/Pose pose\n"
+    };
+    (grid_map_msgs/msg/GridMap) => {
+        "std_msgs/Header header\nGridMapInfo info\nstring[] layers\nstring[] basic_layers\nstd_msgs/Float32MultiArray[] data\n\
+         uint16 outer_start_index\nuint16 inner_start_index\n"
+    };
+    (foxglove_msgs/msg/Vector2) => {
+        "float64 x\nfloat64 y\n"
+    };
+    (foxglove_msgs/msg/PackedElementField) => {
+        "string name\nuint32 offset\nuint8 UNKNOWN=0\nuint8 UINT8=1\nuint8 INT8=2\nuint8 UINT16=3\nuint8 INT16=4\n\
+         uint8 UINT32=5\nuint8 INT32=6\nuint8 FLOAT32=7\nuint8 FLOAT64=8\nuint8 type\n"
+    };
+    (foxglove_msgs/msg/Grid) => {
+        "builtin_interfaces/Time timestamp\nstring frame_id\ngeometry_msgs/Pose pose\nuint32 column_count\n\
+         foxglove_msgs/Vector2 cell_size\nuint32 row_stride\nuint32 cell_stride\n\
+         foxglove_msgs/PackedElementField[] fields\nuint8[] data\n"
     };
     (nav2_msgs/msg/CostmapFilterInfo) => {
         "std_msgs/Header header\nuint8 type\nstring filter_mask_topic\nfloat32 base\nfloat32 multiplier\n"

@@ -1,5 +1,6 @@
 //! Layers of a map storey as occupancy: as they are, moved into the robot's frame, small enough for a message.
 
+use crate::larger_cells::LargerCells;
 use grid::{GridSpec, GridSpecError, MovedGrid, occupancy_of, pixel_of};
 use messages::{Grid, SlamFrame};
 
@@ -94,69 +95,23 @@ impl Layers {
     ///
     /// `None` where cells of a metre are too many.
     pub fn within(self, max_cells: usize) -> Option<Self> {
+        let is_known = |k: usize| [&self.planning, &self.localization, &self.keepout].iter().any(|l| l[k] != UNKNOWN);
         if self.spec.n_cells() <= max_cells {
             return Some(self);
         }
-        let (window, mut factor) = (self.known_window(), 1);
-        loop {
-            let spec = self.coarser(window, factor)?;
-            if spec.n_cells() <= max_cells {
-                return Some(self.in_cells_of(factor, spec));
-            }
-            factor += 1;
-        }
-    }
-
-    /// Columns and rows, first and last, of cells of which a layer knows something; one cell if none does.
-    fn known_window(&self) -> [[u32; 2]; 2] {
-        let width = self.spec.width as usize;
-        let is_known = |k: &usize| [&self.planning, &self.localization, &self.keepout].iter().any(|l| l[*k] != UNKNOWN);
-        let known = (0..self.spec.n_cells()).filter(is_known).map(|k| [(k % width) as u32, (k / width) as u32]);
-        let window = known.fold(None, |window: Option<[[u32; 2]; 2]>, cell| {
-            let [low, high] = window.unwrap_or([cell, cell]);
-            Some([[0, 1].map(|k| low[k].min(cell[k])), [0, 1].map(|k| high[k].max(cell[k]))])
-        });
-        window.unwrap_or_default()
-    }
-
-    /// The grid over a window in cells that are so many times larger; `None` beyond a metre.
-    fn coarser(&self, [low, high]: [[u32; 2]; 2], factor: i32) -> Option<GridSpec> {
-        let cell_tenths = self.spec.cell_tenths.checked_mul(factor)?;
-        GridSpec::cell_tenths_of(frames::metres(cell_tenths)).ok()?;
-        let at = |cell: [u32; 2]| [0, 1].map(|k| (self.spec.first_cell[k] + cell[k].cast_signed()).div_euclid(factor));
-        let (first_cell, last) = (at(low), at(high));
-        let [width, height] = [0, 1].map(|k| (last[k] - first_cell[k] + 1).unsigned_abs());
-        Some(GridSpec { cell_tenths, first_cell, width, height })
-    }
-
-    fn in_cells_of(&self, factor: i32, spec: GridSpec) -> Self {
+        let larger = LargerCells::within(self.spec, is_known, max_cells)?;
         let cells = |layer: &[i8], first: &[i8]| {
-            let cell = |index: usize| {
-                let [column, row] = [index % spec.width as usize, index / spec.width as usize].map(|n| n as i32);
-                let held = self.held(layer, [spec.first_cell[0] + column, spec.first_cell[1] + row], factor);
-                let strongest = first.iter().find(|value| held.clone().any(|cell| cell == **value));
-                // Where nothing of a cell is in the map, nothing is known.
-                strongest.copied().unwrap_or_else(|| held.max().unwrap_or(UNKNOWN))
-            };
-            (0..spec.n_cells()).map(cell).collect()
+            larger.joined(layer, UNKNOWN, |held| {
+                let strongest = first.iter().find(|value| held.contains(value)).copied();
+                strongest.or_else(|| held.iter().copied().max()).expect("a cell holds some")
+            })
         };
-        Self {
-            spec,
+        Some(Self {
+            spec: larger.spec,
             planning: cells(&self.planning, PLANNING_FIRST),
             localization: cells(&self.localization, OTHERS_FIRST),
             keepout: cells(&self.keepout, OTHERS_FIRST),
             speed: self.speed.as_ref().map(|speed| no_limit_elsewhere(cells(speed, &SLOWEST_FIRST))),
-        }
-    }
-
-    /// The cells of a layer that a larger cell holds; those outside are not known.
-    fn held<'a>(&'a self, layer: &'a [i8], larger: [i32; 2], factor: i32) -> impl Iterator<Item = i8> + Clone + 'a {
-        let first = [0, 1].map(|k| larger[k] * factor - self.spec.first_cell[k]);
-        let (width, height) = (self.spec.width.cast_signed(), self.spec.height.cast_signed());
-        (0..factor * factor).map(move |k| {
-            let [column, row] = [first[0] + k % factor, first[1] + k / factor];
-            let is_inside = (0..width).contains(&column) && (0..height).contains(&row);
-            if is_inside { layer[row as usize * width as usize + column as usize] } else { UNKNOWN }
         })
     }
 }

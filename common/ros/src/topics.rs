@@ -18,6 +18,14 @@ pub struct StoreyTopics {
     pub keepout_mask: String,
     /// What the mask means: `nav2_msgs/CostmapFilterInfo`.
     pub keepout_info: String,
+    /// The mask of limits of speed, where it is wanted: `nav_msgs/OccupancyGrid`.
+    pub speed_mask: String,
+    /// What that mask means: `nav2_msgs/CostmapFilterInfo`.
+    pub speed_info: String,
+    /// Heights, slopes and traversability, where they are wanted: `grid_map_msgs/GridMap`.
+    pub grid_map: String,
+    /// The same for Foxglove: `foxglove_msgs/Grid`.
+    pub elevation: String,
     /// Rooms, doors and drop-offs: `visualization_msgs/MarkerArray`.
     pub rooms: String,
     /// Waypoints: `visualization_msgs/MarkerArray`.
@@ -35,6 +43,10 @@ impl StoreyTopics {
             localization_map: topic("localization_map"),
             keepout_mask: topic("keepout_mask"),
             keepout_info: topic("keepout_info"),
+            speed_mask: topic("speed_mask"),
+            speed_info: topic("speed_info"),
+            grid_map: topic("grid_map"),
+            elevation: topic("elevation"),
             rooms: topic("rooms"),
             waypoints: topic("waypoints"),
             route: topic("route"),

@@ -9,7 +9,8 @@ use ros::markers;
 use ros::msg::builtin_interfaces::Time;
 use ros::msg::nav_msgs::OccupancyGrid;
 use ros::msg::visualization_msgs::{Marker, MarkerArray};
-use ros::{Layers, maps};
+use ros::relief::{foxglove_grid, grid_map};
+use ros::{Layers, Relief, maps};
 use support::house;
 
 const STAMP: Time = Time { sec: 1_714_204_800, nanosec: 0 };
@@ -64,6 +65,48 @@ fn grids_hold_what_map_server_reads_from_the_files() {
         check("keepout", maps::keepout_mask(&layers, "map", STAMP));
         let mask = maps::keepout_mask(&layers, "map", STAMP).data.0;
         assert!(mask.contains(&100) && !mask.contains(&0), "Nav2's filter would free unknown cells: {mask:?}");
+    });
+}
+
+#[test]
+fn a_map_of_several_layers_holds_the_grid_where_grid_map_looks_for_it() {
+    house().with_input(|input: &ExportInput<'_>| {
+        let robot = &input.index.head.robot;
+        input.grids.with(0, |grid| {
+            let relief = Relief::of(grid, robot);
+            let map = grid_map(&relief, "map", STAMP);
+            let (info, middle) = (map.info, map.info.pose.position);
+            let rows = (info.length_x / info.resolution).round() as usize;
+            // As grid_map finds the cell of a position, and its value in a matrix in column-major order.
+            let index = |position: f64, middle: f64, length: f64| {
+                ((middle + length / 2.0 - position) / info.resolution).floor() as usize
+            };
+            let side_m = grid.spec().resolution_m();
+            for cell in 0..grid.spec().n_cells() {
+                let [column, row] = [cell % 7, cell / 7].map(|n| (n as f64 + 0.5) * side_m);
+                let [x, y] = grid.spec().origin_m();
+                let row_index = index(x + column, middle.x, info.length_x);
+                let column_index = index(y + row, middle.y, info.length_y);
+                let found = [0, 1, 2].map(|layer| map.data[layer].data[column_index * rows + row_index]);
+                // The floor of a level storey lies in the plane of its maps.
+                let expected = match (grid.planning[cell], grid.keepout[cell]) {
+                    (0, -1) => [0.0, 0.0, 1.0],
+                    (100, _) => [0.0; 3],
+                    _ => [f32::NAN, f32::NAN, 0.0],
+                };
+                assert_eq!(found.map(f32::to_bits), expected.map(f32::to_bits), "{cell}");
+            }
+            assert_eq!(
+                (map.layers, map.basic_layers),
+                (Relief::LAYERS.map(str::to_owned).into(), vec!["elevation".to_owned()])
+            );
+            assert_eq!((map.header.frame_id.as_str(), map.header.stamp), ("map", STAMP));
+            let elevation = foxglove_grid(&relief, "map", STAMP);
+            assert_eq!(
+                (elevation.frame_id.as_str(), elevation.timestamp, elevation.data.len()),
+                ("map", STAMP, 35 * 12)
+            );
+        });
     });
 }
 

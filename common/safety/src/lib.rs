@@ -27,4 +27,4 @@ mod stair_edges;
 
 mod safety_layer;
 
-pub use safety_layer::{NO_SOURCE, SafetyInput, SafetyLayer, SafetySource, speed_step_m_s};
+pub use safety_layer::{NO_SOURCE, SafetyInput, SafetyLayer, SafetySource, speed_mask, speed_step_m_s};

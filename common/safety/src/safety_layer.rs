@@ -50,6 +50,11 @@ pub struct SafetyLayer {
     pub cost_source: Vec<u32>,
 }
 
+/// The values of Nav2's speed mask of a map storey, in steps of [`speed_step_m_s`]; 0 in every cell for a robot without rules.
+pub fn speed_mask(input: SafetyInput<'_>, grid: &Grid<'_>) -> Vec<i8> {
+    SafetyLayer::of(input, grid).map_or_else(|| vec![0; grid.spec().n_cells()], |layer| layer.speed_mask())
+}
+
 impl SafetyLayer {
     /// The layer of a map storey; `None` for a robot without rules.
     pub fn of(input: SafetyInput<'_>, grid: &Grid<'_>) -> Option<Self> {

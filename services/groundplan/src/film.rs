@@ -1,5 +1,6 @@
 //! Sets of maps as a recording: maps and markers as ROS 2 messages, of every change instant or as the daemons publish them.
 
+use crate::args::RecordingArgs;
 use crate::date_argument;
 use crate::failure::Failure;
 use crate::recording::{FinishedRecording, Recording, RecordingError};
@@ -7,8 +8,10 @@ use export::ExportInput;
 use messages::{ContentId, Grid, Site};
 use ros::msg::builtin_interfaces::Time;
 use ros::msg::tf2_msgs::TFMessage;
+use ros::relief::{foxglove_grid, grid_map};
 use ros::topics::{NAMESPACE, StoreyTopics, TF_STATIC, storey_name};
-use ros::{Layers, maps, markers, transforms};
+use ros::{Layers, Relief, maps, markers, transforms};
+use safety::{SafetyInput, speed_mask, speed_step_m_s};
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -18,6 +21,7 @@ const SITE_FRAME: &str = "map";
 /// A recording of sets of maps that is being written.
 pub(crate) struct Film {
     recording: Recording,
+    arguments: RecordingArgs,
     /// By map storey.
     storeys: BTreeMap<u32, FilmStorey>,
     /// True once the frames of the storeys were written.
@@ -37,14 +41,20 @@ impl Film {
     ///
     /// # Errors
     /// A file of another kind at the path, a folder that cannot be written.
-    pub(crate) fn begin(path: &Path, site: &Site<'_>, map_storeys: &[u32], facts: Facts) -> Result<Self, Failure> {
+    pub(crate) fn begin(
+        path: &Path,
+        site: &Site<'_>,
+        map_storeys: &[u32],
+        arguments: RecordingArgs,
+        facts: Facts,
+    ) -> Result<Self, Failure> {
         let mut recording = Recording::begin(path).map_err(|error| match error {
             RecordingError::Foreign { .. } => Failure::usage(error),
             _ => Failure::work(error),
         })?;
         describe(&mut recording, site, facts).map_err(Failure::work)?;
         let storeys = map_storeys.iter().map(|&map_storey| (map_storey, FilmStorey::of(site, map_storey, map_storeys)));
-        Ok(Self { recording, storeys: storeys.collect(), has_frames: false })
+        Ok(Self { recording, arguments, storeys: storeys.collect(), has_frames: false })
     }
 
     /// Adds the maps and markers at a change instant, stamped with the plan time.
@@ -93,12 +103,27 @@ impl Film {
         let (site, plan, map_storey) = (input.site, input.mission_plan, grid.head.map_storey);
         let Some(FilmStorey { frame_id, topics }) = self.storeys.get(&map_storey) else { return Ok(()) };
         let recording = &mut self.recording;
-        let layers = Layers::of(grid);
+        let mut layers = Layers::of(grid);
+        if self.arguments.speed_mask {
+            let safety_input = SafetyInput { site, schedule_state: input.schedule_state, index: input.index };
+            layers = layers.with_speed(speed_mask(safety_input, grid));
+        }
         let keepout_info = maps::keepout_info(&topics.keepout_mask, frame_id, stamp);
         recording.add(&topics.keepout_info, at_ns, &keepout_info)?;
         recording.add(&topics.keepout_mask, at_ns, &maps::keepout_mask(&layers, frame_id, stamp))?;
+        if let Some(mask) = maps::speed_mask(&layers, frame_id, stamp) {
+            let step_m_s = speed_step_m_s(input.index.safety_rules);
+            let speed_info = maps::speed_info(&topics.speed_mask, step_m_s, frame_id, stamp);
+            recording.add(&topics.speed_info, at_ns, &speed_info)?;
+            recording.add(&topics.speed_mask, at_ns, &mask)?;
+        }
         recording.add(&topics.map, at_ns, &maps::planning(&layers, frame_id, stamp))?;
         recording.add(&topics.localization_map, at_ns, &maps::localization(&layers, frame_id, stamp))?;
+        if self.arguments.grid_map {
+            let relief = Relief::of(grid, &input.index.head.robot);
+            recording.add(&topics.grid_map, at_ns, &grid_map(&relief, frame_id, stamp))?;
+            recording.add(&topics.elevation, at_ns, &foxglove_grid(&relief, frame_id, stamp))?;
+        }
         let rooms = markers::together([
             markers::rooms(site, input.schedule_state, map_storey, frame_id, stamp),
             markers::doors(site, input.index, map_storey, frame_id, stamp),

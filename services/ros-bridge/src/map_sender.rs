@@ -208,7 +208,8 @@ impl Publication {
     /// The map goes out when the readers have the mask, and a robot that stands goes on when they have both, and not while parts of
     /// them are sent again; but nobody waits for ever for a reader.
     fn publish_grids(&mut self, grids: GridMessages) -> Result<(), Failure> {
-        let MapTopics { keepout_info, keepout_mask, speed_mask, speed_info, map, localization_map, .. } = &self.topics;
+        let MapTopics { keepout_info, keepout_mask, speed_mask, speed_info, map, localization_map, grid_map, .. } =
+            &self.topics;
         let deadline = Instant::now() + if self.is_paused { NAV2_TIMEOUT } else { TIMEOUT };
         keepout_info.publish(grids.keepout_info);
         let mut sent = keepout_mask.publish(grids.keepout_mask);
@@ -220,6 +221,9 @@ impl Publication {
         sent = sent.and(map.publish(grids.map));
         map.is_taken_until(deadline);
         sent = sent.and(localization_map.publish(grids.localization_map));
+        if let Some(heights) = grids.grid_map {
+            sent = sent.and(grid_map.publish(heights));
+        }
         self.look_at_late_readers();
         sent
     }

@@ -3,17 +3,20 @@
 use daemon::{Report, RosConfig, SiteProcess, StatusBoard};
 use export::{ExportInput, nav2_route_file};
 use grid::GridSpecError;
-use messages::{ContentHash, Grid, ScheduleStateHead, SlamFrame, plan_time};
-use ros::Layers;
+use messages::{ContentHash, Grid, RobotProfile, ScheduleStateHead, SlamFrame, plan_time};
 use ros::maps::{keepout_info, keepout_mask, localization, planning, speed_info, speed_mask};
 use ros::markers::{doors, drop_offs, rooms, route, together, waypoints};
 use ros::msg::builtin_interfaces::Time;
 use ros::msg::diagnostic_msgs::{DiagnosticArray, DiagnosticStatus, KeyValue};
+use ros::msg::foxglove_msgs::Grid as FoxgloveGrid;
+use ros::msg::grid_map_msgs::GridMap;
 use ros::msg::nav_msgs::OccupancyGrid;
 use ros::msg::nav2_msgs::CostmapFilterInfo;
 use ros::msg::std_msgs::{self, Header};
 use ros::msg::visualization_msgs::MarkerArray;
-use safety::{SafetyInput, SafetyLayer, speed_step_m_s};
+use ros::relief::{foxglove_grid, grid_map};
+use ros::{Layers, Relief};
+use safety::{SafetyInput, speed_step_m_s};
 use serde::de::IgnoredAny;
 use serde_json::json;
 use site_view::{MapState, MapsInUse, SiteViews};
@@ -31,6 +34,8 @@ pub(crate) struct GridsKey {
     slam_frame: Option<u64>,
     /// Hash of the mask of speeds, if there is one.
     speed: Option<ContentHash>,
+    /// Steepest ground of the robot, if there are heights: traversability depends on it.
+    max_slope_rad: Option<f64>,
 }
 
 /// The grids of a storey; all have one frame and one stamp.
@@ -41,6 +46,10 @@ pub(crate) struct GridMessages {
     pub(crate) keepout_info: CostmapFilterInfo,
     /// Limits of speed and what they mean, if the site wants them.
     pub(crate) speed: Option<(OccupancyGrid, CostmapFilterInfo)>,
+    /// Heights, slopes and traversability, if the site wants them.
+    pub(crate) grid_map: Option<GridMap>,
+    /// The same for Foxglove, if it is served.
+    pub(crate) elevation: Option<FoxgloveGrid>,
     /// Metres per cell; more than those of the daemons where a message would be too large.
     pub(crate) resolution_m: f64,
 }
@@ -94,11 +103,8 @@ pub(crate) fn outputs_of(
     let SiteViews { site, state, index, grids, mission_plan } = views;
     let (grid, frame, stamp) = (&grids[storey], target.config.frame.as_str(), target.stamp);
     let map_storey = grid.head.map_storey;
-    // Without rules no speed is limited.
-    let speed = target.config.speed_mask.then(|| {
-        let layer = SafetyLayer::of(SafetyInput { site, schedule_state: state, index }, grid);
-        layer.map_or_else(|| vec![0; grid.spec().n_cells()], |layer| layer.speed_mask())
-    });
+    let safety_input = SafetyInput { site, schedule_state: state, index };
+    let speed = target.config.speed_mask.then(|| safety::speed_mask(safety_input, grid));
     let key = GridsKey {
         storey: map_storey,
         content_hash: index.slots[storey].content_hash,
@@ -106,8 +112,10 @@ pub(crate) fn outputs_of(
         speed: speed
             .as_deref()
             .map(|mask| ContentHash::of(&mask.iter().map(|steps| steps.unsigned_abs()).collect::<Vec<u8>>())),
+        max_slope_rad: target.config.grid_map.then_some(index.head.robot.max_slope_rad),
     };
-    let messages = grid_messages(grid, speed.map(|mask| (mask, speed_step_m_s(index.safety_rules))), target)?;
+    let speed = speed.map(|mask| (mask, speed_step_m_s(index.safety_rules)));
+    let messages = grid_messages(grid, speed, &index.head.robot, target)?;
     let empty = || together([]);
     let plan = mission_plan.as_ref();
     let route_graph = plan.and_then(|mission_plan| {
@@ -130,10 +138,11 @@ pub(crate) fn outputs_of(
     })
 }
 
-/// The grids of a storey, with a mask of speeds in steps of metres per second if there is one.
+/// The grids of a storey for a robot, with a mask of speeds in steps of metres per second if there is one.
 fn grid_messages(
     grid: &Grid<'_>,
     speed: Option<(Vec<i8>, f64)>,
+    robot: &RobotProfile,
     target: Target<'_>,
 ) -> Result<GridMessages, OutputFault> {
     let Target { config, mask_topic, speed_topic, slam_frame, stamp } = target;
@@ -147,14 +156,31 @@ fn grid_messages(
         layers = layers.moved(slam_frame).map_err(OutputFault::Moved)?;
     }
     let layers = layers.within(MAX_CELLS).ok_or(OutputFault::TooLarge { storey: grid.head.map_storey })?;
+    let relief = config.grid_map.then(|| relief_of(grid, robot, slam_frame)).transpose()?;
+    let relief = relief.as_ref();
     Ok(GridMessages {
         map: planning(&layers, frame, stamp),
         localization_map: localization(&layers, frame, stamp),
         keepout_mask: keepout_mask(&layers, frame, stamp),
         keepout_info: keepout_info(mask_topic, frame, stamp),
         speed: speed_mask(&layers, frame, stamp).map(|mask| (mask, speed_info(speed_topic, step_m_s, frame, stamp))),
+        grid_map: relief.map(|relief| grid_map(relief, frame, stamp)),
+        elevation: relief.filter(|_| config.foxglove.is_some()).map(|relief| foxglove_grid(relief, frame, stamp)),
         resolution_m: layers.spec.resolution_m(),
     })
+}
+
+/// Heights of a storey, small enough for a message; in the robot's frame if there is one.
+fn relief_of(
+    grid: &Grid<'_>,
+    robot: &RobotProfile,
+    slam_frame: Option<(u64, &SlamFrame)>,
+) -> Result<Relief, OutputFault> {
+    let mut relief = Relief::of(grid, robot);
+    if let Some((_, slam_frame)) = slam_frame {
+        relief = relief.moved(slam_frame).map_err(OutputFault::Moved)?;
+    }
+    relief.within(MAX_CELLS / Relief::CELL_BYTES).ok_or(OutputFault::TooLarge { storey: grid.head.map_storey })
 }
 
 /// What a robot has to know of new maps: epoch, storey, plan time and until when they are valid, size of their cells.

@@ -3,6 +3,7 @@
 #![allow(dead_code, reason = "every test file uses a part of this")]
 
 pub(crate) mod fast_dds;
+pub(crate) mod foxglove_peer;
 pub(crate) mod house;
 pub(crate) mod live;
 pub(crate) mod map_server;

@@ -427,7 +427,12 @@ fn walk_grid(grid: &Grid<'_>) -> usize {
     let spec = grid.spec();
     let n = (0..grid.class.len()).filter(|&k| spec.index(spec.cell_of(k)) == k).count();
     let n = n + grid.planning.len() + grid.keepout.len() + grid.localization.len() + grid.floor.len();
-    n + grid.space.len() + usize::from(spec.origin_m()[0].is_finite())
+    let n = n + grid.space.len() + usize::from(spec.origin_m()[0].is_finite());
+    let is_told = |cell: &usize| {
+        let drives = grid.traversability(*cell, &RobotProfile::DEFAULT);
+        grid.height_tenths(*cell).is_some() || grid.slope_rad(*cell).is_some() || drives.is_some()
+    };
+    n + (0..grid.class.len()).filter(is_told).count()
 }
 
 fn walk_grids(index: &Grids<'_>) -> usize {

@@ -11,6 +11,8 @@ LAYOUT_VERSION: int = 12
 ARCHIVE_MAGIC: int = 1380012103
 SAMPLE_MAGIC: int = 1213419591
 NO_TIME: int = -9223372036854775808
+NO_HEIGHT: int = -2147483648
+NO_SLOPE: int = 65535
 KINDS: dict[str, int] = {
     "site": 1,
     "schedule-state": 2,
@@ -200,6 +202,7 @@ GRID_SECTIONS: dict[str, tuple[int, Any]] = {
     "keepout": (5, "i1"),
     "floor": (6, "u1"),
     "space": (7, "<u2"),
+    "elevation": (8, "<i4"),
     "slope": (9, "<u2"),
 }
 GRIDS_SECTIONS: dict[str, tuple[int, Any]] = {

@@ -97,6 +97,13 @@ class Archive:
             raise LayoutError(f"section {name} of the archive is damaged")
         return self._memory[start : start + length].view(kind)
 
+    def optional_section(self, name: str) -> npt.NDArray[Any] | None:
+        """Records of a section that not every archive has; None without it.
+
+        Raises LayoutError if it is out of bounds or of other records.
+        """
+        return self.section(name) if self._sections[name][0] in self._entries else None
+
     def head(self) -> Any:
         """The only record of the section `head`."""
         records = self.section("head")

@@ -13,6 +13,7 @@ from . import _layouts
 from .archive import Archive, Bytes, LayoutError
 
 TENTHS_PER_M = 10_000
+MRAD_PER_RAD = 1_000
 EPOCH = datetime.datetime(1970, 1, 1)
 
 
@@ -52,6 +53,32 @@ class Grid:
         """0 none, 1 built, 2 assumed."""
         self.space: npt.NDArray[np.uint16] = self._layer(archive, "space")
         """Index of the space plus 1; 0 for none."""
+        self._heights = archive.optional_section("elevation")
+        self._slopes = archive.optional_section("slope")
+        if (self._heights is None) != (self._slopes is None):
+            raise LayoutError("the grid has heights without slopes, or slopes without heights")
+        if self._heights is not None and self._slopes is not None:
+            self._heights, self._slopes = self._layer(archive, "elevation"), self._layer(archive, "slope")
+
+    @property
+    def elevation(self) -> npt.NDArray[np.float64] | None:
+        """Height of the ground in the middle of each cell in the frame `map`, in metres; NaN where there is none.
+
+        None on a level storey: its floor lies at `floor_z_m`, in the cells in which `floor` is not 0. A copy, made at each call.
+        """
+        if self._heights is None:
+            return None
+        return np.where(self._heights == _layouts.NO_HEIGHT, np.nan, self._heights / TENTHS_PER_M)
+
+    @property
+    def slope(self) -> npt.NDArray[np.float64] | None:
+        """Slope of the ground in each cell, in radians; NaN where there is none.
+
+        None on a level storey. A copy, made at each call.
+        """
+        if self._slopes is None:
+            return None
+        return np.where(self._slopes == _layouts.NO_SLOPE, np.nan, self._slopes / MRAD_PER_RAD)
 
     def _layer(self, archive: Archive, name: str) -> npt.NDArray[Any]:
         layer = archive.section(name)

@@ -6,10 +6,12 @@ pub mod builtin_interfaces;
 pub mod std_msgs;
 
 pub mod geometry_msgs;
+pub mod grid_map_msgs;
 pub mod nav2_msgs;
 pub mod nav_msgs;
 pub mod tf2_msgs;
 
+pub mod foxglove_msgs;
 pub mod sensor_msgs;
 pub mod visualization_msgs;
 

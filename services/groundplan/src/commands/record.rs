@@ -1,6 +1,6 @@
 //! `groundplan record`: the maps of a running site as an MCAP file, as the daemons publish them.
 
-use crate::args::SiteOfRobotArgs;
+use crate::args::{RecordingArgs, SiteOfRobotArgs};
 use crate::date_argument;
 use crate::failure::Failure;
 use crate::film::{Facts, Film, FilmTime};
@@ -33,6 +33,10 @@ pub struct Args {
     #[arg(long = "for", value_name = "SECONDS")]
     seconds: Option<f64>,
 
+    /// What it has.
+    #[command(flatten)]
+    recording: RecordingArgs,
+
     /// The site.
     #[command(flatten)]
     site: SiteOfRobotArgs,
@@ -45,6 +49,7 @@ topics are those of `groundplan convert --mcap`.
 Examples:
   groundplan record day.mcap                      # until Ctrl-C
   groundplan record hour.mcap --for 3600
+  groundplan record day.mcap --grid-map           # with heights, slopes and traversability
 
 Exit codes: 0 done, 1 failed (no maps came, a disk that is full), 2 bad usage or configuration.";
 
@@ -138,7 +143,8 @@ impl Recorder<'_> {
             None => {
                 let storeys: Vec<u32> = grids.iter().map(|grid| grid.head.map_storey).collect();
                 let facts = Facts { time: FilmTime::Machine, robot: self.robot(), resolution_m: input.resolution_m };
-                self.film.insert(Film::begin(&self.arguments.file, site, &storeys, facts)?)
+                let Args { file, recording, .. } = self.arguments;
+                self.film.insert(Film::begin(file, site, &storeys, *recording, facts)?)
             }
         };
         let (stamp, at_ns) = now_stamp()?;

@@ -5,6 +5,7 @@ use crate::graph::full_name;
 use daemon::RosConfig;
 use foxglove::Context;
 use ros::msg::diagnostic_msgs::DiagnosticArray;
+use ros::msg::foxglove_msgs::Grid as FoxgloveGrid;
 use ros::msg::geometry_msgs::PoseWithCovarianceStamped;
 use ros::msg::nav_msgs::OccupancyGrid;
 use ros::msg::nav2_msgs::CostmapFilterInfo;
@@ -20,6 +21,10 @@ pub(super) struct Channels {
     pub(super) localization_map: RosChannel<OccupancyGrid>,
     pub(super) keepout_mask: RosChannel<OccupancyGrid>,
     pub(super) keepout_info: RosChannel<CostmapFilterInfo>,
+    /// Limits of speed and what they mean, if the site wants them.
+    pub(super) speed: Option<(RosChannel<OccupancyGrid>, RosChannel<CostmapFilterInfo>)>,
+    /// Heights, slopes and traversability, if the site wants them.
+    pub(super) elevation: Option<RosChannel<FoxgloveGrid>>,
     pub(super) rooms: RosChannel<MarkerArray>,
     pub(super) room_entities: SceneChannel,
     pub(super) world: SceneChannel,
@@ -42,6 +47,11 @@ impl Channels {
             localization_map: RosChannel::open(context, &topics.localization_map),
             keepout_mask: RosChannel::open(context, &topics.keepout_mask),
             keepout_info: RosChannel::open(context, &topics.keepout_info),
+            speed: config.speed_mask.then(|| {
+                let mask = RosChannel::open(context, &topics.speed_mask);
+                (mask, RosChannel::open(context, &topics.speed_info))
+            }),
+            elevation: config.grid_map.then(|| RosChannel::open(context, &topics.elevation)),
             rooms: RosChannel::open(context, &topics.rooms),
             room_entities: SceneChannel::open(context, &name("room_entities")),
             world: SceneChannel::open(context, &name("world")),
@@ -78,7 +88,9 @@ impl Channels {
             &self.tf_static.latch,
             &self.diagnostics.latch,
         ];
-        Arc::new(Latches(latches.into_iter().cloned().collect()))
+        let speed = self.speed.iter().flat_map(|(mask, info)| [&mask.latch, &info.latch]);
+        let elevation = self.elevation.iter().map(|channel| &channel.latch);
+        Arc::new(Latches(latches.into_iter().chain(speed).chain(elevation).cloned().collect()))
     }
 }
 
@@ -100,6 +112,10 @@ mod tests {
         assert_eq!(topics(&root)[..2], ["/planned", "/localization_map"]);
         let other = RosConfig { map_topic: Some("planned".to_owned()), ..RosConfig::default() };
         assert_eq!(topics(&other)[0], "/groundplan/planned");
+        let usual = topics(&RosConfig::default());
+        let more = topics(&RosConfig { speed_mask: true, grid_map: true, ..RosConfig::default() });
+        let added = ["/groundplan/speed_mask", "/groundplan/speed_info", "/groundplan/elevation"];
+        assert_eq!((&more[..usual.len()], &more[usual.len()..]), (&usual[..], &added.map(str::to_owned)[..]));
     }
 
     /// Texts of a JSON document that begin with a slash, keys included.
@@ -120,7 +136,8 @@ mod tests {
     fn the_shipped_layout_names_topics_that_there_are() {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../config/foxglove/groundplan.json");
         let layout: Value = serde_json::from_slice(&std::fs::read(path).unwrap()).unwrap();
-        let (topics, mut named) = (topics(&RosConfig::default()), Vec::new());
+        let config = RosConfig { grid_map: true, ..RosConfig::default() };
+        let (topics, mut named) = (topics(&config), Vec::new());
         slashed(&layout, &mut named);
         assert!(named.iter().all(|name| topics.iter().any(|topic| topic == name)), "{named:?} {topics:?}");
         let shown = ["/groundplan/map", "/groundplan/room_entities", "/groundplan/changed", "/diagnostics"];

@@ -90,8 +90,15 @@ impl FoxgloveServer {
         let channels = &self.channels;
         channels.keepout_info.send(&outputs.grids.keepout_info);
         channels.keepout_mask.send(&outputs.grids.keepout_mask);
+        if let (Some((mask, info)), Some((speed_mask, speed_info))) = (&channels.speed, &outputs.grids.speed) {
+            info.send(speed_info);
+            mask.send(speed_mask);
+        }
         channels.localization_map.send(&outputs.grids.localization_map);
         channels.map.send(&outputs.grids.map);
+        if let (Some(channel), Some(elevation)) = (&channels.elevation, &outputs.grids.elevation) {
+            channel.send(elevation);
+        }
         channels.rooms.send(&outputs.rooms);
         let header = Header { stamp: outputs.grids.map.header.stamp, frame_id: self.ros.frame.clone() };
         channels.room_entities.send(&room_entities::update(rooms, &header));

@@ -7,6 +7,7 @@ use daemon::{Failure, RosConfig, RosOutput};
 use ros::RosMessage;
 use ros::msg::diagnostic_msgs::DiagnosticArray;
 use ros::msg::geometry_msgs::PoseWithCovarianceStamped;
+use ros::msg::grid_map_msgs::GridMap;
 use ros::msg::nav_msgs::OccupancyGrid;
 use ros::msg::nav2_msgs::CostmapFilterInfo;
 use ros::msg::std_msgs;
@@ -38,12 +39,12 @@ impl<M: RosMessage> Topic<M> {
 /// A topic of grids, which tells whether its readers have them; without a writer if the site does not want it.
 ///
 /// The library's publisher hides its writer, therefore this is a writer of DDS, of which the graph is told apart.
-pub(crate) struct GridTopic {
+pub(crate) struct GridTopic<M: RosMessage = OccupancyGrid> {
     name: String,
-    writer: Option<DataWriterCdr<OccupancyGrid>>,
+    writer: Option<DataWriterCdr<M>>,
 }
 
-impl GridTopic {
+impl<M: RosMessage> GridTopic<M> {
     /// Its name in full.
     pub(crate) fn name(&self) -> &str {
         &self.name
@@ -53,7 +54,7 @@ impl GridTopic {
     ///
     /// # Errors
     /// The grid is not sent.
-    pub(crate) fn publish(&self, grid: OccupancyGrid) -> Result<(), Failure> {
+    pub(crate) fn publish(&self, grid: M) -> Result<(), Failure> {
         let Some(writer) = &self.writer else { return Ok(()) };
         writer.write(grid, Some(Timestamp::now())).map_err(|why| format!("{} is not sent: {why}", self.name).into())
     }
@@ -75,6 +76,8 @@ pub(crate) struct MapTopics {
     /// There only if the site wants limits of speed.
     pub(crate) speed_mask: GridTopic,
     pub(crate) speed_info: Topic<CostmapFilterInfo>,
+    /// There only if the site wants heights.
+    pub(crate) grid_map: GridTopic<GridMap>,
     pub(crate) rooms: Topic<MarkerArray>,
     pub(crate) waypoints: Topic<MarkerArray>,
     pub(crate) route: Topic<MarkerArray>,
@@ -107,6 +110,7 @@ impl MapTopics {
             keepout_info: graph.output(config, RosOutput::KeepoutMask, "keepout_info", latched())?,
             speed_mask: graph.grids_if(config.speed_mask, config, RosOutput::KeepoutMask, "speed_mask")?,
             speed_info: graph.topic("speed_info", config.speed_mask.then(latched))?,
+            grid_map: graph.grids_if(config.grid_map, config, RosOutput::Map, "grid_map")?,
             rooms: graph.output(config, RosOutput::Rooms, "rooms", latched_large())?,
             waypoints: graph.output(config, RosOutput::Waypoints, "waypoints", latched_large())?,
             route: graph.output(config, RosOutput::Route, "route", latched_large())?,
@@ -138,17 +142,17 @@ impl RosGraph {
     }
 
     /// A topic of grids with the quality of service of an output; nothing is published on it unless it is wanted.
-    fn grids_if(
+    fn grids_if<M: RosMessage>(
         &mut self,
         is_wanted: bool,
         config: &RosConfig,
         output: RosOutput,
         name: &str,
-    ) -> Result<GridTopic, GraphError> {
+    ) -> Result<GridTopic<M>, GraphError> {
         let mut writer = None;
         if is_wanted {
             let qos = QosPolicies::from(&with(latched_large(), config.qos.get(&output)));
-            let topic = self.dds_topic::<OccupancyGrid>(name, &qos)?;
+            let topic = self.dds_topic::<M>(name, &qos)?;
             let publisher = self.participant.create_publisher(&qos).map_err(create(name))?;
             let created = publisher.create_datawriter_no_key_cdr(&topic, None).map_err(create(name))?;
             self.entities.add_writer(created.guid());

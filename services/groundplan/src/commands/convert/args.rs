@@ -1,6 +1,8 @@
 //! Arguments and help of `convert`.
 
-use crate::args::{CloudArgs, ModelArgs, OctomapArgs, OverwriteArgs, RobotArgs, ScheduleArgs, WorldArgs};
+use crate::args::{
+    CloudArgs, ModelArgs, OctomapArgs, OverwriteArgs, RecordingArgs, RobotArgs, ScheduleArgs, WorldArgs,
+};
 use std::path::PathBuf;
 
 /// Arguments of `convert`.
@@ -15,6 +17,10 @@ pub struct Args {
     /// construction; an earlier recording there is replaced
     #[arg(long, value_name = "FILE.mcap")]
     pub(super) mcap: Option<PathBuf>,
+
+    /// What it has.
+    #[command(flatten)]
+    pub(super) recording: RecordingArgs,
 
     /// What becomes of files of others in it.
     #[command(flatten)]
@@ -141,6 +147,9 @@ Topics of --mcap (profile ros2; written whole or not at all, the same bytes for 
   /groundplan/rooms             rooms with names and states, doors, edges of floors, as markers
   /groundplan/waypoints         waypoints with the tour; rooms that are not reached, and why
   /groundplan/route             ways of the route graph
+  /groundplan/grid_map          with --grid-map: heights above the floor, slopes and traversability
+  /groundplan/elevation         the same, to be coloured in Foxglove
+  /groundplan/speed_mask        with --speed-mask: limits of speed, with speed_info for Nav2
 Of several storeys each has topics /groundplan/<storey>/map .. and a frame <storey>, which
 /tf_static lifts to its floor in the frame map. Stamps are the plan time, as if the site's clock
 showed UTC.

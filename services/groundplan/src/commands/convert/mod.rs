@@ -155,6 +155,9 @@ impl Args {
         if self.mcap.is_some() && !matches!(requested_maps, RequestedMaps::EveryChange) {
             return Err(Failure::usage("--mcap records every change: give --date all"));
         }
+        if self.mcap.is_none() && (self.recording.grid_map || self.recording.speed_mask) {
+            return Err(Failure::usage("--grid-map and --speed-mask say what is recorded: give --mcap"));
+        }
         if self.out.is_none() && (optional.are_asked_for() || self.with_geometry) {
             let message =
                 "--world, --cloud, --octomap, --with-ground and --with-geometry write into the output folder: give -o";

@@ -121,6 +121,7 @@ impl Job<'_> {
                 path,
                 self.site,
                 &self.options.storeys,
+                self.arguments.recording,
                 Facts { time: FilmTime::Plan { n_change_instants }, robot, resolution_m },
             )
         };
