@@ -22,7 +22,8 @@
 //! - `storeys/*/keepout.{pgm,yaml}`: Nav2 keep-out mask: 0 for drop-offs, work and closed rooms, with margins; 205
 //!   elsewhere, so that the filter never makes an unknown cell free.
 //! - `storeys/*/elevation.{png,yaml}`, `slope.{png,yaml}`, where the ground of a storey is not level: height of the ground in `map` in
-//!   metres, and its slope in radians; a value is `offset + scale * pixel`, the pixel `none` has no ground.
+//!   metres, and its slope in radians; a value is `offset + scale * pixel`, the pixel `none` has no ground. `relief.png` shows the
+//!   slope in colours, with contour lines, for people.
 //! - `storeys/*/route.geojson`: this storey's ways for Nav2's route server; stairs that lead away from it as collections of
 //!   one line, which Nav2 skips.
 //! - `storeys/*/waypoints.yaml`: for Nav2's waypoint panel.
@@ -99,6 +100,7 @@ mod probability_layer;
 mod provenance;
 mod reach;
 mod relief;
+mod relief_picture;
 mod report;
 mod route;
 mod safety_files;
@@ -200,6 +202,7 @@ fn storey_files<E>(
     let folder = storey_folder(input.site, map_storey, &input.site.map_storeys[map_storey as usize]);
     maps::files(&folder, grid).try_for_each(&mut *add)?;
     relief::files(&folder, grid).try_for_each(&mut *add)?;
+    relief_picture::file(&folder, input, grid).map_or(Ok(()), &mut *add)?;
     pictures::files(&folder, input, grid).try_for_each(&mut *add)?;
     if let Some(probability) = &input.probability {
         probability_layer::files(&folder, input, grid, probability).into_iter().try_for_each(&mut *add)?;

@@ -9,11 +9,11 @@ use geometry::{FillRule, Ring, floor_faces, union};
 use grid::{Cell, Class, Mask, overlapped_cells};
 use messages::{DoorPassageRecord, ElementState, Grid, NONE, element_flags};
 
-const SOLID: Rgb = [100, 100, 100];
+pub(crate) const SOLID: Rgb = [100, 100, 100];
 
-const DOOR: Rgb = [0, 255, 0];
+pub(crate) const DOOR: Rgb = [0, 255, 0];
 
-const CLOSED_DOOR: Rgb = [255, 0, 0];
+pub(crate) const CLOSED_DOOR: Rgb = [255, 0, 0];
 
 const STAIR: Rgb = [255, 255, 0];
 
@@ -25,7 +25,7 @@ const OTHER_LEVEL: Rgb = [215, 180, 235];
 
 const FREE: Rgb = [255, 255, 255];
 
-const UNKNOWN: Rgb = [220, 220, 220];
+pub(crate) const UNKNOWN: Rgb = [220, 220, 220];
 
 /// The two pictures of a storey, each made when it is asked for.
 pub(crate) fn files<'a>(
