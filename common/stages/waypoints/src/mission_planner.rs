@@ -16,7 +16,7 @@ use crate::set_cover_instance::SetCoverInstance;
 use crate::space_centre::StoreyInputs;
 use crate::spaces::{Refusal, refused};
 use crate::steps::steps;
-use crate::storey_planner::{PlannedStorey, StoreySurvey, instance_of, plan_storey, survey_storey};
+use crate::storey_planner::{PlannedStorey, StoreySurvey, instance_of, plan_storey, survey_storey, without_waypoints};
 use crate::tour_stops::StoreyRequest;
 use messages::{
     ArchiveBuffer, ContentHash, DoorPassageRecord, FloorKind, MapGrids, NoWaypoint, StoreyEntry, space_flags,
@@ -321,6 +321,10 @@ impl<'a> StoreyJob<'a> {
         let now = self.input_hash(input);
         if old.0 == now {
             return old;
+        }
+        // Outdoors ways are between places to which portals lead, and nothing is scanned.
+        if self.stagings.is_empty() && input.grids.head(self.at).floor == FloorKind::Ground {
+            return (now, without_waypoints(free_space, self.reached, input.site.spaces.len()));
         }
         let planned = self.with(input, free_space, |storey, request| {
             plan_storey(storey, request, &survey_storey(storey, request), None)

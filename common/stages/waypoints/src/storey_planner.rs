@@ -1,5 +1,6 @@
 //! Plans one storey: centres, scans, tours and route graph from map, reachability and options.
 
+use crate::free_space::FreeSpace;
 use crate::mesh_visibility::{MeshCoverage, mesh_check};
 use crate::options::MissionPlanOptions;
 use crate::path_search::{PathGrid, length_m};
@@ -91,13 +92,24 @@ pub(crate) fn survey_storey(storey: &StoreyInputs<'_>, request: &StoreyRequest<'
             Err(refusal) => survey.refused.push((space, refusal)),
         }
     }
-    // Scans of facades from outdoors are none of the rooms of a building, and ways are between places that portals lead to.
-    let is_outdoors = storey.grid.head.floor == FloorKind::Ground;
-    survey.scans = (request.options.scans && !is_outdoors).then(|| survey_scans(storey, request, &survey.centres));
-    if !is_outdoors || !request.stagings.is_empty() {
-        survey.path_grid = PathGrid::of(storey.free_space, |part| storey.reached[part as usize]);
-    }
+    // Scans of facades from outdoors are none of the rooms of a building.
+    let is_scanned = request.options.scans && storey.grid.head.floor != FloorKind::Ground;
+    survey.scans = is_scanned.then(|| survey_scans(storey, request, &survey.centres));
+    survey.path_grid = PathGrid::of(storey.free_space, |part| storey.reached[part as usize]);
     survey
+}
+
+/// The plan of a storey on which there are no waypoints and no graph: how much of it the robot gets to.
+pub(crate) fn without_waypoints(free_space: &FreeSpace, reached: &[bool], n_spaces: usize) -> PlannedStorey {
+    let space_coverage = vec![SpaceCoverage::default(); n_spaces + 1];
+    let mut planned = PlannedStorey { space_coverage, ..PlannedStorey::default() };
+    let cell_m2 = free_space.spec.resolution_m().powi(2);
+    for part in 1..=free_space.n_parts() {
+        let size_m2 = f64::from(free_space.size(part)) * cell_m2;
+        let total = if reached[part as usize] { &mut planned.reached_m2 } else { &mut planned.unreached_m2 };
+        *total += size_m2;
+    }
+    planned
 }
 
 /// Plans a storey: as many scans as reach the goals, or the best `n_scans`.
@@ -108,14 +120,8 @@ pub(crate) fn plan_storey(
     n_scans: Option<usize>,
 ) -> PlannedStorey {
     let (refused, looked_at) = (survey.refused.clone(), survey.looked_at.clone());
-    let mut planned = PlannedStorey { refused, looked_at, ..PlannedStorey::default() };
-    let cell_m2 = storey.free_space.spec.resolution_m().powi(2);
-    for part in 1..=storey.free_space.n_parts() {
-        let size_m2 = f64::from(storey.free_space.size(part)) * cell_m2;
-        let total = if storey.reached[part as usize] { &mut planned.reached_m2 } else { &mut planned.unreached_m2 };
-        *total += size_m2;
-    }
-    planned.space_coverage = vec![SpaceCoverage::default(); storey.site.spaces.len() + 1];
+    let nothing = without_waypoints(storey.free_space, storey.reached, storey.site.spaces.len());
+    let mut planned = PlannedStorey { refused, looked_at, ..nothing };
     let mut chosen = Vec::new();
     if let Some(scans) = &survey.scans {
         planned.n_targets = scans.faces.all.len() as u32;
