@@ -31,67 +31,16 @@ import pathlib
 import sys
 
 import numpy as np
+from check_ros_messages import typestore
 from PIL import Image
 from rosbags.rosbag2 import Reader
-from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from slam_drive import read_pgm
 
-# Types that rosbags lacks, as their packages define them.
-TYPES = {
-    "grid_map_msgs/msg/GridMapInfo": """
-float64 resolution
-float64 length_x
-float64 length_y
-geometry_msgs/Pose pose
-""",
-    "grid_map_msgs/msg/GridMap": """
-std_msgs/Header header
-GridMapInfo info
-string[] layers
-string[] basic_layers
-std_msgs/Float32MultiArray[] data
-uint16 outer_start_index
-uint16 inner_start_index
-""",
-    "foxglove_msgs/msg/Vector2": "float64 x\nfloat64 y\n",
-    "foxglove_msgs/msg/PackedElementField": """
-string name
-uint32 offset
-uint8 UNKNOWN=0
-uint8 UINT8=1
-uint8 INT8=2
-uint8 UINT16=3
-uint8 INT16=4
-uint8 UINT32=5
-uint8 INT32=6
-uint8 FLOAT32=7
-uint8 FLOAT64=8
-uint8 type
-""",
-    "foxglove_msgs/msg/Grid": """
-builtin_interfaces/Time timestamp
-string frame_id
-geometry_msgs/Pose pose
-uint32 column_count
-foxglove_msgs/Vector2 cell_size
-uint32 row_stride
-uint32 cell_stride
-foxglove_msgs/PackedElementField[] fields
-uint8[] data
-""",
-}
 GRID_MAP, GRID = "grid_map_msgs/msg/GridMap", "foxglove_msgs/msg/Grid"
 LAYERS = ["elevation", "slope", "traversability"]
 LEAST = 0.01
 # Of numbers that were rounded to 32 bits.
 ROUNDING = 1e-5
-
-
-def typestore():
-    store = get_typestore(Stores.ROS2_JAZZY)
-    for name, text in TYPES.items():
-        store.register({name: get_types_from_msg(text, name)[name]})
-    return store
 
 
 def load(path):

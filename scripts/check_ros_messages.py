@@ -136,4 +136,5 @@ def main():
     print(f"{len(messages)} messages are those of rosbags")
 
 
-main()
+if __name__ == "__main__":
+    main()
