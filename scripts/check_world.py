@@ -15,17 +15,17 @@ Rays start on free cells of each storey's planning map, at the same place and in
   map is the projection of what stands between the robot's step and its height, so a ray at one height would pass over a table.
 
 Doors move in the world and are passable on maps, so that they are left out on both sides, as are cells that are occupied only
-because their room is closed, and barriers. On ramps what stands in the way is told by its height above them: rays start on the level
-of the storey, and are compared up to the edge of a ramp; the ground outdoors has no level. A map takes a cell that is touched
-anywhere, so that along a wall its rays end earlier.
+because their room is closed, barriers, and the shapes of sites and roads themselves, which are no obstacles on maps of levels. On
+ramps what stands in the way is told by its height above them: rays start on the level of the storey, and are compared up to the edge
+of a ramp; the ground outdoors has no level. A map takes a cell that is touched anywhere, so that along a wall its rays end earlier.
 Two ends agree if they are no farther apart than a cell and its diagonal, or if each lies as near to what the other side holds.
 99.5 % of all rays have to agree.
 
 Where a storey has heights (elevation.png), a ray falls on the middle of each free cell from the height of the robot, and ends within
 2 cm of its height: in 99.5 % of the cells, as it stands where the map says.
 
-Every mesh that collides but that of ground outdoors, in moving models too, is closed when its faces are fanned from their first corners, as readers do, and
-convex: engines that take the hull of a mesh and engines that take its triangles then agree.
+Every mesh that collides but that of ground outdoors, in moving models too, is closed when its faces are fanned from their first
+corners, as readers do, and convex: engines that take the hull of a mesh and engines that take its triangles then agree.
 """
 import argparse
 import json
@@ -134,6 +134,13 @@ def ground_links(folder):
     """Names of the links of ground outdoors, whose meshes are not convex."""
     elements = json.loads((folder / "lookup.json").read_text(encoding="utf-8"))["elements"]
     return {element["link"] for element in elements.values() if "mesh" in element["pieces"]}
+
+
+def shapes_of_sites(out):
+    """Names of the links of sites and roads with a shape of their own, which are no elements: maps of levels do not have them."""
+    elements = json.loads((out / "semantic.json").read_text(encoding="utf-8"))["elements"]
+    listed = json.loads((out / "world" / "lookup.json").read_text(encoding="utf-8"))["elements"]
+    return {element["link"] for global_id, element in listed.items() if global_id not in elements}
 
 
 def faces_of(corners, faces):
@@ -381,6 +388,7 @@ def judge(out):
     world = World(out / "world")
     cell, (low, high) = manifest["resolution_m"], manifest["slab_m"]
     reach = cell * math.sqrt(2) + 1e-6
+    no_obstacles = shapes_of_sites(out)
     angles = (np.arange(N_DIRECTIONS) + 0.5) / N_DIRECTIONS * 2 * math.pi
     directions = np.stack([np.cos(angles), np.sin(angles)], 1)
     n_rays = n_agree = n_along = 0
@@ -391,7 +399,8 @@ def judge(out):
             continue
         grid = Map(out, entry, cell, low)
         floor = entry["floor_z_m"]
-        plans = Plans(world.plans(floor + low + 1e-4, floor + high - 1e-4))
+        found = world.plans_of_links(floor + low + 1e-4, floor + high - 1e-4)
+        plans = Plans([plan for link, plan in found if link not in no_obstacles])
         worst = None
         for start in grid.starts(N_STARTS):
             # Behind the edge of a ramp what stands in the way is told by its height above the ramp.

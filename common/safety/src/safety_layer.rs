@@ -1,6 +1,7 @@
 //! The layer: for each cell the limit of speed and the cost, with the rule and the element that they come from.
 
 use crate::door_swings::door_swings;
+use crate::local_ground::LocalGround;
 use crate::rule_elements::StoreyElements;
 use crate::stair_edges::stair_edges;
 use grid::{CellRect, Class, GridSpec, Run, fifths_of, grow_labelled};
@@ -67,7 +68,8 @@ impl SafetyLayer {
             cost: vec![0; n],
             cost_source: vec![NO_SOURCE; n],
         };
-        let storey = StoreyElements { site: input.site, schedule_state: input.schedule_state, grid };
+        let ground = &LocalGround::of(grid);
+        let storey = StoreyElements { site: input.site, schedule_state: input.schedule_state, grid, ground };
         // A closed room is occupied everywhere; its floor is free of obstacles where it shows no class.
         let is_open =
             |cell: usize| grid.planning[cell] == 0 || (grid.floor[cell] != 0 && grid.class[cell] == Class::None.id());
