@@ -17,7 +17,8 @@ Rays start on free cells of each storey's planning map, at the same place and in
 Doors move in the world and are passable on maps, so that they are left out on both sides, as are cells that are occupied only
 because their room is closed, barriers, and the shapes of sites and roads themselves, which are no obstacles on maps of levels. On
 ramps what stands in the way is told by its height above them: rays start on the level of the storey, and are compared up to the edge
-of a ramp; the ground outdoors has no level. A map takes a cell that is touched anywhere, so that along a wall its rays end earlier.
+of a ramp. On the ground outdoors, where ground.json beside says what that is, rays follow the heights of the map, and end at what
+stands on it. A map takes a cell that is touched anywhere, so that along a wall its rays end earlier.
 Two ends agree if they are no farther apart than a cell and its diagonal, or if each lies as near to what the other side holds.
 99.5 % of all rays have to agree.
 
@@ -85,7 +86,7 @@ class World:
         self.meshes = {}
         self.shapes = []
         self.links = []
-        ground = ground_links(folder)
+        self.ground = ground_links(folder)
         root = ElementTree.parse(folder / "world.sdf").getroot()
         for model in root.iter("model"):
             if (model.findtext("static") or "") != "true" or model.get("name").startswith("door_"):
@@ -95,7 +96,7 @@ class World:
                     continue
                 for collision in link.findall("collision"):
                     shape = self.shape(folder, collision)
-                    shapes = faces_of(*shape) if link.get("name") in ground else [shape]
+                    shapes = faces_of(*shape) if link.get("name") in self.ground else [shape]
                     self.shapes += shapes
                     self.links += [link.get("name")] * len(shapes)
 
@@ -134,6 +135,16 @@ def ground_links(folder):
     """Names of the links of ground outdoors, whose meshes are not convex."""
     elements = json.loads((folder / "lookup.json").read_text(encoding="utf-8"))["elements"]
     return {element["link"] for element in elements.values() if "mesh" in element["pieces"]}
+
+
+def links_outdoors(out):
+    """Names of the links of terrain and roads, by ground.json; None if there is none."""
+    if not (out / "ground.json").exists():
+        return None
+    ground = json.loads((out / "ground.json").read_text(encoding="utf-8"))["elements"]
+    outdoors = {element["global_id"] for element in ground if element["class"] in ("terrain", "road")}
+    listed = json.loads((out / "world" / "lookup.json").read_text(encoding="utf-8"))["elements"]
+    return {element["link"] for global_id, element in listed.items() if global_id in outdoors}
 
 
 def shapes_of_sites(out):
@@ -367,13 +378,13 @@ class Map:
             alive[rows[ends | ~inside]] = False
         return lengths
 
-    def is_near_solid(self, points, reach):
-        """True for points with a solid cell within reach."""
+    def is_near(self, cells, points, reach):
+        """True for points with one of these cells within reach."""
         n = math.ceil(reach / self.cell)
         out = np.zeros(len(points), bool)
         for k, p in enumerate((points - self.origin) / self.cell):
             x, y = (int(math.floor(c)) for c in p)
-            block = self.solid[max(0, y - n):y + n + 1, max(0, x - n):x + n + 1]
+            block = cells[max(0, y - n):y + n + 1, max(0, x - n):x + n + 1]
             rows, columns = np.nonzero(block)
             if len(rows):
                 dx = np.maximum(np.abs(columns + max(0, x - n) + 0.5 - p[0]) - 0.5, 0)
@@ -394,10 +405,16 @@ def judge(out):
     n_rays = n_agree = n_along = 0
     wrong = []
     for entry in manifest["storeys"]:
-        if entry["floor"] == "ground":
-            # Its map has no height at which rays could be compared.
-            continue
         grid = Map(out, entry, cell, low)
+        if entry["floor"] == "ground":
+            outdoors = links_outdoors(out)
+            if outdoors is None:
+                continue
+            stands = [shape for link, shape in zip(world.links, world.shapes) if link not in outdoors]
+            counts, line = judge_ground(grid, stands, [low, high], directions, reach)
+            n_rays, n_agree, n_along = (a + b for a, b in zip((n_rays, n_agree, n_along), counts))
+            wrong += [f"storey {entry['index']}: {line}"] if line else []
+            continue
         floor = entry["floor_z_m"]
         found = world.plans_of_links(floor + low + 1e-4, floor + high - 1e-4)
         plans = Plans([plan for link, plan in found if link not in no_obstacles])
@@ -415,7 +432,7 @@ def judge(out):
                 map_ends = start + in_map[rest, None] * directions[rest]
                 world_ends = start + in_world[rest, None] * directions[rest]
                 known_to_world = (plans.distances(map_ends) <= reach) | (in_map[rest] >= limit[rest])
-                known_to_map = grid.is_near_solid(world_ends, reach) | (in_world[rest] >= limit[rest])
+                known_to_map = grid.is_near(grid.solid, world_ends, reach) | (in_world[rest] >= limit[rest])
                 agree[rest] = known_to_world & known_to_map
             n_rays, n_agree, n_along = n_rays + len(directions), n_agree + agree.sum(), n_along + along.sum()
             for k in np.flatnonzero(~agree):
@@ -427,6 +444,52 @@ def judge(out):
             wrong.append(f"storey {entry['index']}: from ({start[0]:.2f}, {start[1]:.2f}) towards ({u[0]:.2f}, {u[1]:.2f}) "
                          f"the map ends after {m:.2f} m, the world after {w:.2f} m")
     return n_rays, n_agree, n_along, wrong
+
+
+def judge_ground(grid, stands, slab, directions, reach):
+    """((rays, rays that agree, rays whose ends are as near along the ray), one that does not) of the map of the ground outdoors: in the
+    world a ray over a cell is at the heights above the ground there, and ends where a shape of those that are no ground stands."""
+    solid = world_cells(grid, stands, slab)
+    n_agree = n_along = 0
+    wrong = None
+    rows, columns = np.nonzero(grid.free)
+    chosen = np.linspace(0, len(rows) - 1, min(N_STARTS, len(rows))).astype(int)
+    for row, column in zip(rows[chosen], columns[chosen]):
+        start = grid.origin + (np.array([column, row]) + 0.5) * grid.cell
+        in_map, in_world = (np.minimum(grid.cast(start, directions, cells), RANGE_M) for cells in (grid.solid, solid))
+        along = np.abs(in_map - in_world) <= reach
+        ends = (start + length[:, None] * directions for length in (in_map, in_world))
+        known = [grid.is_near(cells, points, reach) | (length >= RANGE_M)
+                 for cells, points, length in zip((solid, grid.solid), ends, (in_map, in_world))]
+        agree = along | (known[0] & known[1])
+        n_agree, n_along = n_agree + agree.sum(), n_along + along.sum()
+        for k in np.flatnonzero(~agree)[:1]:
+            wrong = (f"from ({start[0]:.2f}, {start[1]:.2f}) towards ({directions[k, 0]:.2f}, {directions[k, 1]:.2f}) the map ends after "
+                     f"{in_map[k]:.2f} m, the world after {in_world[k]:.2f} m")
+    return (len(chosen) * len(directions), n_agree, n_along), wrong
+
+
+def world_cells(grid, shapes, slab):
+    """Cells in which a convex shape stands between heights above the ground there, or above the highest of the nearest cells with ground
+    (an edge from which it breaks off): looked for in the middles of quarters of cells."""
+    height = np.where(grid.has_height, grid.height, np.nan)
+    while np.isnan(height).any() and not np.isnan(height).all():
+        padded = np.pad(height, 1, constant_values=np.nan)
+        around = [padded[1 + dy:padded.shape[0] - 1 + dy, 1 + dx:padded.shape[1] - 1 + dx] for dx, dy in ((0, 1), (1, 0), (0, -1), (-1, 0))]
+        highest = np.where(np.isnan(around), -np.inf, around).max(0)
+        height = np.where(np.isnan(height) & np.isfinite(highest), highest, height)
+    fine, side = np.kron(height, np.ones((2, 2))), grid.cell / 2
+    found = np.zeros(fine.shape, bool)
+    for corners, faces in shapes:
+        low = np.clip(np.floor((corners[:, :2].min(0) - grid.origin) / side).astype(int), 0, fine.shape[::-1])
+        high = np.clip(np.ceil((corners[:, :2].max(0) - grid.origin) / side).astype(int), 0, fine.shape[::-1])
+        part = (slice(low[1], high[1]), slice(low[0], high[0]))
+        fans = np.array([corners[[face[0], face[k], face[k + 1]]] for face in faces for k in range(1, len(face) - 1)])
+        above = np.full(fine[part].shape, np.inf)
+        origin = grid.origin + low * side
+        top, bottom = first_below(fans, above, origin, side), -first_below(fans * [1, 1, -1], above, origin, side)
+        found[part] |= (top > fine[part] + slab[0]) & (bottom < fine[part] + slab[1]) & np.isfinite(top)
+    return found.reshape(grid.free.shape[0], 2, grid.free.shape[1], 2).any(axis=(1, 3))
 
 
 def judge_heights(out, cast_from, n_most=sys.maxsize):

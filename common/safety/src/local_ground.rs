@@ -28,19 +28,22 @@ pub(crate) struct LocalGround {
     bands: Vec<Band>,
     /// Index of the band of each cell, or [`NONE`]; empty if all cells have the only band.
     of_cell: Vec<u32>,
+    /// Cells with ground, and those beside it; empty if all cells have the only band.
+    is_beside: Vec<bool>,
 }
 
 impl LocalGround {
     pub(crate) fn of(grid: &Grid<'_>) -> Self {
         let (spec, floor_z) = (grid.spec(), grid.head.floor_z_tenths);
         if grid.elevation.is_empty() {
-            return Self { spec, bands: vec![[floor_z; 2]], of_cell: Vec::new() };
+            return Self { spec, bands: vec![[floor_z; 2]], of_cell: Vec::new(), is_beside: Vec::new() };
         }
         let own = (0..spec.n_cells()).map(|cell| grid.height_tenths(cell).map(|z| [z; 2])).collect();
         let mut around = neighbours_joined(&spec, own, true);
         for _ in 1..(BESIDE / spec.cell_tenths).max(1) {
             around = neighbours_joined(&spec, around, false);
         }
+        let is_beside = around.iter().map(Option::is_some).collect();
         let beyond = (grid.head.floor != FloorKind::Ground).then_some([floor_z; 2]);
         let rounded = |[low, high]: Band| {
             let steps = [(low - floor_z).div_euclid(STEP), -(floor_z - high).div_euclid(STEP)];
@@ -56,12 +59,18 @@ impl LocalGround {
         };
         let of_cell =
             around.into_iter().map(|band| band.or(beyond).map_or(NONE, |band| index(rounded(band)))).collect();
-        Self { spec, bands, of_cell }
+        Self { spec, bands, of_cell, is_beside }
     }
 
     /// True if all cells have one band.
     pub(crate) fn is_level(&self) -> bool {
         self.of_cell.is_empty()
+    }
+
+    /// True for a cell with ground or beside it, where the ground is not level. An edge from which it breaks off is no floor of a map, and
+    /// what stands behind the edge is near all the same.
+    pub(crate) fn is_beside(&self, cell: usize) -> bool {
+        self.is_beside.get(cell).is_some_and(|is_beside| *is_beside)
     }
 
     /// The cells of an element that `cut` finds between the heights to which it is asked for the ground around them; sorted runs.

@@ -125,7 +125,7 @@ impl StoreyElements<'_> {
             }
         };
         let filled = self.site.openings.iter().filter(|opening| opening.filling == element);
-        let rect = self.ground.rect_of(record, filled.flat_map(|opening| corners_of(opening)));
+        let rect = self.ground.rect_of(record, filled.flat_map(corners_of));
         self.ground.cells(rect, |band| self.cells_in_slab(element, record, slab(band)))
     }
 

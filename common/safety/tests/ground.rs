@@ -31,6 +31,16 @@ fn on_a_ramp_what_stands_on_it_is_near_and_what_hangs_high_above_it_is_not() {
 }
 
 #[test]
+fn what_stands_behind_an_edge_from_which_the_ground_breaks_off_is_near() {
+    let heights: Heights = |[x, _]| (!(3.0..3.25).contains(&x)).then_some(0.1 * x);
+    let mut floor = Floor::on_ground([80, 20], FloorKind::Built, 0.0, heights).rule(SafetySubject::Glass, 1.0, None);
+    let pane = floor.add(Class::Window, element_flags::GLASS, [[3.2, 0.0, 0.0], [3.3, 2.0, 2.0]]);
+    let drawn = floor.drawn();
+    assert_eq!(drawn.cost_element(drawn.at([2.85, 1.05])), Some(pane));
+    assert!((0..drawn.open.len()).all(|cell| drawn.open[cell] || drawn.cost_element(cell).is_none()));
+}
+
+#[test]
 fn the_map_of_the_ground_outdoors_tells_by_the_ground_there_and_not_by_its_own_height() {
     let layer = |floor_z_m: f64| {
         let mut floor = Floor::on_ground([80, 40], FloorKind::Ground, floor_z_m, HILLS).rule(

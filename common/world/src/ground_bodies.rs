@@ -1,14 +1,14 @@
 //! The ground outdoors in the world: terrain, earthworks and roads as they are at the plan time, with their faces as they are.
 
+use crate::ground_faces::GroundFaces;
 use crate::ground_plates::plates;
 use crate::options::WorldOptions;
-use crate::static_elements::{Body, StaticElement, link_name, stands, storey_at, storey_of};
+use crate::static_elements::{Body, StaticElement, is_outdoors, link_name, stands, storey_at, storey_of};
 use convex::{Made, Piece, Shape};
 use export::ExportInput;
 use frames::metres;
-use geometry::{Bounds, MeshView, unit_normal};
-use grid::Class;
-use messages::{ElementState, FloorKind, GroundClass, PartRecord};
+use geometry::Bounds;
+use messages::{ElementState, FloorKind};
 use rayon::prelude::*;
 
 /// Bodies of more triangles are not tried as convex pieces: a road between its edges has a dozen.
@@ -16,20 +16,6 @@ const FEW_TRIANGLES: u32 = 512;
 
 /// Exact pieces lie no farther from their body: 2 mm.
 const EXACT_M: f64 = 0.002;
-
-/// The faces of a body of ground, outward, of a sheet upward.
-#[derive(Debug)]
-pub(crate) struct GroundFaces {
-    pub(crate) class: GroundClass,
-    /// By mesh part: its colour, 0 for none, and corners of its triangles, tenths of a millimetre.
-    pub(crate) parts: Vec<(u32, Vec<[[i32; 3]; 3]>)>,
-}
-
-/// True if the element is ground outdoors, whose faces the world has as they are.
-pub(crate) fn is_outdoors(input: &ExportInput<'_>, element: u32) -> bool {
-    let record = &input.site.elements[element as usize];
-    record.n_parts > 0 && record.ground.get().is_outdoors()
-}
 
 /// The ground outdoors that is there, its elements first: those of few exact convex pieces as these, all others as their faces.
 ///
@@ -65,7 +51,7 @@ pub(crate) fn ground_bodies(input: &ExportInput<'_>, options: &WorldOptions) -> 
     let terrains = (0..).zip(site.terrains).filter(|(_, t)| t.ground.get().is_outdoors());
     let terrains = terrains.map(|(terrain, record)| StaticElement {
         body: Body::Terrain(terrain),
-        link: format!("{}_{}", Class::Other.name(), site.text(record.global_id)),
+        link: format!("{}_{}", Body::Terrain(terrain).class(site).name(), site.text(record.global_id)),
         class: Body::Terrain(terrain).class(site),
         storey: outdoors.map_or_else(|| storey_at(input, metres(record.min_tenths[2])), |storey| storey as u32),
         pieces: Vec::new(),
@@ -100,55 +86,4 @@ fn finish(input: &ExportInput<'_>, options: &WorldOptions, body: &mut StaticElem
     let Some(ground) = &body.ground else { return };
     let piece = |hull| Piece { shape: Shape::Hull(hull), made: Made::Sheet, deviation_m: 0.0 };
     body.pieces = ground.parts.iter().flat_map(|(_, faces)| plates(faces)).map(piece).collect();
-}
-
-impl GroundFaces {
-    /// The faces of meshes that reach into the map.
-    fn of<'a>(
-        class: GroundClass,
-        parts: &[PartRecord],
-        meshes: impl Iterator<Item = MeshView<'a>>,
-        map: Option<Bounds>,
-    ) -> Self {
-        let is_on_map = |t: &[[i32; 3]; 3]| {
-            let bounds = Bounds::of(t.iter().map(|v| [v[0], v[1]]));
-            map.is_none_or(|map| bounds.is_some_and(|bounds| bounds.meets(&map)))
-        };
-        let faces = |mesh: MeshView<'_>| {
-            let is_sheet = mesh.is_sheet();
-            let faces = mesh.corners().filter(is_on_map).filter_map(|t| Some((unit_normal(&t)?, t)));
-            faces.map(|(n, t)| if is_sheet && n[2] < 0.0 { [t[0], t[2], t[1]] } else { t }).collect()
-        };
-        Self { class, parts: parts.iter().map(|part| part.colour).zip(meshes.map(faces)).collect() }
-    }
-
-    /// All faces.
-    pub(crate) fn faces(&self) -> impl Iterator<Item = [[i32; 3]; 3]> {
-        self.parts.iter().flat_map(|(_, faces)| faces.iter().copied())
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use bytemuck::Zeroable;
-
-    #[test]
-    fn faces_of_a_sheet_look_up_and_those_outside_of_the_map_are_left_out() {
-        let at = |x: i32, y: i32| [x * 10_000, y * 10_000, 500];
-        let vertices = [at(0, 0), at(10, 0), at(10, 10), at(0, 10), at(50, 0), at(51, 0), at(51, 1)];
-        // Those of the square look down, a small one far from it up, and the last is none.
-        let triangles = [[0, 2, 1], [0, 3, 2], [4, 5, 6], [0, 1, 0]];
-        let mesh = || std::iter::once(MeshView { vertices: &vertices, triangles: &triangles[..], closed: false });
-        let parts = [PartRecord { colour: 7, ..Zeroable::zeroed() }];
-        let of = |map| GroundFaces::of(GroundClass::Terrain, &parts, mesh(), map);
-        let map = Bounds { min: [-20_000, 0], max: [50_000, 50_000] };
-        let found = of(Some(map));
-        assert_eq!(found.parts.iter().map(|(colour, faces)| (*colour, faces.len())).collect::<Vec<_>>(), [(7, 2)]);
-        let looks_up = |t: [[i32; 3]; 3]| unit_normal(&t).is_some_and(|n| n[2] == 1.0);
-        assert!(found.faces().all(looks_up) && of(None).faces().all(looks_up));
-        assert_eq!(of(None).faces().count(), 3);
-        let far = Bounds { min: [600_000, 0], max: [700_000, 50_000] };
-        assert_eq!(of(Some(far)).faces().count(), 0);
-    }
 }

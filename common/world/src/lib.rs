@@ -60,6 +60,7 @@ mod element_pieces;
 mod findings;
 mod gltf;
 mod ground_bodies;
+mod ground_faces;
 mod ground_plates;
 mod joint_limits;
 mod lookup;

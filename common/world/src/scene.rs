@@ -3,7 +3,8 @@
 use crate::collision_meshes::{CollisionMesh, Replacement};
 use crate::doors::{self, WorldDoor, is_door, is_hung};
 use crate::findings;
-use crate::ground_bodies::{GroundFaces, ground_bodies};
+use crate::ground_bodies::ground_bodies;
+use crate::ground_faces::GroundFaces;
 use crate::meshes::{MeshStore, PlacedMesh, Solid};
 use crate::options::{DoorMode, WorldOptions};
 use crate::stand_ins;

@@ -1,7 +1,7 @@
 //! Static elements of the world at a plan time, as convex pieces.
 
 use crate::element_pieces::pieces_of;
-use crate::ground_bodies::{GroundFaces, is_outdoors};
+use crate::ground_faces::GroundFaces;
 use crate::options::WorldOptions;
 use convex::{ConvexBox, Made, Piece, Shape};
 use export::ExportInput;
@@ -99,6 +99,12 @@ impl StaticElement {
 pub(crate) fn stands(input: &ExportInput<'_>, element: u32) -> bool {
     let record = &input.site.elements[element as usize];
     record.n_parts > 0 && input.schedule_state.effective(element as usize).is_obstacle()
+}
+
+/// True if the element is ground outdoors, whose faces the world has as they are.
+pub(crate) fn is_outdoors(input: &ExportInput<'_>, element: u32) -> bool {
+    let record = &input.site.elements[element as usize];
+    record.n_parts > 0 && record.ground.get().is_outdoors()
 }
 
 /// All standing elements but ground outdoors and those for which `moves` is true, in the order of the site.

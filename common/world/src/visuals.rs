@@ -1,6 +1,6 @@
 //! Visual meshes and colours of elements.
 
-use crate::ground_bodies::GroundFaces;
+use crate::ground_faces::GroundFaces;
 use crate::meshes::{Solid, UNITS_PER_M};
 use crate::options::{Materials, WorldOptions};
 use export::ExportInput;
