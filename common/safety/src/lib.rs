@@ -11,7 +11,7 @@
 //!   element, then the rule that comes first in the profile.
 //! - What is near is told by its height above the ground there: on a ramp and outdoors above that of the cells around, at least as much
 //!   as a robot meets that stands in any of them (`src/local_ground.rs`). Terrain is what is driven on, and nothing to keep a distance
-//!   from, where a map has heights; half a metre from which it breaks off is passed by a distance.
+//!   from, where a map has heights; edges from which it breaks off are passed by distances.
 //! - A cost is never lethal: from 90 per cent beside the element to 10 at the end of the distance.
 //! - What is not there at the plan time has neither distance nor limit. Of work what is below it is a part, up to the next floor.
 //! - A door whose model does not say how it hangs swings on both sides from both jambs.

@@ -1,8 +1,10 @@
 //! Heights of the ground around each cell: those at which a robot stands that is beside what lies in the cell.
 //!
 //! A grid of which all floor is at one height has one band, that height, in all cells. In others a cell has the lowest and the highest
-//! ground of its neighbours and itself, in steps of 2 cm from the storey's height, rounded outward; up to half a metre beside the ground
-//! it is that of the nearest cells with ground, and beyond that the height of the storey, or none outdoors, where a storey has no height.
+//! ground within three cells, in steps of 2 cm from the storey's height, rounded outward: an edge that is no floor of the map, between
+//! ground and what stands beside it, is up to two cells wide, of which ground covers one in part and breaks off from the other. Up to
+//! half a metre beside the ground it is that of the nearest cells with ground, and beyond that the height of the storey, or none
+//! outdoors, where a storey has no height.
 
 use frames::TENTHS_PER_M;
 use grid::{CellRect, GridSpec, Run};
@@ -14,6 +16,9 @@ const STEP: i32 = TENTHS_PER_M / 50;
 
 /// How far beside the ground its height counts: what stands there is in the frame of a window, or at the edge of a hole.
 const BESIDE: i32 = TENTHS_PER_M / 2;
+
+/// Most cells of an edge between ground and what stands beside it.
+const EDGE: i32 = 2;
 
 /// Of cells around which there is no ground.
 const NONE: u32 = u32::MAX;
@@ -28,7 +33,7 @@ pub(crate) struct LocalGround {
     bands: Vec<Band>,
     /// Index of the band of each cell, or [`NONE`]; empty if all cells have the only band.
     of_cell: Vec<u32>,
-    /// Cells with ground, and those beside it; empty if all cells have the only band.
+    /// Cells with ground, and those of an edge beside it; empty if all cells have the only band.
     is_beside: Vec<bool>,
 }
 
@@ -38,12 +43,16 @@ impl LocalGround {
         if grid.elevation.is_empty() {
             return Self { spec, bands: vec![[floor_z; 2]], of_cell: Vec::new(), is_beside: Vec::new() };
         }
-        let own = (0..spec.n_cells()).map(|cell| grid.height_tenths(cell).map(|z| [z; 2])).collect();
-        let mut around = neighbours_joined(&spec, own, true);
-        for _ in 1..(BESIDE / spec.cell_tenths).max(1) {
-            around = neighbours_joined(&spec, around, false);
+        let mut around: Vec<Option<Band>> =
+            (0..spec.n_cells()).map(|cell| grid.height_tenths(cell).map(|z| [z; 2])).collect();
+        for _ in 0..EDGE {
+            around = neighbours_joined(&spec, &around, true);
         }
         let is_beside = around.iter().map(Option::is_some).collect();
+        around = neighbours_joined(&spec, &around, true);
+        for _ in EDGE + 1..BESIDE / spec.cell_tenths {
+            around = neighbours_joined(&spec, &around, false);
+        }
         let beyond = (grid.head.floor != FloorKind::Ground).then_some([floor_z; 2]);
         let rounded = |[low, high]: Band| {
             let steps = [(low - floor_z).div_euclid(STEP), -(floor_z - high).div_euclid(STEP)];
@@ -67,7 +76,7 @@ impl LocalGround {
         self.of_cell.is_empty()
     }
 
-    /// True for a cell with ground or beside it, where the ground is not level. An edge from which it breaks off is no floor of a map, and
+    /// True for a cell with ground or of an edge beside it, where the ground is not level. An edge from which it breaks off is no floor of a map, and
     /// what stands behind the edge is near all the same.
     pub(crate) fn is_beside(&self, cell: usize) -> bool {
         self.is_beside.get(cell).is_some_and(|is_beside| *is_beside)
@@ -120,7 +129,7 @@ impl LocalGround {
 }
 
 /// For each cell the range of those of its eight neighbours and its own; only for cells without one unless `all`.
-fn neighbours_joined(spec: &GridSpec, bands: Vec<Option<Band>>, all: bool) -> Vec<Option<Band>> {
+fn neighbours_joined(spec: &GridSpec, bands: &[Option<Band>], all: bool) -> Vec<Option<Band>> {
     let (width, height) = (spec.width as usize, spec.height as usize);
     let joined = |cell: usize| {
         if !all && bands[cell].is_some() {

@@ -32,9 +32,10 @@ fn on_a_ramp_what_stands_on_it_is_near_and_what_hangs_high_above_it_is_not() {
 
 #[test]
 fn what_stands_behind_an_edge_from_which_the_ground_breaks_off_is_near() {
-    let heights: Heights = |[x, _]| (!(3.0..3.25).contains(&x)).then_some(0.1 * x);
+    // Two cells of edge, a pane beside them that stands above who is on the other side of it, 2 m lower.
+    let heights: Heights = |[x, _]| if x < 3.0 { Some(2.0 + 0.1 * x) } else { (x > 3.3).then_some(0.3) };
     let mut floor = Floor::on_ground([80, 20], FloorKind::Built, 0.0, heights).rule(SafetySubject::Glass, 1.0, None);
-    let pane = floor.add(Class::Window, element_flags::GLASS, [[3.2, 0.0, 0.0], [3.3, 2.0, 2.0]]);
+    let pane = floor.add(Class::Window, element_flags::GLASS, [[3.2, 0.0, 2.2], [3.3, 2.0, 4.0]]);
     let drawn = floor.drawn();
     assert_eq!(drawn.cost_element(drawn.at([2.85, 1.05])), Some(pane));
     assert!((0..drawn.open.len()).all(|cell| drawn.open[cell] || drawn.cost_element(cell).is_none()));
@@ -158,7 +159,7 @@ proptest! {
             }
             if let Some(element) = drawn.cost_element(cell) {
                 let around = |sign: f64| {
-                    let offsets = [-2.0, -1.0, 0.0, 1.0, 2.0].map(|k| k * CELL_M);
+                    let offsets = [-4.0, -3.0, -2.0, -1.0, 0.0, 1.0, 2.0, 3.0, 4.0].map(|k| k * CELL_M);
                     let [x, y] = floor.middle(cell);
                     let heights = offsets.iter().flat_map(|dx| offsets.iter().filter_map(move |dy| STEPPED([x + dx, y + dy])));
                     heights.map(|z| z * sign).fold(f64::NEG_INFINITY, f64::max) * sign
