@@ -448,18 +448,21 @@ def judge(out):
 
 def judge_ground(grid, stands, slab, directions, reach):
     """((rays, rays that agree, rays whose ends are as near along the ray), one that does not) of the map of the ground outdoors: in the
-    world a ray over a cell is at the heights above the ground there, and ends where a shape of those that are no ground stands."""
+    world a ray over a cell is at the heights above the ground there, and ends where a shape of those that are no ground stands. Both are
+    compared as far as there is ground: not where it is too steep."""
     solid = world_cells(grid, stands, slab)
+    nowhere = ~grid.has_height & ~grid.solid
     n_agree = n_along = 0
     wrong = None
     rows, columns = np.nonzero(grid.free)
     chosen = np.linspace(0, len(rows) - 1, min(N_STARTS, len(rows))).astype(int)
     for row, column in zip(rows[chosen], columns[chosen]):
         start = grid.origin + (np.array([column, row]) + 0.5) * grid.cell
-        in_map, in_world = (np.minimum(grid.cast(start, directions, cells), RANGE_M) for cells in (grid.solid, solid))
+        limit = np.clip(grid.cast(start, directions, nowhere) - grid.cell, 0.0, RANGE_M)
+        in_map, in_world = (np.minimum(grid.cast(start, directions, cells), limit) for cells in (grid.solid, solid))
         along = np.abs(in_map - in_world) <= reach
         ends = (start + length[:, None] * directions for length in (in_map, in_world))
-        known = [grid.is_near(cells, points, reach) | (length >= RANGE_M)
+        known = [grid.is_near(cells, points, reach) | (length >= limit)
                  for cells, points, length in zip((solid, grid.solid), ends, (in_map, in_world))]
         agree = along | (known[0] & known[1])
         n_agree, n_along = n_agree + agree.sum(), n_along + along.sum()
