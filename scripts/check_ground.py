@@ -4,8 +4,8 @@
     python3 scripts/check_ground.py OUT...    judge the folders that `groundplan convert --with-ground` or `export --with-ground` wrote
 
 Needs trimesh, numpy and Pillow. Prints a line of JSON for each folder: faces, area in plan, area by class, and by storey the share of
-the cells of elevation.png in whose middle a face lies within 2 cm of their height. Exit codes: 0 all agree, 1 one does not, 2 a folder
-cannot be read.
+the cells of elevation.png in whose middle a face lies within 2 cm of their height; with `--world`, how many rays that fall into
+world/site.glb end at the height of their cell. Exit codes: 0 all agree, 1 one does not, 2 a folder cannot be read.
 
 Every face looks up, is no steeper than it says, has a class, an element and a surface of ground.json; surfaces have the area that is
 said there, and their faces are of their class. Of the heights 99.5 % agree.
@@ -17,7 +17,7 @@ import sys
 import numpy as np
 import trimesh
 
-from check_world import elevation
+from check_world import elevation, first_below, judge_heights
 
 AREA_M2 = 1e-3
 SLOPE_RAD = 2e-3
@@ -54,6 +54,14 @@ def heights(folder, corners):
         if there.any():
             shares[yaml.parent.name] = float((nearest_face_m(corners, height, origin, side)[there] <= NEAR_M).mean())
     return shares
+
+
+def heights_of_model(folder):
+    """The verdict on the heights of the world as viewers have it, which is Y up, as `judge_heights` gives it."""
+    scene = trimesh.load(folder / "world" / "site.glb")
+    x, y, z = np.moveaxis(scene.to_geometry().triangles, 2, 0)
+    triangles = np.stack([x, -z, y], axis=2)
+    return judge_heights(folder, lambda high: lambda grid, _: first_below(triangles, grid.height + high, grid.origin, grid.cell))
 
 
 def check(folder):
@@ -97,7 +105,12 @@ def check(folder):
     agree = heights(folder, corners)
     for storey, share in agree.items():
         expect(share >= AGREE, f"{storey}: {100 * (1 - share):.2f} % of its heights are not those of the ground")
-    return faults, {"faces": len(mesh.faces), "area_m2": float(plan_m2.sum()), "classes": by_class, "heights_agree": agree}
+    counted = {"faces": len(mesh.faces), "area_m2": float(plan_m2.sum()), "classes": by_class, "heights_agree": agree}
+    if (folder / "world" / "site.glb").exists():
+        n_cells, n_off, wrong = heights_of_model(folder)
+        faults += [f"world/site.glb: {line}" for line in wrong]
+        counted["heights_in_world"] = [n_cells - n_off, n_cells]
+    return faults, counted
 
 
 def main():

@@ -3,16 +3,18 @@
 
     python3 scripts/check_mujoco.py OUT OPEN              judge the folders that `groundplan convert --world` and
                                                           `groundplan convert --world --doors open` wrote of one model
-    python3 scripts/check_mujoco.py --self-test OUT OPEN  damage copies of OUT too; each damage must be noticed. Something has to
-                                                          end the way of a door, as in demo_model.py --cabinet
+    python3 scripts/check_mujoco.py --self-test OUT OPEN  damage copies of OUT too; each damage must be noticed. Without ground
+                                                          outdoors something has to end the way of a door, as in
+                                                          demo_model.py --cabinet
 
 Needs numpy, Pillow and mujoco. Prints a line with the verdict for each question. Exit codes: 0 all is as it should be, 1 it is not,
 2 a folder cannot be read.
 
-MuJoCo reads `doors.urdf` and the OBJ files itself; boxes and poses of `world.sdf`, which it does not read, are given to it.
+MuJoCo reads `doors.urdf`, `ground.xml` and the OBJ files itself; boxes and poses of `world.sdf`, which it does not read, are given to it.
 
 - Rays from free cells of each storey's planning map, in two heights, end within a millimetre of where check_world.py lets them end,
-  which cuts the same shapes at that height: 99.9 % of them.
+  which cuts the same shapes at that height, and on ground outdoors within 2 cm: 99.9 % of them.
+- Where storeys have heights, rays that fall on free cells end within 2 cm of them.
 - Each leaf of `lookup.json` that moves has its joint, of that kind, with that axis and those limits, and there are no others.
 - Each leaf at the end of its way, where it is open, is where it stands in the world whose doors are open.
 - On its way it cuts into no static shape, and where the lookup says what ends its way it does cut into that a little further on.
@@ -29,12 +31,18 @@ import xml.etree.ElementTree as ElementTree
 import mujoco
 import numpy as np
 
-from check_world import CUBE, RANGE_M, Map, Plans, World, pose_of
+from check_world import CUBE, RANGE_M, Map, Plans, World, ground_links, judge_heights, pose_of
 
 N_STARTS, N_DIRECTIONS = 100, 36
+# Rays that fall on a storey.
+N_FALLS = 4000
 # Above the floor; at round heights shapes begin and end, and a ray along a face meets it or does not.
 HEIGHTS_M = (0.317, 1.037)
 RAY_M, RAY_GOAL = 1e-3, 0.999
+# A level ray that meets a slope of 5 % a millimetre higher or lower, as plates may lie.
+GROUND_RAY_M = 0.02
+# Begins the names of what is of ground.xml.
+GROUND = "ground/"
 # Lookups and files round to these; leaves are allowed to cut this deep (gaskets, rounding), and MuJoCo knows depths to a millimetre.
 LIMIT_KNOWN, PLACE_M = 1e-4, 1e-4
 TOUCH_M, DEPTH_KNOWN_M = 0.004, 0.001
@@ -54,11 +62,12 @@ def quaternion(turn):
 
 
 def static_collisions(folder):
-    """Collisions of the static models of a world that are no doors, with the name of their link, as World takes them."""
+    """Collisions of the static models of a world that are neither doors nor ground, with the name of their link, as World takes them."""
+    ground = ground_links(folder)
     for model in ElementTree.parse(folder / "world.sdf").getroot().iter("model"):
         if (model.findtext("static") or "") == "true" and not model.get("name").startswith("door_"):
             for link in model.findall("link"):
-                if not link.get("name").startswith("barrier_"):
+                if not link.get("name").startswith("barrier_") and link.get("name") not in ground:
                     yield from ((link.get("name"), collision) for collision in link.findall("collision"))
 
 
@@ -83,7 +92,13 @@ class Simulation:
                 shell = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL
                 meshes[uri] = spec.add_mesh(name=uri, file=str((folder / uri).resolve()), inertia=shell).name
             spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname=meshes[uri], **placed)
+        if has_ground(folder):
+            ground = mujoco.MjSpec.from_file(str(folder / "ground.xml"))
+            for number, geom in enumerate(ground.geoms):
+                geom.name, geom.group = f"{geom.parent.name} plate {number}", STATIC_GROUP
+            spec.attach(ground, prefix=GROUND, frame=spec.worldbody.add_frame())
         self.model = spec.compile()
+        self.is_ground = np.array([self.model.geom(k).name.startswith(GROUND) for k in range(self.model.ngeom)] + [False])
         self.data = mujoco.MjData(self.model)
 
     def cast(self, start, directions):
@@ -98,6 +113,15 @@ class Simulation:
         geoms, lengths = np.zeros(n, np.int32), np.zeros(n)
         mujoco.mj_multiRay(self.model, self.data, start, directions.flatten(), groups, 1, -1, geoms, lengths, None, n, RANGE_M)
         return np.where(geoms < 0, np.inf, lengths), geoms
+
+    def fall(self, grid, looked, above):
+        """The height at which a ray ends that falls from so far above the ground of each cell that is looked at."""
+        found = np.full(looked.shape, -np.inf)
+        for row, column in np.argwhere(looked):
+            start = np.array([*(grid.origin + (np.array([column, row]) + 0.5) * grid.cell), grid.height[row, column] + above])
+            lengths, _ = self.meet(start, np.array([[0.0, 0.0, -1.0]]))
+            found[row, column] = start[2] - lengths[0]
+        return found
 
     def put(self, joints):
         """Puts the leaves where these joints have these values, all others closed."""
@@ -154,8 +178,9 @@ def wrong_rays(out, simulation):
         for height in (entry["floor_z_m"] + above for above in HEIGHTS_M):
             plans = Plans(world.plans(height - 1e-6, height + 1e-6))
             for start in starts:
-                ours, theirs = plans.cast(start, directions), simulation.cast(np.array([*start, height]), level)
-                off = np.abs(np.minimum(ours, RANGE_M) - np.minimum(theirs, RANGE_M)) > RAY_M
+                ours, (theirs, geoms) = plans.cast(start, directions), simulation.meet(np.array([*start, height]), level)
+                known = np.where(simulation.is_ground[geoms], GROUND_RAY_M, RAY_M)
+                off = np.abs(np.minimum(ours, RANGE_M) - np.minimum(theirs, RANGE_M)) > known
                 n_rays, n_wrong = n_rays + len(off), n_wrong + off.sum()
                 wrong += [f"from {start.round(2)} at {height:.2f} m towards {directions[k].round(2)}: {ours[k]:.3f} m, in MuJoCo "
                           f"{theirs[k]:.3f} m" for k in np.flatnonzero(off)[:1]]
@@ -257,6 +282,9 @@ def answers(out, opened, simulation):
     leaves = leaves_of(world)
     n_moving = sum(leaf["kind"] != "fixed" for _, leaf in leaves)
     yield "rays", f"{n_rays - n_wrong} of {n_rays} rays end where they should", rays if n_wrong > (1 - RAY_GOAL) * n_rays else []
+    simulation.put({})
+    n_heights, n_off, heights = judge_heights(out, lambda above: lambda grid, looked: simulation.fall(grid, looked, above), N_FALLS)
+    yield "heights", f"{n_heights - n_off} of {n_heights} are those of the map", heights
     yield "joints", f"{simulation.model.njnt} in MuJoCo, {n_moving} in the lookup", wrong_joints(world, simulation)
     yield "places", f"{len(leaves)} leaves at the end of their way", wrong_places(out, opened, simulation)
     yield "ways", f"{n_moving} leaves, {n_ended} ends of ways at which something stands", ways
@@ -274,8 +302,10 @@ def verdict(out, opened):
 def self_test(out, opened):
     """Gives MuJoCo damaged copies of the world: the question at which each must be noticed has to notice it."""
     is_good = verdict(out, opened)
-    for question, damage in (("joints", limit_raised), ("joints", axis_turned), ("places", leaf_moved), ("rays", meshes_moved),
-                             ("ways", way_blocked), ("ways", stop_removed)):
+    damages = [("joints", limit_raised), ("joints", axis_turned), ("places", leaf_moved), ("rays", meshes_moved), ("ways", way_blocked)]
+    damages += [("ways", stop_removed)] if stops_of(out / "world") or not has_ground(out / "world") else []
+    damages += [("heights", ground_sunk), ("heights", ground_moved)] if has_ground(out / "world") else []
+    for question, damage in damages:
         with tempfile.TemporaryDirectory() as home:
             copy = pathlib.Path(home) / "world"
             shutil.copytree(out / "world", copy)
@@ -337,13 +367,39 @@ def way_blocked(world):
 
 def stop_removed(world):
     """What ends the way of a door is not there."""
-    stops = {name for _, leaf in leaves_of(world) for name in leaf["ended_by"]}
+    stops = stops_of(world)
 
     def edit(root):
         for model in root.iter("model"):
             for link in [link for link in model.findall("link") if link.get("name") in stops]:
                 model.remove(link)
     edited(world / "world.sdf", edit)
+
+
+def stops_of(world):
+    """Names of what ends the way of a door."""
+    return {name for _, leaf in leaves_of(world) for name in leaf["ended_by"] if name is not None}
+
+
+def has_ground(world):
+    return (world / "ground.xml").exists()
+
+
+def ground_shifted(world, by):
+    def edit(root):
+        for geom in root.iter("geom"):
+            geom.set("pos", " ".join(str(x) for x in np.add([float(x) for x in geom.get("pos").split()], by)))
+    edited(world / "ground.xml", edit)
+
+
+def ground_sunk(world):
+    """The ground lies 5 cm lower."""
+    ground_shifted(world, (0.0, 0.0, -0.05))
+
+
+def ground_moved(world):
+    """The ground lies 1 m farther east."""
+    ground_shifted(world, (1.0, 0.0, 0.0))
 
 
 def main():

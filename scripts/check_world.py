@@ -2,7 +2,8 @@
 """Compares exported worlds with the planning maps beside them, from the exported files alone.
 
     python3 scripts/check_world.py OUT...          judge the folders that `groundplan convert` or `export` wrote
-    python3 scripts/check_world.py --self-test OUT take and add pieces in copies of the world; each must be noticed
+    python3 scripts/check_world.py --self-test OUT take and add pieces in copies of the world; each must be noticed. Of several folders,
+                                                   of one site at several dates, the world of each is none of the next one
 
 Needs numpy and Pillow. Prints a line with the verdict for each folder. Exit codes: 0 all agree, 1 one does not, 2 a folder cannot
 be read.
@@ -14,20 +15,27 @@ Rays start on free cells of each storey's planning map, at the same place and in
   map is the projection of what stands between the robot's step and its height, so a ray at one height would pass over a table.
 
 Doors move in the world and are passable on maps, so that they are left out on both sides, as are cells that are occupied only
-because their room is closed, and barriers. On ramps what stands in the way is told by its height above them: rays start on the level
-of the storey, and are compared up to the edge of a ramp; the ground outdoors has no level, and worlds have no terrain yet. A map takes a cell that is touched anywhere, so that along a wall its rays end earlier.
+because their room is closed, barriers, and the shapes of sites and roads themselves, which are no obstacles on maps of levels. On
+ramps what stands in the way is told by its height above them: rays start on the level of the storey, and are compared up to the edge
+of a ramp. On the ground outdoors, where ground.json beside says what that is, rays follow the heights of the map, and end at what
+stands on it. A map takes a cell that is touched anywhere, so that along a wall its rays end earlier.
 Two ends agree if they are no farther apart than a cell and its diagonal, or if each lies as near to what the other side holds.
 99.5 % of all rays have to agree.
 
-Every mesh that collides, in moving models too, is closed when its faces are fanned from their first corners, as readers do, and
-convex: engines that take the hull of a mesh and engines that take its triangles then agree.
+Where a storey has heights (elevation.png), a ray falls on the middle of each free cell from the height of the robot, and ends within
+2 cm of its height: in 99.5 % of the cells, as it stands where the map says.
+
+Every mesh that collides but that of ground outdoors, in moving models too, is closed when its faces are fanned from their first
+corners, as readers do, and convex: engines that take the hull of a mesh and engines that take its triangles then agree.
 """
 import argparse
 import json
 import math
 import pathlib
 import re
+import shutil
 import sys
+import tempfile
 import time
 import xml.etree.ElementTree as ElementTree
 
@@ -36,6 +44,8 @@ from PIL import Image
 
 DOOR = 3
 N_STARTS = 400
+# How near to its height on the map the ground of the world is.
+NEAR_M = 0.02
 N_DIRECTIONS = 36
 RANGE_M = 20.0
 GOAL = 0.995
@@ -76,6 +86,7 @@ class World:
         self.meshes = {}
         self.shapes = []
         self.links = []
+        self.ground = ground_links(folder)
         root = ElementTree.parse(folder / "world.sdf").getroot()
         for model in root.iter("model"):
             if (model.findtext("static") or "") != "true" or model.get("name").startswith("door_"):
@@ -84,8 +95,10 @@ class World:
                 if link.get("name").startswith("barrier_"):
                     continue
                 for collision in link.findall("collision"):
-                    self.shapes.append(self.shape(folder, collision))
-                    self.links.append(link.get("name"))
+                    shape = self.shape(folder, collision)
+                    shapes = faces_of(*shape) if link.get("name") in self.ground else [shape]
+                    self.shapes += shapes
+                    self.links += [link.get("name")] * len(shapes)
 
     def shape(self, folder, collision):
         turn, shift = pose_of(collision)
@@ -108,8 +121,62 @@ class World:
     def plans_of_links(self, low, high):
         """Such plans with the name of the link of each."""
         met = ((link, shape) for link, shape in zip(self.links, self.shapes) if meets(shape[0], low, high))
-        found = ((link, convex_plan(clipped(*shape, low, high))) for link, shape in met)
-        return [(link, plan) for link, plan in found if len(plan) >= 3]
+        found = ((link, len(shape[1]), convex_plan(clipped(*shape, low, high))) for link, shape in met)
+        # A face that is upright is a line in plan.
+        return [(link, plan) for link, n_faces, plan in found if len(plan) >= (3 if n_faces > 1 else 2)]
+
+    def triangles(self):
+        """Corners of all faces."""
+        fans = [corners[[face[0], face[k], face[k + 1]]] for corners, faces in self.shapes for face in faces for k in range(1, len(face) - 1)]
+        return np.array(fans).reshape(-1, 3, 3)
+
+
+def ground_links(folder):
+    """Names of the links of ground outdoors, whose meshes are not convex."""
+    elements = json.loads((folder / "lookup.json").read_text(encoding="utf-8"))["elements"]
+    return {element["link"] for element in elements.values() if "mesh" in element["pieces"]}
+
+
+def links_outdoors(out):
+    """Names of the links of terrain and roads, by ground.json; None if there is none."""
+    if not (out / "ground.json").exists():
+        return None
+    ground = json.loads((out / "ground.json").read_text(encoding="utf-8"))["elements"]
+    outdoors = {element["global_id"] for element in ground if element["class"] in ("terrain", "road")}
+    listed = json.loads((out / "world" / "lookup.json").read_text(encoding="utf-8"))["elements"]
+    return {element["link"] for global_id, element in listed.items() if global_id in outdoors}
+
+
+def shapes_of_sites(out):
+    """Names of the links of sites and roads with a shape of their own, which are no elements: maps of levels do not have them."""
+    elements = json.loads((out / "semantic.json").read_text(encoding="utf-8"))["elements"]
+    listed = json.loads((out / "world" / "lookup.json").read_text(encoding="utf-8"))["elements"]
+    return {element["link"] for global_id, element in listed.items() if global_id not in elements}
+
+
+def faces_of(corners, faces):
+    """A shape for each face."""
+    return [(corners[face], [list(range(len(face)))]) for face in faces]
+
+
+def first_below(triangles, start, origin, side):
+    """Height of the first face below `start`, a height for each cell, over the middle of the cell; -infinity without one."""
+    found = np.full(start.shape, -np.inf)
+    for face, z in zip((triangles[:, :, :2] - origin) / side, triangles[:, :, 2]):
+        low = np.maximum(np.floor(face.min(axis=0) - 0.5).astype(int), 0)
+        high = np.minimum(np.ceil(face.max(axis=0) + 0.5).astype(int), start.shape[::-1])
+        (ax, ay), (bx, by), (cx, cy) = face
+        double_area = (by - cy) * (ax - cx) + (cx - bx) * (ay - cy)
+        if (low >= high).any() or abs(double_area) < 1e-12:
+            continue
+        x, y = np.meshgrid(np.arange(low[0], high[0]) + 0.5, np.arange(low[1], high[1]) + 0.5)
+        u = ((by - cy) * (x - cx) + (cx - bx) * (y - cy)) / double_area
+        v = ((cy - ay) * (x - cx) + (ax - cx) * (y - cy)) / double_area
+        part = (slice(low[1], high[1]), slice(low[0], high[0]))
+        height = u * z[0] + v * z[1] + (1 - u - v) * z[2]
+        is_met = (u >= -1e-6) & (v >= -1e-6) & (u + v <= 1 + 1e-6) & (height <= start[part])
+        found[part] = np.maximum(found[part], np.where(is_met, height, -np.inf))
+    return found
 
 
 def flaw(corners, faces):
@@ -134,9 +201,11 @@ def flaw(corners, faces):
 
 
 def flaws(out):
-    """A line for each mesh that collides and is not closed and convex."""
+    """A line for each mesh that collides, is no ground, and is not closed and convex."""
     folder = out / "world"
-    uris = {e.text for c in ElementTree.parse(folder / "world.sdf").getroot().iter("collision") for e in c.iter("uri")}
+    ground = ground_links(folder)
+    links = (link for link in ElementTree.parse(folder / "world.sdf").getroot().iter("link") if link.get("name") not in ground)
+    uris = {e.text for link in links for c in link.iter("collision") for e in c.iter("uri")}
     found = []
     for uri in sorted(uris):
         what = flaw(*read_mesh(folder / uri))
@@ -170,7 +239,7 @@ def clipped(corners, faces, low, high):
 def convex_plan(points):
     """Counter-clockwise convex hull by Andrew's monotone chain."""
     points = sorted({(round(float(x), 7), round(float(y), 7)) for x, y in points})
-    if len(points) < 3:
+    if len(points) < 2:
         return np.zeros((0, 2))
 
     def chain(points):
@@ -253,9 +322,27 @@ class Map:
         self.free = (planning == 254) & (classes == 0)
         # Ground off the level of the storey by more than a step: ramps.
         self.sloped = np.zeros(planning.shape, bool)
+        self.has_height, self.height = np.zeros(planning.shape, bool), np.zeros(planning.shape)
         if (folder / "elevation.yaml").exists():
-            there, height, _, _ = elevation(folder)
-            self.sloped = there & (np.abs(height - entry["floor_z_m"]) > step_m - ROUNDED_M)
+            self.has_height, self.height, _, _ = elevation(folder)
+            self.sloped = self.has_height & (np.abs(self.height - entry["floor_z_m"]) > step_m - ROUNDED_M)
+
+    def wrong_heights(self, cast, n_most):
+        """(cells, cells that are wrong, one of them): of free cells with a height, evenly taken, those that have another in the world.
+        `cast` is given this and which cells are looked at, and gives for each cell the height at which a ray ends that falls on it."""
+        looked = self.free & self.has_height
+        there = np.flatnonzero(looked)
+        if len(there) > n_most:
+            looked = np.zeros(looked.shape, bool)
+            looked.flat[there[np.linspace(0, len(there) - 1, n_most).astype(int)]] = True
+        found = cast(self, looked)
+        is_wrong = looked & ~(np.abs(found - self.height) <= NEAR_M)
+        wrong = None
+        if is_wrong.any():
+            row, column = np.argwhere(is_wrong)[is_wrong.sum() // 2]
+            x, y = self.origin + (np.array([column, row]) + 0.5) * self.cell
+            wrong = f"at ({x:.2f}, {y:.2f}) the map is at {self.height[row, column]:.3f} m, the world at {found[row, column]:.3f} m"
+        return int(looked.sum()), int(is_wrong.sum()), wrong
 
     def starts(self, n):
         """Middles of free cells on the level of the storey, evenly taken."""
@@ -291,13 +378,13 @@ class Map:
             alive[rows[ends | ~inside]] = False
         return lengths
 
-    def is_near_solid(self, points, reach):
-        """True for points with a solid cell within reach."""
+    def is_near(self, cells, points, reach):
+        """True for points with one of these cells within reach."""
         n = math.ceil(reach / self.cell)
         out = np.zeros(len(points), bool)
         for k, p in enumerate((points - self.origin) / self.cell):
             x, y = (int(math.floor(c)) for c in p)
-            block = self.solid[max(0, y - n):y + n + 1, max(0, x - n):x + n + 1]
+            block = cells[max(0, y - n):y + n + 1, max(0, x - n):x + n + 1]
             rows, columns = np.nonzero(block)
             if len(rows):
                 dx = np.maximum(np.abs(columns + max(0, x - n) + 0.5 - p[0]) - 0.5, 0)
@@ -312,17 +399,25 @@ def judge(out):
     world = World(out / "world")
     cell, (low, high) = manifest["resolution_m"], manifest["slab_m"]
     reach = cell * math.sqrt(2) + 1e-6
+    no_obstacles = shapes_of_sites(out)
     angles = (np.arange(N_DIRECTIONS) + 0.5) / N_DIRECTIONS * 2 * math.pi
     directions = np.stack([np.cos(angles), np.sin(angles)], 1)
     n_rays = n_agree = n_along = 0
     wrong = []
     for entry in manifest["storeys"]:
-        if entry["floor"] == "ground":
-            # Worlds have no terrain yet, and its map has no height at which rays could be compared.
-            continue
         grid = Map(out, entry, cell, low)
+        if entry["floor"] == "ground":
+            outdoors = links_outdoors(out)
+            if outdoors is None:
+                continue
+            stands = [shape for link, shape in zip(world.links, world.shapes) if link not in outdoors]
+            counts, line = judge_ground(grid, stands, [low, high], directions, reach)
+            n_rays, n_agree, n_along = (a + b for a, b in zip((n_rays, n_agree, n_along), counts))
+            wrong += [f"storey {entry['index']}: {line}"] if line else []
+            continue
         floor = entry["floor_z_m"]
-        plans = Plans(world.plans(floor + low + 1e-4, floor + high - 1e-4))
+        found = world.plans_of_links(floor + low + 1e-4, floor + high - 1e-4)
+        plans = Plans([plan for link, plan in found if link not in no_obstacles])
         worst = None
         for start in grid.starts(N_STARTS):
             # Behind the edge of a ramp what stands in the way is told by its height above the ramp.
@@ -337,7 +432,7 @@ def judge(out):
                 map_ends = start + in_map[rest, None] * directions[rest]
                 world_ends = start + in_world[rest, None] * directions[rest]
                 known_to_world = (plans.distances(map_ends) <= reach) | (in_map[rest] >= limit[rest])
-                known_to_map = grid.is_near_solid(world_ends, reach) | (in_world[rest] >= limit[rest])
+                known_to_map = grid.is_near(grid.solid, world_ends, reach) | (in_world[rest] >= limit[rest])
                 agree[rest] = known_to_world & known_to_map
             n_rays, n_agree, n_along = n_rays + len(directions), n_agree + agree.sum(), n_along + along.sum()
             for k in np.flatnonzero(~agree):
@@ -351,23 +446,92 @@ def judge(out):
     return n_rays, n_agree, n_along, wrong
 
 
+def judge_ground(grid, stands, slab, directions, reach):
+    """((rays, rays that agree, rays whose ends are as near along the ray), one that does not) of the map of the ground outdoors: in the
+    world a ray over a cell is at the heights above the ground there, and ends where a shape of those that are no ground stands. Both are
+    compared as far as there is ground: not where it is too steep."""
+    solid = world_cells(grid, stands, slab)
+    nowhere = ~grid.has_height & ~grid.solid
+    n_agree = n_along = 0
+    wrong = None
+    rows, columns = np.nonzero(grid.free)
+    chosen = np.linspace(0, len(rows) - 1, min(N_STARTS, len(rows))).astype(int)
+    for row, column in zip(rows[chosen], columns[chosen]):
+        start = grid.origin + (np.array([column, row]) + 0.5) * grid.cell
+        limit = np.clip(grid.cast(start, directions, nowhere) - grid.cell, 0.0, RANGE_M)
+        in_map, in_world = (np.minimum(grid.cast(start, directions, cells), limit) for cells in (grid.solid, solid))
+        along = np.abs(in_map - in_world) <= reach
+        ends = (start + length[:, None] * directions for length in (in_map, in_world))
+        known = [grid.is_near(cells, points, reach) | (length >= limit)
+                 for cells, points, length in zip((solid, grid.solid), ends, (in_map, in_world))]
+        agree = along | (known[0] & known[1])
+        n_agree, n_along = n_agree + agree.sum(), n_along + along.sum()
+        for k in np.flatnonzero(~agree)[:1]:
+            wrong = (f"from ({start[0]:.2f}, {start[1]:.2f}) towards ({directions[k, 0]:.2f}, {directions[k, 1]:.2f}) the map ends after "
+                     f"{in_map[k]:.2f} m, the world after {in_world[k]:.2f} m")
+    return (len(chosen) * len(directions), n_agree, n_along), wrong
+
+
+def world_cells(grid, shapes, slab):
+    """Cells in which a convex shape stands between heights above the ground there, or above the highest of the nearest cells with ground
+    (an edge from which it breaks off): looked for in the middles of quarters of cells."""
+    height = np.where(grid.has_height, grid.height, np.nan)
+    while np.isnan(height).any() and not np.isnan(height).all():
+        padded = np.pad(height, 1, constant_values=np.nan)
+        around = [padded[1 + dy:padded.shape[0] - 1 + dy, 1 + dx:padded.shape[1] - 1 + dx] for dx, dy in ((0, 1), (1, 0), (0, -1), (-1, 0))]
+        highest = np.where(np.isnan(around), -np.inf, around).max(0)
+        height = np.where(np.isnan(height) & np.isfinite(highest), highest, height)
+    fine, side = np.kron(height, np.ones((2, 2))), grid.cell / 2
+    found = np.zeros(fine.shape, bool)
+    for corners, faces in shapes:
+        low = np.clip(np.floor((corners[:, :2].min(0) - grid.origin) / side).astype(int), 0, fine.shape[::-1])
+        high = np.clip(np.ceil((corners[:, :2].max(0) - grid.origin) / side).astype(int), 0, fine.shape[::-1])
+        part = (slice(low[1], high[1]), slice(low[0], high[0]))
+        fans = np.array([corners[[face[0], face[k], face[k + 1]]] for face in faces for k in range(1, len(face) - 1)])
+        above = np.full(fine[part].shape, np.inf)
+        origin = grid.origin + low * side
+        top, bottom = first_below(fans, above, origin, side), -first_below(fans * [1, 1, -1], above, origin, side)
+        found[part] |= (top > fine[part] + slab[0]) & (bottom < fine[part] + slab[1]) & np.isfinite(top)
+    return found.reshape(grid.free.shape[0], 2, grid.free.shape[1], 2).any(axis=(1, 3))
+
+
+def judge_heights(out, cast_from, n_most=sys.maxsize):
+    """(cells with heights, those that are wrong, a line for each storey on which too many are): `cast_from` is given the height above
+    the ground from which rays fall, and gives what casts them; `n_most` cells of a storey are looked at."""
+    manifest = json.loads((out / "manifest.json").read_text(encoding="utf-8"))
+    low, high = manifest["slab_m"]
+    n_cells, n_off, wrong = 0, 0, []
+    for entry in manifest["storeys"]:
+        n, n_wrong, line = Map(out, entry, manifest["resolution_m"], low).wrong_heights(cast_from(high), n_most)
+        n_cells, n_off = n_cells + n, n_off + n_wrong
+        if n_wrong > (1 - GOAL) * n:
+            wrong.append(f"storey {entry['index']}: {n_wrong} of {n} cells are at other heights: {line}")
+    return n_cells, n_off, wrong
+
+
+def heights_of_world(out):
+    """The verdict on the heights of a world, as `judge_heights` gives it."""
+    triangles = World(out / "world").triangles()
+    return judge_heights(out, lambda high: lambda grid, _: first_below(triangles, grid.height + high, grid.origin, grid.cell))
+
+
 def verdict(out):
     start = time.monotonic()
     n_rays, n_agree, n_along, wrong = judge(out)
     share = n_agree / n_rays if n_rays else 1.0
     bad_meshes = flaws(out)
-    is_good = share >= GOAL and not bad_meshes
+    n_heights, n_off, wrong_heights = heights_of_world(out)
+    is_good = share >= GOAL and not bad_meshes and not wrong_heights
     if not is_good:
-        print("\n".join(f"  {line}" for line in (bad_meshes + wrong)[:20]))
+        print("\n".join(f"  {line}" for line in (bad_meshes + wrong_heights + wrong)[:20]))
     print(f"{'ok  ' if is_good else 'FAIL'} {out.name}: {n_agree} of {n_rays} rays agree ({100 * share:.2f} %), "
-          f"{100 * n_along / max(n_rays, 1):.1f} % along the ray; {time.monotonic() - start:.1f} s", flush=True)
+          f"{100 * n_along / max(n_rays, 1):.1f} % along the ray, {n_heights - n_off} of {n_heights} heights; {time.monotonic() - start:.1f} s", flush=True)
     return is_good
 
 
 def self_test(out):
-    """Takes every fifth collision of the world away, shifts all by 0.2 m, dents and opens a mesh: all must be noticed."""
-    import shutil
-    import tempfile
+    """Takes every fifth collision of the world away, shifts all by 0.2 m, dents and opens a mesh, sinks and moves the ground: all must be
+    noticed."""
     is_good = verdict(out)
     dented = np.vstack([CUBE, [[0.2, 0.0, 0.0]]]), [[4, 6, 8], [6, 7, 8], [7, 5, 8], [5, 4, 8], *CUBE_FACES[:1], *CUBE_FACES[2:]]
     for name, mesh, expected in (("a cube", (CUBE, CUBE_FACES), None), ("an open cube", (CUBE, CUBE_FACES[1:]), "is not closed"),
@@ -387,7 +551,45 @@ def self_test(out):
             is_noticed = n_agree < GOAL * n_rays
             is_good &= is_noticed
             print(f"{'ok  ' if is_noticed else 'FAIL'} {name}: {100 * n_agree / max(n_rays, 1):.2f} % agree", flush=True)
+    ground = ground_links(out / "world")
+    for name, by in (("the ground lies 5 cm lower", (0.0, 0.0, -0.05)), ("the ground lies 1 m farther east", (1.0, 0.0, 0.0))):
+        if ground:
+            is_good &= is_height_noticed(name, out, lambda world: move_ground(world, ground, by))
     return is_good
+
+
+def is_height_noticed(name, out, damage):
+    """Damages the world in a copy of a folder: its heights must be wrong."""
+    with tempfile.TemporaryDirectory() as home:
+        copy = pathlib.Path(home) / "copy"
+        shutil.copytree(out, copy)
+        damage(copy / "world")
+        n_heights, n_off, wrong = heights_of_world(copy)
+    print(f"{'ok  ' if wrong else 'FAIL'} {name}: {n_off} of {n_heights} heights are wrong", flush=True)
+    return bool(wrong)
+
+
+def move_ground(world, links, by):
+    """Moves the collisions of links."""
+    tree = ElementTree.parse(world / "world.sdf")
+    for link in (link for link in tree.getroot().iter("link") if link.get("name") in links):
+        for collision in link.findall("collision"):
+            pose = collision.find("pose")
+            if pose is None:
+                pose = ElementTree.SubElement(collision, "pose")
+            values = [float(x) for x in (pose.text or "0 0 0 0 0 0").split()]
+            pose.text = " ".join(str(x) for x in [*np.add(values[:3], by), *values[3:]])
+    tree.write(world / "world.sdf")
+
+
+def dates_are_told_apart(folders):
+    """The world of a folder beside the maps of the next one, which is of another date, must be noticed."""
+    def replaced(world, other):
+        shutil.rmtree(world)
+        shutil.copytree(other / "world", world)
+
+    pairs = list(zip(folders, folders[1:]))
+    return all([is_height_noticed(f"the world of {a.name} at {b.name}", b, lambda world, a=a: replaced(world, a)) for a, b in pairs])
 
 
 def thinned(root):
@@ -415,6 +617,8 @@ def main():
     look = self_test if options.self_test else verdict
     try:
         verdicts = [look(out) for out in options.folders]
+        if options.self_test:
+            verdicts.append(dates_are_told_apart(options.folders))
     except (OSError, ValueError, LookupError, TypeError, ElementTree.ParseError) as problem:
         print(f"scripts/check_world.py: cannot read the folder: {type(problem).__name__}: {problem}", file=sys.stderr)
         return 2

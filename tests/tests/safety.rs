@@ -5,7 +5,7 @@ mod support;
 
 use serde_json::Value;
 use std::path::{Path, PathBuf};
-use support::{FREE, Maps, convert, demo_model, groundplan};
+use support::{FREE, Maps, convert, demo_model, groundplan, terrain_site};
 
 /// A profile like the default one with these entries.
 fn robot(home: &Path, entries: &str) -> PathBuf {
@@ -115,6 +115,43 @@ fn doors_swing_and_stairs_lead_down_and_each_names_its_element() {
     let stairs: std::collections::BTreeSet<&str> = upper.elements("cost_cells").into_iter().flatten().collect();
     assert!(!stairs.is_empty() && stairs.iter().all(|id| class(id) == "stair"), "{stairs:?}");
     assert!(ground.elements("cost_cells").iter().all(Option::is_none), "no stair leads down from the ground floor");
+}
+
+#[test]
+fn beside_a_ramp_what_stands_at_its_height_is_near_on_the_maps_of_both_storeys_and_outdoors() {
+    let home = tempfile::tempdir().unwrap();
+    let (model, _) = terrain_site(home.path(), &[]);
+    let robot = robot(home.path(), "[[safety]]\nnear = \"class\"\nclass = \"wall\"\ndistance_m = 0.5\n");
+    let arguments = ["--robot", robot.to_str().unwrap(), "--resolution", "0.1", "--date", "2024-04-10T00:00:00"];
+    let maps = convert(&model, &arguments);
+    let semantic = maps.json("semantic.json");
+    let name = |id: &str| semantic["elements"][id]["name"].as_str().unwrap().to_owned();
+    let is_outdoors = |storey: usize| maps.manifest["storeys"][storey]["floor"] == "ground";
+    assert_eq!([0, 1, 2].map(is_outdoors), [false, false, true]);
+    // The ramp climbs along its wall from 100.3 m to 103.1 m; above the wall of the ground floor is the parapet of the upper one, whose
+    // other walls the ground floor has nothing to do with.
+    for (storey, near, far) in [
+        (0, ["G wall beside the ramp", "U wall beside the ramp"], Some("U wall south")),
+        (1, ["G wall beside the ramp", "U wall beside the ramp"], Some("Hoarding")),
+        (2, ["U wall beside the ramp", "Hoarding"], None),
+    ] {
+        let layer = Layer::of(&maps, storey);
+        let sources = layer.document["sources"].as_array().unwrap().iter();
+        let named: Vec<String> = sources.map(|source| name(source["global_id"].as_str().unwrap())).collect();
+        let is_named = |wanted: &str| named.iter().any(|name| name == wanted);
+        assert!(near.into_iter().all(is_named) && !far.is_some_and(is_named), "storey {storey}: {named:?}");
+        // On the ramp at both ends, a quarter of a metre from the wall beside it.
+        let origin = &maps.manifest["storeys"][storey]["origin_m"];
+        for x in [8.05, 36.05] {
+            let [column, row] = [(x, 0), (31.45, 1)]
+                .map(|(at, k): (f64, usize)| ((at - origin[k].as_f64().unwrap()) / 0.1).floor() as usize);
+            let id = layer.elements("cost_cells")[row * layer.width + column];
+            assert!(
+                id.is_some_and(|id| name(id).ends_with("wall beside the ramp")),
+                "storey {storey} at {x} m: {id:?}"
+            );
+        }
+    }
 }
 
 #[test]

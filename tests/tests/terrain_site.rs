@@ -6,20 +6,15 @@ mod support;
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::process::Command;
-use support::{Maps, Storey, convert, root};
+use support::{Maps, Storey, convert, terrain_site};
 
 /// Corners are rounded, and the foot of a ramp lies within 2 cm of what is under it.
 const TOLERANCE_M2: f64 = 0.05;
 
 /// Writes the site, 60 x 60 m, and gives what it is made of.
 fn site(folder: &Path, form: &str, coordinates: &str) -> (PathBuf, Value) {
-    let model = folder.join("site.ifc");
-    let mut script = Command::new(root().join("scripts/build_terrain_site"));
-    script.args(["--size", "60", "60", "--facts", "--form", form, "--coordinates", coordinates]);
-    let output = script.arg(&model).output().unwrap();
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    (model, serde_json::from_slice(&output.stdout).unwrap())
+    let (model, facts) = terrain_site(folder, &["--facts", "--form", form, "--coordinates", coordinates]);
+    (model, serde_json::from_slice(&facts).unwrap())
 }
 
 fn converted(model: &Path, date: Option<&str>) -> Maps {

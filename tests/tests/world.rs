@@ -7,13 +7,17 @@ use serde_json::Value;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use support::house::{House, PLAIN};
-use support::{FREE, Maps, OCCUPIED, UNKNOWN, convert, demo_model};
+use support::{FREE, Maps, OCCUPIED, UNKNOWN, convert, demo_model, terrain_site};
 
-/// A collision shape of a static model, as corners in `map`.
+/// A collision shape of a static model, as corners in `map` and faces.
 struct Shape {
     link: String,
     corners: Vec<[f64; 3]>,
+    faces: Vec<Vec<usize>>,
 }
+
+/// Faces of a box whose corners are counted by bits.
+const BOX_FACES: [[usize; 4]; 6] = [[0, 1, 3, 2], [4, 5, 7, 6], [0, 1, 5, 4], [2, 3, 7, 6], [0, 2, 6, 4], [1, 3, 7, 5]];
 
 fn attribute<'a>(line: &'a str, name: &str) -> &'a str {
     line.split_once(&format!("{name}=\"")).unwrap().1.split_once('"').unwrap().0
@@ -24,10 +28,10 @@ fn numbers(line: &str, tag: &str) -> Option<Vec<f64>> {
     Some(text.split_whitespace().map(|n| n.parse().unwrap()).collect())
 }
 
-fn corners_of(line: &str, folder: &Path) -> Vec<[f64; 3]> {
+fn corners_of(line: &str, folder: &Path) -> (Vec<[f64; 3]>, Vec<Vec<usize>>) {
     if let Some(size) = numbers(line, "size") {
         let side = |k: usize, bit: usize| if bit >> k & 1 == 1 { size[k] / 2.0 } else { -size[k] / 2.0 };
-        return (0..8).map(|bit| [0, 1, 2].map(|k| side(k, bit))).collect();
+        return ((0..8).map(|bit| [0, 1, 2].map(|k| side(k, bit))).collect(), BOX_FACES.map(Vec::from).into());
     }
     let uri = line.split_once("<uri>").unwrap().1.split_once("</uri>").unwrap().0;
     let text = std::fs::read_to_string(folder.join(uri)).unwrap();
@@ -36,7 +40,9 @@ fn corners_of(line: &str, folder: &Path) -> Vec<[f64; 3]> {
         let mut c = l.split_whitespace().map(|n| n.parse().unwrap());
         [c.next().unwrap(), c.next().unwrap(), c.next().unwrap()]
     };
-    vertices.map(corner).collect()
+    let faces = text.lines().filter_map(|l| l.strip_prefix("f "));
+    let face = |l: &str| l.split_whitespace().map(|n| n.parse::<usize>().unwrap() - 1).collect();
+    (vertices.map(corner).collect(), faces.map(face).collect())
 }
 
 /// Roll, pitch, yaw about fixed axes, then the shift.
@@ -64,8 +70,9 @@ fn static_shapes(maps: &Maps) -> Vec<Shape> {
             link = attribute(line, "name").to_owned();
         } else if line.starts_with("<collision ") && !model.starts_with("door_") {
             let pose = numbers(line, "pose").unwrap_or(vec![0.0; 6]);
-            let corners = corners_of(line, &folder).into_iter().map(|c| posed(&pose, c)).collect();
-            found.push(Shape { link: link.clone(), corners });
+            let (corners, faces) = corners_of(line, &folder);
+            let corners = corners.into_iter().map(|c| posed(&pose, c)).collect();
+            found.push(Shape { link: link.clone(), corners, faces });
         }
     }
     found
@@ -392,4 +399,96 @@ fn a_plate_goes_on_through_the_opening_between_two_rooms_without_a_slab() {
         assert_eq!(maps.storey(0).planning(p[0], p[1]), FREE, "{p:?}");
         assert!(plates.iter().any(|plate| distance(plate, p) == 0.0), "{p:?}");
     }
+}
+
+/// Height at which a ray ends that falls from a height on a place.
+fn fallen(shapes: &[Shape], [x, y, from_z]: [f64; 3]) -> f64 {
+    let fans = shapes.iter().flat_map(|s| {
+        let fan =
+            |f: &Vec<usize>| (1..f.len() - 1).map(|k| [f[0], f[k], f[k + 1]].map(|c| s.corners[c])).collect::<Vec<_>>();
+        s.faces.iter().flat_map(fan)
+    });
+    let area = |p: [f64; 3], q: [f64; 3], r: [f64; 3]| (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0]);
+    let met = |[a, b, c]: [[f64; 3]; 3]| {
+        let (whole, p) = (area(a, b, c), [x, y, 0.0]);
+        let shares = [area(p, b, c), area(a, p, c), area(a, b, p)].map(|part| part / whole);
+        let z = shares[0] * a[2] + shares[1] * b[2] + shares[2] * c[2];
+        (whole.abs() > 1e-9 && shares.iter().all(|s| *s >= -1e-9) && z <= from_z).then_some(z)
+    };
+    fans.filter_map(met).fold(f64::NEG_INFINITY, f64::max)
+}
+
+/// Links of ground outdoors, by the entities of what they are.
+fn ground_links(lookup: &Value) -> BTreeMap<String, String> {
+    let elements = lookup["elements"].as_object().unwrap().values();
+    let ground = elements.filter(|e| e["pieces"]["mesh"] == 1);
+    ground.map(|e| (e["link"].as_str().unwrap().to_owned(), e["type"].as_str().unwrap().to_owned())).collect()
+}
+
+/// Bodies of the file for MuJoCo.
+fn bodies_for_mujoco(maps: &Maps) -> BTreeSet<String> {
+    let text = std::fs::read_to_string(maps.path().join("world/ground.xml")).unwrap();
+    text.lines().filter(|l| l.trim().starts_with("<body ")).map(|l| attribute(l, "name").to_owned()).collect()
+}
+
+#[test]
+fn the_ground_outdoors_is_in_the_world_as_it_is_at_the_date_and_no_part_of_it_twice() {
+    let home = tempfile::tempdir().unwrap();
+    for (form, entity) in [("tin-site", "IfcSite"), ("tin-geographic", "IfcGeographicElement")] {
+        let (model, _) = terrain_site(home.path(), &["--form", form]);
+        // In the pit, where its earth is taken away first, and where later; on its ramp; on the road of 8 %; beside the house.
+        let places = [[48.5, 38.0], [48.5, 25.0], [52.0, 34.0], [16.0, 5.0], [44.0, 40.0]];
+        let road = 100.0 + 0.08 * 10.0 + 0.04;
+        for (date, expected) in [
+            ("2024-03-01", [100.0, 100.0, 100.0, road, 100.0]),
+            ("2024-03-06", [98.0, 100.0, 98.0, road, 100.0]),
+            ("2024-04-10", [98.0, 98.0, 99.0, road, 100.0]),
+            ("2024-05-15", [100.0, 100.0, 100.0, road, 100.0]),
+        ] {
+            let date = format!("{date}T12:00:00");
+            let maps = convert(&model, &["--world", "--resolution", "0.25", "--date", &date]);
+            let shapes = static_shapes(&maps);
+            let found = places.map(|[x, y]| fallen(&shapes, [x, y, 103.0]));
+            let is_near = found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-3);
+            assert!(is_near, "{form} {date}: {found:?}, {expected:?}");
+            let lookup = maps.json("world/lookup.json");
+            let ground = ground_links(&lookup);
+            assert!(ground.values().eq([entity]), "{form} {date}: {ground:?}");
+            assert!(bodies_for_mujoco(&maps).iter().eq(ground.keys()), "{form} {date}");
+            let links: Vec<&String> = shapes.iter().map(|s| &s.link).filter(|l| ground.contains_key(*l)).collect();
+            assert_eq!(links.len(), 1, "{form} {date}: one mesh that collides");
+        }
+    }
+}
+
+#[test]
+fn of_large_terrain_the_world_has_what_the_map_of_the_ground_outdoors_has() {
+    let home = tempfile::tempdir().unwrap();
+    let (model, _) = terrain_site(home.path(), &["--size", "400", "300", "--cell", "5"]);
+    let maps = convert(&model, &["--world", "--resolution", "0.25"]);
+    let ground = ground_links(&maps.json("world/lookup.json"));
+    let shapes: Vec<Shape> = static_shapes(&maps).into_iter().filter(|s| ground.contains_key(&s.link)).collect();
+    let end =
+        |k: usize, pick: fn(f64, f64) -> f64, start: f64| shapes[0].corners.iter().map(|c| c[k]).fold(start, pick);
+    let storeys = maps.manifest["storeys"].as_array().unwrap();
+    let map = storeys.iter().find(|s| s["floor"] == "ground").unwrap();
+    for k in 0..2 {
+        // The map has a margin of 1 m, and a triangle at its end is whole.
+        let low = map["origin_m"][k].as_f64().unwrap() + 1.0;
+        let high = low - 2.0 + 0.25 * map["size_cells"][k].as_f64().unwrap();
+        let (least, most) = (end(k, f64::min, f64::INFINITY), end(k, f64::max, f64::NEG_INFINITY));
+        assert!((low - 5.0..=low + 0.25).contains(&least), "{k}: {least} {low}");
+        assert!((high - 0.25..=high + 5.25).contains(&most), "{k}: {most} {high}");
+    }
+}
+
+#[test]
+fn without_ground_outdoors_there_is_no_file_of_it_and_no_mesh_that_is_not_convex() {
+    let mut house = House::new("IFC4");
+    house.add_walls([0.0, 0.0, 6.0, 4.0], [0.0, 3.0]);
+    house.add("IFCSLAB", "Floor", PLAIN, [[0.0, 0.0, -0.2], [6.0, 4.0, 0.0]]);
+    let home = tempfile::tempdir().unwrap();
+    let maps = convert(&house.write(home.path()), &["--world"]);
+    assert!(!maps.path().join("world/ground.xml").exists());
+    assert!(ground_links(&maps.json("world/lookup.json")).is_empty());
 }

@@ -2,6 +2,9 @@
 
 use crate::polygon::Bounds;
 
+/// An open surface of which so much looks down is the skin of a solid; of one with less those faces are turned over.
+const SKIN_SHARE: f64 = 0.1;
+
 /// True if every edge is used equally often in both directions, by vertex position.
 ///
 /// Then the faces bound a solid, and horizontal sections consist of closed rings. Each edge adds or subtracts a 128-bit hash
@@ -76,6 +79,19 @@ impl<'a> MeshView<'a> {
         Bounds::of(self.vertices.iter().map(|v| [v[0], v[1]]))
     }
 
+    /// True for an open surface without thickness, such as terrain: in plan less than a tenth of it lies on the other side. Which way its
+    /// faces are turned says nothing then.
+    pub fn is_sheet(self) -> bool {
+        let (mut up, mut down) = (0.0, 0.0);
+        for [a, b, c] in self.corners() {
+            let side = |v: [i32; 3]| [0, 1].map(|k| i64::from(v[k]) - i64::from(a[k]));
+            let ([ux, uy], [vx, vy]) = (side(b), side(c));
+            let area = (ux * vy - uy * vx) as f64;
+            if area > 0.0 { up += area } else { down -= area }
+        }
+        !self.closed && f64::min(up, down) <= SKIN_SHARE * f64::max(up, down)
+    }
+
     /// Signed volume in cubic metres around the middle of the vertices; negative if the faces look inward.
     pub fn volume_m3(self) -> f64 {
         let Some(origin) = self.vertices.first() else { return 0.0 };
@@ -106,6 +122,18 @@ mod tests {
         assert!(!is_closed(&v, &t));
         t.remove(3);
         assert!(!is_closed(&v, &t));
+    }
+
+    #[test]
+    fn a_sheet_is_one_whichever_way_it_is_turned_and_the_skin_of_a_solid_is_none() {
+        let (v, t) = cuboid([0; 3], [10; 3]);
+        let is_sheet = |t: &[[u32; 3]], closed: bool| MeshView { vertices: &v, triangles: t, closed }.is_sheet();
+        let level = |up: bool| {
+            let of = |t: &&[u32; 3]| t.iter().all(|k| v[*k as usize][2] == if up { 10 } else { 0 });
+            t.iter().filter(of).copied().collect::<Vec<_>>()
+        };
+        assert!(is_sheet(&level(true), false) && is_sheet(&level(false), false));
+        assert!(!is_sheet(&t, true) && !is_sheet(&t[..t.len() - 1], false));
     }
 
     #[test]

@@ -189,6 +189,11 @@ impl<'a> Site<'a> {
         &self.parts[span(element.first_part, element.n_parts)]
     }
 
+    /// The mesh parts of a terrain.
+    pub fn terrain_parts(&self, terrain: &TerrainRecord) -> &'a [PartRecord] {
+        &self.parts[span(terrain.first_part, terrain.n_parts)]
+    }
+
     fn meshes(&self, first: u32, n: u32) -> impl Iterator<Item = MeshView<'a>> + Clone + use<'a> {
         let (vertices, triangles) = (self.vertices, self.triangles);
         self.parts[span(first, n)].iter().map(move |part| MeshView {

@@ -4,7 +4,7 @@ use crate::rule_elements::StoreyElements;
 use geometry::OrientedBox;
 use grid::{CellRect, Run, grow_labelled};
 use messages::door_operations::{DoorFrame, Leaf, LeafMotion, OperationSource, mirrored, operation_of};
-use messages::{DoorCapability, DoorRecord, NONE};
+use messages::{DoorCapability, DoorRecord, FloorKind, NONE};
 
 /// An operation type that says nothing: as a door that is hung on either side, both ways.
 const UNKNOWN: [&str; 2] = ["DOUBLE_SWING_LEFT", "DOUBLE_SWING_RIGHT"];
@@ -14,10 +14,13 @@ const N_CORNERS: u32 = 13;
 
 /// The doors of the storey that are hung and swing, each with the cells over which its leaves do.
 pub(crate) fn door_swings(storey: StoreyElements<'_>, is_open: &impl Fn(usize) -> bool) -> Vec<(u32, Vec<Run>)> {
+    // A door belongs to the storey of its floor; outdoors are those that open at the height of the ground before them.
+    let is_outdoors = storey.grid.head.floor == FloorKind::Ground;
     let is_here = |door: &&DoorRecord| {
         let swings = DoorCapability::Swing as u32 | DoorCapability::Folding as u32;
-        let here = door.map_storey == storey.grid.head.map_storey || door.map_storey == NONE;
-        here && door.opens & swings != 0 && door.passage.half[0] > 0.0 && storey.is_hung(door)
+        let swings = door.opens & swings != 0 && door.passage.half[0] > 0.0 && storey.is_hung(door);
+        let here = || door.map_storey == storey.grid.head.map_storey || door.map_storey == NONE;
+        swings && (here() || is_outdoors && storey.is_at_robot(door.element))
     };
     let doors = storey.site.doors.iter().filter(is_here);
     doors.map(|door| (door.element, swept(storey, door, is_open))).filter(|(_, runs)| !runs.is_empty()).collect()

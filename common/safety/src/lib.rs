@@ -9,6 +9,9 @@
 //! - A distance is that of the robot's centre, along cells on which nothing stands: it does not lead through a wall.
 //! - Where rules meet the lowest limit of speed and the highest cost count, each with its own element; of equal ones the nearer
 //!   element, then the rule that comes first in the profile.
+//! - What is near is told by its height above the ground there: on a ramp and outdoors above that of the cells around, at least as much
+//!   as a robot meets that stands in any of them (`src/local_ground.rs`). Terrain is what is driven on, and nothing to keep a distance
+//!   from, where a map has heights; edges from which it breaks off are passed by distances.
 //! - A cost is never lethal: from 90 per cent beside the element to 10 at the end of the distance.
 //! - What is not there at the plan time has neither distance nor limit. Of work what is below it is a part, up to the next floor.
 //! - A door whose model does not say how it hangs swings on both sides from both jambs.
@@ -16,10 +19,12 @@
 //! # Where
 //!
 //! - cells of the elements of a rule: `src/rule_elements.rs`
+//! - height of the ground around a cell: `src/local_ground.rs`
 //! - edges at stairs: `src/stair_edges.rs`
 //! - leaves of doors: `src/door_swings.rs`
 //! - cells near them: `src/safety_layer.rs`
 
+mod local_ground;
 mod rule_elements;
 
 mod door_swings;

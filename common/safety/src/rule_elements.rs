@@ -1,14 +1,16 @@
 //! The elements that a rule is about, and their cells on a map storey.
 
+use crate::local_ground::{Band, LocalGround};
 use frames::TENTHS_PER_M;
 use geometry::{MultiPolygon, Point, Polygon, Slab, SlabCut};
 use grid::{CellRect, GridSpec, Run, cells_of_cut, fifths_of, grow_labelled, overlapped_cells};
 use messages::{
-    ElementRecord, ElementState, Grid, NONE, OpeningRecord, SafetySubject, ScheduleState, Site, element_flags,
+    ElementRecord, ElementState, Grid, GroundClass, NONE, OpeningRecord, SafetySubject, ScheduleState, Site,
+    element_flags,
 };
 use std::collections::BTreeMap;
 
-/// Floor within this height of the map storey's is driven on: 2 cm, or a step of the robot.
+/// Floor within this height of the ground is driven on: 2 cm, or a step of the robot.
 const MIN_STEP: i32 = TENTHS_PER_M / 50;
 
 /// Parts of a whole up to so far from a part of it are before it: the depth of frames, metres.
@@ -23,15 +25,13 @@ pub(crate) struct StoreyElements<'a> {
     pub(crate) site: &'a Site<'a>,
     pub(crate) schedule_state: &'a ScheduleState<'a>,
     pub(crate) grid: &'a Grid<'a>,
+    /// Heights of the ground of the grid.
+    pub(crate) ground: &'a LocalGround,
 }
 
 impl StoreyElements<'_> {
     pub(crate) fn spec(&self) -> GridSpec {
         self.grid.spec()
-    }
-
-    pub(crate) fn floor_z(&self) -> i32 {
-        self.grid.head.floor_z_tenths
     }
 
     /// True if the element is there: it stands, or is worked on.
@@ -41,10 +41,13 @@ impl StoreyElements<'_> {
 
     /// The elements that are there and meet the storey's slab, of a rule about elements, each with its cells.
     pub(crate) fn cells_of(&self, subject: SafetySubject<'_>) -> Vec<(u32, Vec<Run>)> {
-        let elements = (0..).zip(self.site.elements).filter(|(element, record)| {
-            record.n_parts > 0 && self.is_there(*element) && self.is_meant(subject, *element, record)
-        });
         let is_work = matches!(subject, SafetySubject::Work);
+        // Terrain is driven on, in whatever form the file has it; while it is dug away or filled it is work.
+        let is_ground = |record: &ElementRecord| !self.ground.is_level() && record.ground == GroundClass::Terrain;
+        let elements = (0..).zip(self.site.elements).filter(|(element, record)| {
+            let may_be_meant = record.n_parts > 0 && self.is_there(*element) && (is_work || !is_ground(record));
+            may_be_meant && self.is_meant(subject, *element, record)
+        });
         let mut wholes = BTreeMap::new();
         elements
             .map(|(element, record)| (element, record, self.cells_of_element(element, record, is_work)))
@@ -104,17 +107,31 @@ impl StoreyElements<'_> {
         }
     }
 
-    /// Cells that the element overlaps at the heights of the robot, also as the floor that it drives on; of work those below it.
-    /// What fills an opening is in all of the opening: a window is as near as the wall's face.
+    /// True if any of an element is at the heights of the robot over the ground there.
+    pub(crate) fn is_at_robot(&self, element: u32) -> bool {
+        !self.cells_of_element(element, &self.site.elements[element as usize], false).is_empty()
+    }
+
+    /// Cells that the element overlaps at the heights of the robot over the ground there, also as the floor that it drives on; of work
+    /// those below it.
     fn cells_of_element(&self, element: u32, record: &ElementRecord, is_work: bool) -> Vec<Run> {
         let [low, high] = self.grid.head.slab_tenths;
-        let floor_z = self.floor_z();
         let low = if record.has(element_flags::FLOOR) { -low.max(MIN_STEP) } else { low };
-        let slab = if is_work {
-            Slab { lo: floor_z, hi: self.site.next_floor_z_tenths(floor_z, MIN_STOREY_HEIGHT) }
-        } else {
-            Slab { lo: floor_z + low, hi: floor_z + high }
+        let slab = |[lowest, highest]: Band| {
+            if is_work {
+                Slab { lo: lowest, hi: self.site.next_floor_z_tenths(highest, MIN_STOREY_HEIGHT) }
+            } else {
+                Slab { lo: lowest + low, hi: highest + high }
+            }
         };
+        let filled = self.site.openings.iter().filter(|opening| opening.filling == element);
+        let rect = self.ground.rect_of(record, filled.flat_map(corners_of));
+        self.ground.cells(rect, |band| self.cells_in_slab(element, record, slab(band)))
+    }
+
+    /// Cells that the element overlaps in a slab. What fills an opening is in all of the opening: a window is as near as the wall's
+    /// face.
+    fn cells_in_slab(&self, element: u32, record: &ElementRecord, slab: Slab) -> Vec<Run> {
         if record.max_tenths[2] <= slab.lo || slab.hi <= record.min_tenths[2] {
             return Vec::new();
         }
@@ -123,10 +140,7 @@ impl StoreyElements<'_> {
             opening.filling == element && opening.bottom_z_tenths < slab.hi && slab.lo < opening.top_z_tenths
         };
         for opening in self.site.openings.iter().filter(is_filled).filter(|opening| opening.is_in_wall()) {
-            let plan = opening.plan.to_box();
-            let [u, v] = plan.half;
-            let corners = [[-u, -v], [u, -v], [u, v], [-u, v]].map(|[u, v]| plan.at(u, v));
-            runs.extend(self.overlapped(&corners));
+            runs.extend(self.overlapped(&corners_of(opening)));
         }
         runs.sort_unstable();
         runs
@@ -149,4 +163,11 @@ impl StoreyElements<'_> {
         let host = self.site.openings.get(door.opening as usize).map_or(NONE, |opening| opening.host);
         self.is_there(door.element) && (host == NONE || self.is_there(host))
     }
+}
+
+/// Corners of an opening in plan, counter-clockwise, in tenths of a millimetre.
+fn corners_of(opening: &OpeningRecord) -> [[f64; 2]; 4] {
+    let plan = opening.plan.to_box();
+    let [u, v] = plan.half;
+    [[-u, -v], [u, -v], [u, v], [-u, v]].map(|[u, v]| plan.at(u, v))
 }

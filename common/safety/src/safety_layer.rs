@@ -1,6 +1,7 @@
 //! The layer: for each cell the limit of speed and the cost, with the rule and the element that they come from.
 
 use crate::door_swings::door_swings;
+use crate::local_ground::LocalGround;
 use crate::rule_elements::StoreyElements;
 use crate::stair_edges::stair_edges;
 use grid::{CellRect, Class, GridSpec, Run, fifths_of, grow_labelled};
@@ -72,29 +73,33 @@ impl SafetyLayer {
             cost: vec![0; n],
             cost_source: vec![NO_SOURCE; n],
         };
-        let storey = StoreyElements { site: input.site, schedule_state: input.schedule_state, grid };
+        let ground = &LocalGround::of(grid);
+        let storey = StoreyElements { site: input.site, schedule_state: input.schedule_state, grid, ground };
         // A closed room is occupied everywhere; its floor is free of obstacles where it shows no class.
         let is_open =
             |cell: usize| grid.planning[cell] == 0 || (grid.floor[cell] != 0 && grid.class[cell] == Class::None.id());
+        let is_edge =
+            |cell: usize| ground.is_beside(cell) && grid.planning[cell] < 0 && grid.class[cell] == Class::None.id();
+        let is_passed = |cell: usize| is_open(cell) || is_edge(cell);
         let mut distance = vec![u32::MAX; n];
         for (number, rule) in (0..).zip(rules.records()) {
             let seeds = match rules.subject(rule) {
                 SafetySubject::StairEdge => stair_edges(storey),
-                SafetySubject::DoorSwing => door_swings(storey, &is_open),
+                SafetySubject::DoorSwing => door_swings(storey, &is_passed),
                 subject => storey.cells_of(subject),
             };
-            layer.add(number, rule, &seeds, &is_open, &mut distance);
+            layer.add((number, rule), &seeds, (&is_open, &is_passed), &mut distance);
         }
         Some(layer)
     }
 
-    /// Adds the cells near the elements of a rule; `distance` is that of the element that limits the speed, by cell.
+    /// Adds the open cells near the elements of a rule, along cells that are passed; `distance` is that of the element that limits the
+    /// speed, by cell.
     fn add(
         &mut self,
-        number: u32,
-        rule: &SafetyRuleRecord,
+        (number, rule): (u32, &SafetyRuleRecord),
         seeds: &[(u32, Vec<Run>)],
-        is_open: &impl Fn(usize) -> bool,
+        (is_open, is_passed): (&impl Fn(usize) -> bool, &impl Fn(usize) -> bool),
         distance: &mut [u32],
     ) {
         let reach = fifths_of(rule.distance_m / self.spec.resolution_m());
@@ -102,9 +107,9 @@ impl SafetyLayer {
         self.sources.extend(seeds.iter().map(|(element, _)| SafetySource { rule: number, element: *element }));
         let whole = CellRect::whole(self.spec.width, self.spec.height);
         let runs = (first..).zip(seeds).map(|(source, (_, runs))| (source, runs.as_slice()));
-        let nearest = grow_labelled(whole, is_open, runs, reach);
+        let nearest = grow_labelled(whole, is_passed, runs, reach);
         for (cell, nearest) in nearest.into_iter().enumerate() {
-            let Some(nearest) = nearest else { continue };
+            let Some(nearest) = nearest.filter(|_| is_open(cell)) else { continue };
             if rule.speed_m_s > 0.0 {
                 let before = self.speed_m_s(cell).unwrap_or(f64::INFINITY);
                 let is_nearer = rule.speed_m_s <= before && nearest.fifths < distance[cell];

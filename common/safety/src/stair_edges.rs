@@ -1,9 +1,11 @@
 //! Edges of floor at which a stair leads down: the cells without floor over a stair that comes from below, and the gap around it.
 
+use crate::local_ground::Band;
 use crate::rule_elements::StoreyElements;
 use frames::TENTHS_PER_M;
 use geometry::Slab;
 use grid::{CellRect, Class, Run, fifths_of, grow_labelled};
+use messages::ElementRecord;
 
 /// A stair leads down where it reaches so far below the floor.
 const MIN_DEPTH: i32 = TENTHS_PER_M / 10;
@@ -13,21 +15,15 @@ const GAP_M: f64 = 0.5;
 
 /// The stairs that lead down from the storey, each with the cells that have no floor over it.
 pub(crate) fn stair_edges(storey: StoreyElements<'_>) -> Vec<(u32, Vec<Run>)> {
-    let (spec, floor_z, grid) = (storey.spec(), storey.floor_z(), storey.grid);
-    let lower = storey.site.levels().map(|(_, s)| s.floor_z_tenths).filter(|z| *z <= floor_z - MIN_DEPTH);
-    let below = lower.max().unwrap_or(i32::MIN);
-    let stairs = (0..).zip(storey.site.elements).filter(|(element, record)| {
-        record.class() == Class::Stair
-            && record.n_parts > 0
-            && record.min_tenths[2] <= floor_z - MIN_DEPTH
-            && below < record.max_tenths[2]
-            && storey.is_there(*element)
-    });
+    let (spec, grid) = (storey.spec(), storey.grid);
+    let stairs = (0..)
+        .zip(storey.site.elements)
+        .filter(|(element, record)| record.class() == Class::Stair && record.n_parts > 0 && storey.is_there(*element));
     let is_void = |cell: usize| grid.floor[cell] == 0 && grid.planning[cell] < 0;
     let plans: Vec<(u32, Vec<Run>)> = stairs
         .map(|(element, record)| {
-            let slab = Slab { lo: record.min_tenths[2].max(below), hi: floor_z + grid.head.slab_tenths[0].max(1) };
-            let runs = if slab.lo < slab.hi { storey.cut(record, slab) } else { Vec::new() };
+            let rect = storey.ground.rect_of(record, std::iter::empty());
+            let runs = storey.ground.cells(rect, |band| below_ground(storey, record, band));
             (element, without_floor(storey, &runs))
         })
         .collect();
@@ -45,6 +41,15 @@ pub(crate) fn stair_edges(storey: StoreyElements<'_>) -> Vec<(u32, Vec<Run>)> {
     }
     edges.retain(|(_, runs)| !runs.is_empty());
     edges
+}
+
+/// Cells of a stair that leads down from ground in a band, as far as the next floor below; none of one that does not lead down.
+fn below_ground(storey: StoreyElements<'_>, record: &ElementRecord, [_, highest]: Band) -> Vec<Run> {
+    let lower = storey.site.levels().map(|(_, s)| s.floor_z_tenths).filter(|z| *z <= highest - MIN_DEPTH);
+    let below = lower.max().unwrap_or(i32::MIN);
+    let slab = Slab { lo: record.min_tenths[2].max(below), hi: highest + storey.grid.head.slab_tenths[0].max(1) };
+    let leads_down = record.min_tenths[2] <= highest - MIN_DEPTH && below < record.max_tenths[2];
+    if leads_down && slab.lo < slab.hi { storey.cut(record, slab) } else { Vec::new() }
 }
 
 /// Cells of runs on which there is no floor of the storey.

@@ -1,6 +1,7 @@
 //! Diagnostics of a world: elements that are not in it, and pieces for which others stand in.
 
 use crate::collision_meshes::Replacement;
+use crate::static_elements::Body;
 use diagnostics::counted;
 use export::ExportInput;
 use messages::{Diagnostic, DiagnosticCode, Named, Severity};
@@ -9,12 +10,12 @@ use std::collections::BTreeMap;
 /// What there is to say about the link of an element, or of a stand-in, of so many pieces.
 pub(crate) fn of_link(
     input: &ExportInput<'_>,
-    element: Option<u32>,
+    body: Body,
     link: &str,
     n_pieces: usize,
     replaced: &BTreeMap<Replacement, usize>,
 ) -> Option<Diagnostic> {
-    let (code, message) = if n_pieces == 0 && element.is_some() {
+    let (code, message) = if n_pieces == 0 && body != Body::StandIn {
         (DiagnosticCode::NotInWorld, "no convex piece could be made of its body: it is not in the world".to_owned())
     } else if replaced.is_empty() {
         return None;
@@ -27,13 +28,23 @@ pub(crate) fn of_link(
         let of = format!("of its {} that collide", counted(n_pieces, "piece"));
         (DiagnosticCode::CollisionReplaced, format!("{of}, with the corners of their files: {}", words.join("; ")))
     };
-    let named = match element {
-        Some(k) => {
-            let record = &input.site.elements[k as usize];
-            let text = |t| input.site.text(t).to_owned();
-            Named { step_id: 0, global_id: text(record.global_id), name: text(record.name) }
-        }
-        None => Named { step_id: 0, global_id: String::new(), name: link.to_owned() },
-    };
+    let named =
+        named(input, body).unwrap_or_else(|| Named { step_id: 0, global_id: String::new(), name: link.to_owned() });
     Some(Diagnostic { severity: Severity::Warning, code, entity: Some(named), source: None, message })
+}
+
+/// That ground lies outside of the map of the ground outdoors.
+pub(crate) fn of_far_ground(input: &ExportInput<'_>, body: Body) -> Diagnostic {
+    Diagnostic {
+        severity: Severity::Info,
+        code: DiagnosticCode::NotInWorld,
+        entity: named(input, body),
+        source: None,
+        message: "it lies outside of the map of the ground outdoors, and is not in the world".to_owned(),
+    }
+}
+
+fn named(input: &ExportInput<'_>, body: Body) -> Option<Named> {
+    let [global_id, name, _] = body.texts(input.site)?.map(|text| input.site.text(text).to_owned());
+    Some(Named { step_id: 0, global_id, name })
 }

@@ -36,7 +36,7 @@ pub(super) fn site(scene: &Scene<'_>) -> Vec<u8> {
     for model in &scene.models {
         let mut links = Vec::new();
         for link in &model.links {
-            let id = link.element.map(|e| scene.input.site.text(scene.input.site.elements[e as usize].global_id));
+            let id = link.body.global_id(scene.input.site);
             let extras = json!({"class": model.class.name()});
             let name = id.unwrap_or(&link.name);
             let mut node = match link.shown.as_slice() {

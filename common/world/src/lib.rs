@@ -15,6 +15,7 @@
 //! | `world/meshes/*.obj`, `materials.mtl` | meshes, each once however often it stands somewhere |
 //! | `world/lookup.json` | models, elements, doors, counts, by GlobalId |
 //! | `world/doors.urdf` | the doors as one tree of links and joints |
+//! | `world/ground.xml` | where there is ground outdoors: the same for MuJoCo, as convex plates |
 //! | `world/site.glb` | the same for viewers, a node per element |
 //!
 //! Collision shapes are convex pieces, because physics engines replace other meshes by their hulls: a wall with a door is
@@ -23,14 +24,22 @@
 //! (foliage 40 cm), see [`Pieces`]. Each mesh that collides is checked as it is written: it is closed, and convex but for
 //! rounding. The hull of its corners stands in for one that is not, which a warning tells with the element.
 //!
+//! Ground outdoors (terrain, earthworks, roads) is its faces, as far as the map of the ground outdoors reaches, 30 m around whatever is
+//! no terrain: one mesh in `world.sdf` that is seen and collides and is not convex, since hulls would fill valleys and pits; a solid of
+//! few exact convex pieces, as a road between its edges or earth in a pit, is these. MuJoCo, which knows no mesh but its hull, has
+//! plates of 2 cm behind the faces (`ground.xml`, to be included; bodies have the names of links): exact to a millimetre, also at an
+//! upright edge, where a field of heights is wrong by its whole height in a cell; a site of 60 x 60 m is 692 plates, and would be
+//! 1.4 million heights of 5 cm.
+//!
 //! World coordinates are map coordinates: a waypoint is where the robot stands in the world, and `robot_spawn` is the first.
 //! Every link is named by class and GlobalId, models carry the class as label for segmentation cameras, and `lookup.json`
 //! has the element, the accuracy of the pieces and the motion of each door. `scripts/check_world.py OUT` compares the rays
-//! of the world with the maps.
+//! of the world with the maps, those that fall with the heights of the maps (`elevation.png`).
 //!
 //! # Guarantees
 //!
-//! - Elements are those of the effective state. What is not sound as a collision shape and lies in a plane is replaced by a
+//! - Elements are those of the effective state. Ground outdoors is there as on its map: once it is built, and not while it is removed;
+//!   the shape of a site or road itself always. What of it lies outside of that map is told (`not_in_world`). What is not sound as a collision shape and lies in a plane is replaced by a
 //!   plate instead of a hull (`src/collision_meshes.rs`).
 //! - Where the maps assume floor there is a plate (`src/stand_ins.rs`): under rooms without a slab and the openings between
 //!   them, or under the cells that walls enclose. Rays in the world end where they end on the planning map:
@@ -41,6 +50,8 @@
 //! # Where
 //!
 //! - world: looks of elements: `src/visuals.rs`, `src/meshes.rs`
+//! - world: ground outdoors, which of it and how far: `src/ground_bodies.rs`
+//! - world: ground for MuJoCo: `src/ground_plates.rs`, `src/mjcf.rs`
 
 mod collision_meshes;
 mod door_links;
@@ -48,9 +59,13 @@ mod doors;
 mod element_pieces;
 mod findings;
 mod gltf;
+mod ground_bodies;
+mod ground_faces;
+mod ground_plates;
 mod joint_limits;
 mod lookup;
 mod meshes;
+mod mjcf;
 mod options;
 mod scene;
 mod sdf;
@@ -87,6 +102,7 @@ pub fn files(input: &ExportInput<'_>, options: &WorldOptions) -> WorldFiles {
         ExportFile::new("world/doors.urdf", urdf::doors(&scene)),
         ExportFile::new("world/site.glb", gltf::site(&scene)),
     ];
+    files.extend(mjcf::ground(&scene).map(|text| ExportFile::new("world/ground.xml", text)));
     let (names, materials) = material_file(&scene.materials);
     if !names.is_empty() {
         files.push(ExportFile::new("world/meshes/materials.mtl", materials));

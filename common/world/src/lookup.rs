@@ -3,6 +3,7 @@
 use crate::door_links::{JointKind, Link as Leaf};
 use crate::doors::WorldDoor;
 use crate::scene::{Model, Part, Scene, StaticLink};
+use crate::static_elements::Body;
 use convex::Made;
 use export::{rounded, text_or_null};
 use messages::Diagnostic;
@@ -29,7 +30,7 @@ pub struct Lookup {
     counts: Counts,
     /// Static models by name.
     models: BTreeMap<String, ModelEntry>,
-    /// Elements by GlobalId; a door that moves is a model of its own.
+    /// Elements, sites and roads with a shape of their own by GlobalId; a door that moves is a model of its own.
     elements: BTreeMap<String, Element>,
     /// Links that are no element: floors that maps assume, walls that close blocked spaces.
     stand_ins: Vec<StandIn>,
@@ -123,7 +124,8 @@ struct Element {
     link: Option<String>,
     /// Index of the map storey.
     storey: u32,
-    /// How many convex pieces of each kind it is: `exact`, `sheet`, `hull`, `decomposed`.
+    /// How many convex pieces of each kind it is: `exact`, `sheet`, `hull`, `decomposed`; ground outdoors is 1 `mesh` that is not
+    /// convex.
     pieces: BTreeMap<&'static str, usize>,
     /// Farthest that a piece's surface lies from that of its body.
     deviation_m: f64,
@@ -176,8 +178,8 @@ impl Lookup {
         let mut elements = BTreeMap::new();
         let mut stand_ins = Vec::new();
         for (model, link) in scene.models.iter().flat_map(|m| m.links.iter().map(move |l| (m, l))) {
-            match link.element {
-                Some(element) => drop(elements.insert(id(element), Element::of(scene, model, link, element))),
+            match link.body.global_id(site) {
+                Some(id) => drop(elements.insert(id.to_owned(), Element::of(scene, model, link))),
                 None => stand_ins.push(StandIn { model: model.name.clone(), link: link.name.clone() }),
             }
         }
@@ -225,31 +227,34 @@ impl Finding {
 }
 
 impl Element {
-    fn of(scene: &Scene<'_>, model: &Model, link: &StaticLink, element: u32) -> Self {
+    fn of(scene: &Scene<'_>, model: &Model, link: &StaticLink) -> Self {
         let mut pieces = BTreeMap::new();
         for piece in &link.pieces {
             *pieces.entry(made_word(piece.made)).or_insert(0) += 1;
+        }
+        if link.plates.is_some() {
+            pieces.insert("mesh", link.collisions.len());
         }
         let worst = link.pieces.iter().map(|p| p.deviation_m).fold(0.0, f64::max);
         Self {
             link: Some(link.name.clone()),
             pieces,
             deviation_m: rounded(worst),
-            ..Self::plain(scene, element, model.name.clone(), model.storey)
+            ..Self::plain(scene, link.body, model.name.clone(), model.storey)
         }
     }
 
     fn of_door(scene: &Scene<'_>, door: &WorldDoor) -> Self {
-        Self::plain(scene, door.element, door.name.clone(), door.storey)
+        Self::plain(scene, Body::Element(door.element), door.name.clone(), door.storey)
     }
 
-    fn plain(scene: &Scene<'_>, element: u32, model: String, storey: u32) -> Self {
+    fn plain(scene: &Scene<'_>, body: Body, model: String, storey: u32) -> Self {
         let site = scene.input.site;
-        let record = &site.elements[element as usize];
+        let [_, name, ifc_type] = body.texts(site).unwrap_or_default();
         Self {
-            r#type: site.text(record.ifc_type).to_owned(),
-            name: text_or_null(site.text(record.name)),
-            class: record.class().name(),
+            r#type: site.text(ifc_type).to_owned(),
+            name: text_or_null(site.text(name)),
+            class: body.class(site).name(),
             model,
             link: None,
             storey,
@@ -298,8 +303,8 @@ impl Counts {
         let links: Vec<&StaticLink> = scene.models.iter().flat_map(|m| &m.links).collect();
         let pieces = || links.iter().flat_map(|l| &l.pieces);
         let made = |made: Made| pieces().filter(|p| p.made == made).count();
-        let worst = links.iter().flat_map(|l| l.pieces.iter().map(move |p| (p.deviation_m, l.element)));
-        let worst = worst.fold((0.0, None), |a, b| if b.0 > a.0 { b } else { a });
+        let worst = links.iter().flat_map(|l| l.pieces.iter().map(move |p| (p.deviation_m, l.body)));
+        let worst = worst.fold((0.0, Body::StandIn), |a, b| if b.0 > a.0 { b } else { a });
         let site = scene.input.site;
         let leaves = || scene.doors.iter().flat_map(|d| &d.links);
         let leaf_triangles: usize = leaves().map(|l| 12 * l.boards.len()).sum();
@@ -317,7 +322,7 @@ impl Counts {
             hulls: made(Made::Hull),
             decomposed: made(Made::Decomposed),
             worst_deviation_m: rounded(worst.0),
-            worst_element: worst.1.map(|e| site.text(site.elements[e as usize].global_id).to_owned()),
+            worst_element: worst.1.global_id(site).map(str::to_owned),
             moving_joints: leaves().filter(|l| l.kind != JointKind::Fixed).count(),
             meshes: scene.store.meshes.len(),
             triangles_in_files: scene.store.meshes.iter().map(|m| m.n_triangles()).sum(),

@@ -3,12 +3,14 @@
 use crate::collision_meshes::{CollisionMesh, Replacement};
 use crate::doors::{self, WorldDoor, is_door, is_hung};
 use crate::findings;
+use crate::ground_bodies::ground_bodies;
+use crate::ground_faces::GroundFaces;
 use crate::meshes::{MeshStore, PlacedMesh, Solid};
 use crate::options::{DoorMode, WorldOptions};
 use crate::stand_ins;
-use crate::static_elements::{self, StaticElement};
+use crate::static_elements::{self, Body, StaticElement};
 use crate::visuals::{self, Rgba, class_colour};
-use convex::{ConvexBox, LATTICE_PER_M, Made, Piece, Shape};
+use convex::{ConvexBox, Hull, LATTICE_PER_M, Made, Piece, Shape};
 use export::{ExportInput, rounded};
 use grid::Class;
 use messages::Diagnostic;
@@ -44,15 +46,17 @@ pub(crate) struct Model {
     pub(crate) links: Vec<StaticLink>,
 }
 
-/// The link of an element or a stand-in.
+/// The link of an element, terrain or a stand-in.
 pub(crate) struct StaticLink {
-    pub(crate) element: Option<u32>,
+    pub(crate) body: Body,
     pub(crate) name: String,
     pub(crate) visuals: Vec<(Part, Rgba)>,
     /// The element's own meshes, for viewers.
     pub(crate) shown: Vec<(PlacedMesh, Rgba)>,
     pub(crate) collisions: Vec<Part>,
     pub(crate) pieces: Vec<PieceInfo>,
+    /// Convex plates under the faces of ground, which collides as one mesh that is not convex; `None` for all else.
+    pub(crate) plates: Option<Vec<Hull>>,
 }
 
 /// Accuracy of a piece, for `lookup.json`.
@@ -84,6 +88,8 @@ impl<'a> Scene<'a> {
         let mut barriers = if options.barriers { stand_ins::barriers(input) } else { Vec::new() };
         let is_movable = |element: u32| is_door(input, element);
         let mut statics = static_elements::statics(input, options, is_movable);
+        statics.extend(ground_bodies(input, options));
+        statics.sort_by_key(|part| part.body);
         statics.extend(stand_ins::assumed_floors(input));
         let barred: BTreeSet<u32> = barriers.iter().filter_map(|(door, _)| *door).collect();
         statics.extend(barriers.drain(..).map(|(_, wall)| wall));
@@ -127,14 +133,32 @@ impl<'a> Scene<'a> {
         self.models = groups.into_iter().map(model).collect();
     }
 
+    /// The link of ground: one mesh that is seen and collides, whose faces are those of the body.
+    fn ground_link(&mut self, body: Body, name: String, ground: &GroundFaces, pieces: Vec<Piece>) -> StaticLink {
+        let looks = visuals::coloured_ground(self.options, ground);
+        let shown = looks.iter().map(|l| (self.shown.place(l.solid.clone()), l.colour)).collect();
+        let visuals = looks.into_iter().map(|l| (Part::Mesh(self.place(l.solid, Some(l.colour))), l.colour)).collect();
+        let solid = visuals::exact(ground.faces());
+        let is_there = !solid.faces.is_empty();
+        let collisions = if is_there { vec![Part::Mesh(self.place(solid, None))] } else { Vec::new() };
+        let plates = Some(pieces.into_iter().map(|p| p.shape.hull()).collect());
+        self.diagnostics.extend((!is_there).then(|| findings::of_far_ground(self.input, body)));
+        StaticLink { body, name, visuals, shown, collisions, pieces: Vec::new(), plates }
+    }
+
     fn link(&mut self, part: StaticElement) -> StaticLink {
-        let StaticElement { element, link, class, pieces, .. } = part;
+        let StaticElement { body, link, class, pieces, ground, .. } = part;
+        if let Some(ground) = ground {
+            return self.ground_link(body, link, &ground, pieces);
+        }
         let info = |p: &Piece| PieceInfo { made: p.made, is_box: p.shape.is_box(), deviation_m: p.deviation_m };
         let mut infos: Vec<PieceInfo> = pieces.iter().map(info).collect();
         let are_boxes = infos.iter().all(|f| f.is_box && f.made == Made::Exact) && infos.len() <= BOXES_SHOWN_MAX;
-        let coloured_meshes = match element {
-            Some(k) => visuals::coloured_meshes(self.input, self.options, &self.input.site.elements[k as usize]),
-            None => Vec::new(),
+        let coloured_meshes = match body {
+            Body::Element(k) => {
+                visuals::coloured_meshes(self.input, self.options, &self.input.site.elements[k as usize])
+            }
+            Body::Terrain(_) | Body::StandIn => Vec::new(),
         };
         let shown = coloured_meshes.iter().map(|l| (self.shown.place(l.solid.clone()), l.colour)).collect();
         let looks_like_mesh = !coloured_meshes.is_empty();
@@ -152,8 +176,8 @@ impl<'a> Scene<'a> {
         if !looks_like_mesh {
             visuals = collisions.iter().map(|part| (*part, class_colour(class))).collect();
         }
-        self.diagnostics.extend(findings::of_link(self.input, element, &link, pieces.len(), &replaced));
-        StaticLink { element, name: link, visuals, shown, collisions, pieces: infos }
+        self.diagnostics.extend(findings::of_link(self.input, body, &link, pieces.len(), &replaced));
+        StaticLink { body, name: link, visuals, shown, collisions, pieces: infos, plates: None }
     }
 
     /// The shape of a piece that collides; what stands in for it is counted.

@@ -1,25 +1,63 @@
 //! Static elements of the world at a plan time, as convex pieces.
 
 use crate::element_pieces::pieces_of;
+use crate::ground_faces::GroundFaces;
 use crate::options::WorldOptions;
 use convex::{ConvexBox, Made, Piece, Shape};
 use export::ExportInput;
 use frames::metres;
 use geometry::Ring;
 use grid::Class;
-use messages::{ElementRecord, NONE};
+use messages::{ElementRecord, NONE, Site, Text};
 
-/// A standing element, or a stand-in for something that the model lacks.
+/// What a static part of the world is in the site, in its order.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Body {
+    /// This element.
+    Element(u32),
+    /// This terrain: the shape of a site or road itself.
+    Terrain(u32),
+    /// Nothing: a barrier or assumed floor.
+    StandIn,
+}
+
+impl Body {
+    /// GlobalId, name and entity name; `None` for what is not in the site.
+    pub(crate) fn texts(self, site: &Site<'_>) -> Option<[Text; 3]> {
+        match self {
+            Self::Element(k) => site.elements.get(k as usize).map(|e| [e.global_id, e.name, e.ifc_type]),
+            Self::Terrain(k) => site.terrains.get(k as usize).map(|t| [t.global_id, t.name, t.ifc_type]),
+            Self::StandIn => None,
+        }
+    }
+
+    /// Its class: other for what is no element.
+    pub(crate) fn class(self, site: &Site<'_>) -> Class {
+        match self {
+            Self::Element(k) => site.elements[k as usize].class(),
+            Self::Terrain(_) | Self::StandIn => Class::Other,
+        }
+    }
+
+    /// GlobalId; `None` for what is not in the site.
+    pub(crate) fn global_id<'a>(self, site: &Site<'a>) -> Option<&'a str> {
+        self.texts(site).map(|[global_id, ..]| site.text(global_id))
+    }
+}
+
+/// A standing element, terrain, or a stand-in for something that the model lacks.
 #[derive(Debug)]
 pub(crate) struct StaticElement {
-    /// The element; `None` for barriers and assumed floors.
-    pub(crate) element: Option<u32>,
+    pub(crate) body: Body,
     /// Its name in the world.
     pub(crate) link: String,
     pub(crate) class: Class,
     /// Map storey that it is shown with.
     pub(crate) storey: u32,
+    /// Convex pieces; of ground plates under its faces.
     pub(crate) pieces: Vec<Piece>,
+    /// The faces of ground, which are in the place of the pieces where an engine takes them as they are.
+    pub(crate) ground: Option<GroundFaces>,
 }
 
 impl StaticElement {
@@ -34,7 +72,8 @@ impl StaticElement {
     ) -> Self {
         let axes = [[axis[0], axis[1], 0.0], [-axis[1], axis[0], 0.0], [0.0, 0.0, 1.0]];
         let shape = Shape::Box(ConvexBox { centre_m, axes, size_m });
-        Self { element: None, link, class, storey, pieces: vec![Piece { shape, made: Made::Exact, deviation_m: 0.0 }] }
+        let pieces = vec![Piece { shape, made: Made::Exact, deviation_m: 0.0 }];
+        Self { body: Body::StandIn, link, class, storey, pieces, ground: None }
     }
 
     /// A level slab that is no element: convex plans below a height.
@@ -51,7 +90,8 @@ impl StaticElement {
             made: Made::Exact,
             deviation_m: 0.0,
         };
-        Self { element: None, link, class, storey, pieces: plans.into_iter().map(made).collect() }
+        let pieces = plans.into_iter().map(made).collect();
+        Self { body: Body::StandIn, link, class, storey, pieces, ground: None }
     }
 }
 
@@ -61,24 +101,32 @@ pub(crate) fn stands(input: &ExportInput<'_>, element: u32) -> bool {
     record.n_parts > 0 && input.schedule_state.effective(element as usize).is_obstacle()
 }
 
-/// All standing elements except those for which `moves` is true, in the order of the site.
+/// True if the element is ground outdoors, whose faces the world has as they are.
+pub(crate) fn is_outdoors(input: &ExportInput<'_>, element: u32) -> bool {
+    let record = &input.site.elements[element as usize];
+    record.n_parts > 0 && record.ground.get().is_outdoors()
+}
+
+/// All standing elements but ground outdoors and those for which `moves` is true, in the order of the site.
 pub(crate) fn statics(
     input: &ExportInput<'_>,
     options: &WorldOptions,
     moves: impl Fn(u32) -> bool,
 ) -> Vec<StaticElement> {
     let site = input.site;
-    let elements: Vec<u32> = (0..site.elements.len() as u32).filter(|e| stands(input, *e) && !moves(*e)).collect();
+    let is_static = |e: &u32| stands(input, *e) && !moves(*e) && !is_outdoors(input, *e);
+    let elements: Vec<u32> = (0..site.elements.len() as u32).filter(is_static).collect();
     let bodies = elements.iter().map(|e| site.element_meshes(&site.elements[*e as usize]).collect());
     let pieces = pieces_of(bodies, &options.piece_options());
     let of = |(element, pieces): (&u32, Vec<Piece>)| {
         let record = &site.elements[*element as usize];
         StaticElement {
-            element: Some(*element),
+            body: Body::Element(*element),
             link: link_name(input, record),
             class: record.class(),
             storey: storey_of(input, record),
             pieces,
+            ground: None,
         }
     };
     elements.iter().zip(pieces).map(of).collect()

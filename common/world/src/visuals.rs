@@ -1,12 +1,13 @@
 //! Visual meshes and colours of elements.
 
+use crate::ground_faces::GroundFaces;
 use crate::meshes::{Solid, UNITS_PER_M};
 use crate::options::{Materials, WorldOptions};
 use export::ExportInput;
 use frames::TENTHS_PER_M;
 use geometry::MeshView;
 use grid::Class;
-use messages::{ElementRecord, element_flags};
+use messages::{ElementRecord, GroundClass, element_flags};
 use std::collections::BTreeMap;
 
 /// Red, green, blue, opacity.
@@ -47,28 +48,48 @@ pub(crate) fn coloured_meshes(
     if record.has(element_flags::GLASS) {
         own[3] = GLASS;
     }
-    let parts = input.site.element_parts(record).iter().zip(input.site.element_meshes(record));
-    let mut by_colour: BTreeMap<Rgba, Vec<MeshView<'_>>> = BTreeMap::new();
-    for (part, mesh) in parts {
-        let given = (options.materials == Materials::Model && part.colour != 0).then(|| part.colour.to_be_bytes());
-        by_colour.entry(given.unwrap_or(own)).or_default().push(mesh);
+    let parts = input.site.element_parts(record).iter().map(|part| part.colour);
+    coloured(own, options, parts.zip(input.site.element_meshes(record).map(MeshView::corners)))
+}
+
+/// The meshes of ground outdoors: earth or asphalt, or one per colour of the model.
+pub(crate) fn coloured_ground(options: &WorldOptions, ground: &GroundFaces) -> Vec<ColouredMesh> {
+    let own = if ground.class == GroundClass::Road { [85, 85, 90, 255] } else { [150, 130, 95, 255] };
+    coloured(own, options, ground.parts.iter().map(|(colour, faces)| (*colour, faces.iter().copied())))
+}
+
+/// All triangles as they are.
+pub(crate) fn exact(triangles: impl Iterator<Item = [[i32; 3]; 3]>) -> Solid {
+    simplified(triangles, 0.0)
+}
+
+/// One mesh per colour of parts, which have it as a number, 0 for none.
+fn coloured<T: Iterator<Item = [[i32; 3]; 3]>>(
+    own: Rgba,
+    options: &WorldOptions,
+    parts: impl Iterator<Item = (u32, T)>,
+) -> Vec<ColouredMesh> {
+    let mut by_colour: BTreeMap<Rgba, Vec<T>> = BTreeMap::new();
+    for (colour, triangles) in parts {
+        let given = (options.materials == Materials::Model && colour != 0).then(|| colour.to_be_bytes());
+        by_colour.entry(given.unwrap_or(own)).or_default().push(triangles);
     }
-    let look = |(colour, meshes): (Rgba, Vec<MeshView<'_>>)| {
-        let solid = simplified(meshes, options.lod_m);
+    let look = |(colour, parts): (Rgba, Vec<T>)| {
+        let solid = simplified(parts.into_iter().flatten(), options.lod_m);
         (!solid.faces.is_empty()).then_some(ColouredMesh { solid, colour })
     };
     by_colour.into_iter().filter_map(look).collect()
 }
 
-/// The triangles of meshes, each corner once. With a tolerance, corners in one cell of a lattice become one, the first of them:
+/// Triangles as a mesh, each corner once. With a tolerance, corners in one cell of a lattice become one, the first of them:
 /// none is moved farther than the tolerance, and triangles that lose a corner go.
-fn simplified(meshes: Vec<MeshView<'_>>, tolerance_m: f64) -> Solid {
+fn simplified(triangles: impl Iterator<Item = [[i32; 3]; 3]>, tolerance_m: f64) -> Solid {
     let cell = tolerance_m * f64::from(TENTHS_PER_M) / libm::sqrt(3.0);
     let key = |p: [i32; 3]| if cell > 0.0 { p.map(|c| (f64::from(c) / cell).floor() as i64) } else { p.map(i64::from) };
     let scale = UNITS_PER_M as i64 / i64::from(TENTHS_PER_M);
     let mut known: BTreeMap<[i64; 3], u32> = BTreeMap::new();
     let mut solid = Solid { vertices: Vec::new(), faces: Vec::new() };
-    for corners in meshes.into_iter().flat_map(MeshView::corners) {
+    for corners in triangles {
         let face = corners.map(|p| {
             *known.entry(key(p)).or_insert_with(|| {
                 solid.vertices.push(p.map(|c| i64::from(c) * scale));
@@ -92,8 +113,8 @@ mod tests {
             (0..200).flat_map(|k| [[k * 10, 0, 0], [k * 10 + 10, 0, 0], [k * 10, 10, 0]]).collect();
         let triangles: Vec<[u32; 3]> = (0..200).map(|k| [3 * k, 3 * k + 1, 3 * k + 2]).collect();
         let mesh = MeshView { vertices: &vertices, triangles: &triangles, closed: false };
-        assert_eq!(simplified(vec![mesh], 0.0).faces.len(), 200);
-        let coarse = simplified(vec![mesh], 0.02);
+        assert_eq!(simplified(mesh.corners(), 0.0).faces.len(), 200);
+        let coarse = simplified(mesh.corners(), 0.02);
         assert!(coarse.faces.len() < 40, "{}", coarse.faces.len());
     }
 }

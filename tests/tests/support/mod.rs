@@ -30,6 +30,15 @@ pub(crate) fn demo_model() -> PathBuf {
     root().join("config/demo/demo.ifc")
 }
 
+/// Writes a site on terrain, 60 x 60 m unless `more` says another size, and gives its path and what the script prints.
+pub(crate) fn terrain_site(folder: &Path, more: &[&str]) -> (PathBuf, Vec<u8>) {
+    let model = folder.join("site.ifc");
+    let mut script = Command::new(root().join("scripts/build_terrain_site"));
+    let output = script.args(["--size", "60", "60"]).args(more).arg(&model).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    (model, output.stdout)
+}
+
 /// Prints a line that the test harness does not capture: a test that was skipped passes, and must still be seen.
 pub(crate) fn announce(line: &str) {
     std::io::stderr().write_all(format!("\n** {line}\n").as_bytes()).unwrap();

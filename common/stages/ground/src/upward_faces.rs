@@ -13,16 +13,13 @@ const LEVEL_RAD: f64 = 0.05;
 /// Slopes are computed from vertices that were rounded to tenths of a millimetre.
 const SLOPE_TOLERANCE_RAD: f64 = 1e-3;
 
-/// An open surface of which so much looks down is the skin of a solid; of one with less those faces are turned over.
-const SKIN_SHARE: f64 = 0.1;
-
 /// The faces of a mesh that carry somebody by its class, counter-clockwise from above, with their slopes.
 pub fn upward_faces(mesh: MeshView<'_>, class: GroundClass) -> Vec<([[i32; 3]; 3], f32)> {
     let max_slope_rad = match class {
         GroundClass::StairTread | GroundClass::ScaffoldDeck => LEVEL_RAD,
         _ => MAX_SLOPE_RAD,
     };
-    let is_sheet = class.is_outdoors() && !mesh.closed && !is_skin(mesh);
+    let is_sheet = class.is_outdoors() && mesh.is_sheet();
     let faces: Vec<Triangle> = if is_sheet {
         mesh.corners().map(turned_up).collect()
     } else {
@@ -45,15 +42,6 @@ pub(crate) fn undersides(mesh: MeshView<'_>) -> Vec<Triangle> {
 
 fn turned_up([a, b, c]: Triangle) -> Triangle {
     if double_area(&[a, b, c]) < 0 { [a, c, b] } else { [a, b, c] }
-}
-
-fn is_skin(mesh: MeshView<'_>) -> bool {
-    let (mut up, mut down) = (0.0, 0.0);
-    for t in mesh.corners() {
-        let area = double_area(&t) as f64;
-        if area > 0.0 { up += area } else { down -= area }
-    }
-    f64::min(up, down) > SKIN_SHARE * f64::max(up, down)
 }
 
 fn slope_rad(t: &Triangle) -> Option<f32> {
