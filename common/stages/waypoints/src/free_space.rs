@@ -50,7 +50,7 @@ pub(crate) fn is_planned(head: &GridHead) -> bool {
 impl FreeSpace {
     pub(crate) fn of(grid: &Grid<'_>, radius_m: f64) -> Self {
         let spec = grid.spec();
-        let is_planned = is_planned(&grid.head);
+        let is_planned = is_planned(grid.head);
         let not_free: Vec<bool> = grid.planning.iter().map(|&p| p != 0 || !is_planned).collect();
         let squared = sparse_distances(&not_free, spec.width as usize);
         drop(not_free);

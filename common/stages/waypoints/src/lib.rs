@@ -68,6 +68,7 @@
 //!
 //! # Where
 //!
+//! - ground outdoors: where the robot comes onto it: `src/ground_crossings.rs`, `src/outdoor_ends.rs`
 //! - reachability, over storeys too: `src/reachability.rs`, `src/portals.rs`, `src/steps.rs`
 //! - scans: coverage curve, budgets: `src/scan_growth.rs`, `src/scan_budget.rs`
 //! - scans: target faces, what a scan sees: `src/target_face.rs`, `src/visible_faces.rs`, `src/mesh_visibility.rs`

@@ -70,7 +70,7 @@ pub(crate) fn place_blocked(site: &Site<'_>, grid: &Grid<'_>, free_space: &FreeS
     let p = Point2::<Map>::new(start.x_m, start.y_m);
     let why = match free_space.spec.cell_at(p).map(|cell| free_space.spec.index(cell)) {
         None => "it lies outside of the map",
-        Some(_) if !is_planned(&grid.head) => "no ways are planned over this map, it has too many cells",
+        Some(_) if !is_planned(grid.head) => "no ways are planned over this map, it has too many cells",
         Some(cell) if grid.floor[cell] == 0 => "there is no floor",
         Some(cell) if grid.planning[cell] != 0 => "an obstacle stands there, or the space is blocked",
         Some(cell) if grid.is_keepout(cell) => "it is keep-out",
