@@ -6,7 +6,8 @@
 //! it is in the world stays as it is. Each body is moved by its own distance, so that openings and hosts may have frames that
 //! are turned against each other. Moved are the products alone, not the placements that others are relative to.
 //!
-//! A body of which an entity is not known here stays where it is, and so do those that share its items.
+//! A body of which an entity is not known here stays where it is, and so do those that share its items. The kernel has one origin for
+//! the whole file, near most of its first products; what is far from that is not cut either. Both are seen where doors are judged.
 
 use rustc_hash::{FxHashMap, FxHashSet};
 use std::borrow::Cow;
@@ -833,6 +834,31 @@ mod tests {
                 check(&model, extent([WALL[0], [1.0, 0.5, 2.4]], NATIONAL), form);
             }
         }
+    }
+
+    #[test]
+    fn a_body_in_millimetres_is_cut() {
+        let scaled = |corners: [[f64; 3]; 2]| corners.map(|corner| corner.map(|x| x * 1e3));
+        let by = NATIONAL.map(|x| x * 1e3 + 0.125);
+        for form in FORMS {
+            let items = item(form, 200, scaled(WALL), by) + &item(form, 300, scaled(OPENING), by);
+            let text =
+                building(&items, ["#103", "#103"]).replace(".LENGTHUNIT.,$,.METRE.", ".LENGTHUNIT.,.MILLI.,.METRE.");
+            let (model, _) = read(&text).unwrap();
+            check(&model, extent(WALL, by.map(|x| x / 1e3)), form);
+        }
+    }
+
+    #[test]
+    fn a_wall_far_away_that_its_opening_only_touches_is_cut_where_its_door_stands() {
+        let beside = OPENING.map(|[x, y, z]| [x, y + 1.3, z]);
+        let items = item("faces", 200, WALL, NATIONAL) + &item("faces", 300, beside, NATIONAL);
+        let door = "#30=IFCDOOR('xdoor',$,'D',$,$,#103,#31,$,2.,0.6,$,$,$);#31=IFCPRODUCTDEFINITIONSHAPE($,$,(#32));
+            #32=IFCSHAPEREPRESENTATION(#101,'Body','SolidModel',(#400));#33=IFCRELFILLSELEMENT('f',$,$,$,#10,#30);";
+        let leaf = item("faces", 400, [[-0.3, 0.2, 0.0], [0.3, 0.4, 2.0]], NATIONAL);
+        let (model, diagnostics) = read(&building(&(items + door + &leaf), ["#103", "#103"])).unwrap();
+        assert_eq!(diagnostics[0].code.name(), "opening_beside_wall", "{diagnostics:?}");
+        check(&model, extent(WALL, NATIONAL), "beside");
     }
 
     #[test]
