@@ -1,16 +1,19 @@
-//! Bodies that are cut and lie far from the origin of their product's frame, as with coordinates of a national grid in their points:
-//! the kernel is shown them near it.
+//! Bodies far from the origin of their product's frame, as with coordinates of a national grid in their points: the kernel is shown
+//! them near it.
 //!
-//! Cuts of the kernel are lost where coordinates of a body are large; large placements lose nothing. Therefore all that
+//! Where coordinates of a body are large the kernel does not cut it, and rounds swept solids to a quarter of a metre; large
+//! placements lose nothing. Therefore all that
 //! places the body in the product's frame is moved by whole units, and the product's placement by the same the other way: where
 //! it is in the world stays as it is. Each body is moved by its own distance, so that openings and hosts may have frames that
 //! are turned against each other. Moved are the products alone, not the placements that others are relative to.
 //!
-//! A body of which an entity is not known here stays where it is, and so do those that share its items. The kernel has one origin for
-//! the whole file, near most of its first products; what is far from that is not cut either. Both are seen where doors are judged.
+//! A body of which an entity is not known here stays where it is, and so do those that share its items. The kernel has one origin
+//! for the whole file, near most of its first products; what is far from that may not be cut either. A door is judged by what
+//! is left of its wall, so that it is closed then.
 
 use rustc_hash::{FxHashMap, FxHashSet};
 use std::borrow::Cow;
+use std::cell::RefCell;
 
 use crate::affine::axes;
 use crate::boolean_chain::is_boolean;
@@ -23,6 +26,19 @@ use nalgebra::Vector3;
 
 /// A body this far from the origin of its frame is moved, in metres: the kernel's own bound for large coordinates.
 const FAR_M: f64 = 1_000.0;
+
+/// Items that the kernel meshes exactly wherever they are, as long as nothing cuts them.
+const EXACT: [&str; 9] = [
+    "IFCTRIANGULATEDFACESET",
+    "IFCTRIANGULATEDIRREGULARNETWORK",
+    "IFCPOLYGONALFACESET",
+    "IFCFACETEDBREP",
+    "IFCFACETEDBREPWITHVOIDS",
+    "IFCADVANCEDBREP",
+    "IFCADVANCEDBREPWITHVOIDS",
+    "IFCSHELLBASEDSURFACEMODEL",
+    "IFCFACEBASEDSURFACEMODEL",
+];
 
 /// Deepest nesting of the records of an item.
 const DEPTH_MAX: usize = 300;
@@ -185,20 +201,20 @@ impl Placed {
 }
 
 impl<'p, 'a> FarBodies<'p, 'a> {
-    /// Finds the bodies that are cut, by openings or in booleans, and are far; and openings that are.
+    /// Finds the bodies that are far and that the kernel would cut or mesh wrongly there, openings included.
     pub(crate) fn of(file: &File<'a>, products: &'p [ProductBody<'p, 'a>], unit_m: f64) -> Self {
-        let records = Records { file, replaced: FxHashMap::default(), unit_m };
+        let records = Records::new(file, FxHashMap::default(), unit_m);
         let parts = parts_of_cut(file, products);
-        let is_cut = |product: &ProductBody<'_, '_>| {
-            let is_whole_cut = product.cuts || !product.openings.is_empty() || parts.contains(&product.record.id);
-            is_whole_cut || product.body.items.iter().any(|item| is_cut_item(file, *item))
+        let is_lost = |product: &ProductBody<'_, '_>| {
+            let is_cut = product.cuts || !product.openings.is_empty() || parts.contains(&product.record.id);
+            is_cut || !product.body.items.iter().all(|item| has_keyword(file, *item, &EXACT))
         };
         let middle_of = |product: &ProductBody<'_, '_>| {
             let starts = product.body.items.iter().filter_map(|item| records.start(*item, &mut steps()));
             starts.into_iter().find(|start| records.is_far(start)).map(|start| start.map(f64::round))
         };
         let far: Vec<(usize, Vector3<f64>)> = (products.iter().enumerate())
-            .filter(|(_, product)| is_cut(product))
+            .filter(|(_, product)| is_lost(product))
             .filter_map(|(k, product)| Some((k, middle_of(product)?)))
             .collect();
         if far.is_empty() {
@@ -237,7 +253,7 @@ impl<'p, 'a> FarBodies<'p, 'a> {
         if self.groups.is_empty() {
             return Cow::Borrowed(patch);
         }
-        let records = Records { file, replaced: patch.by_id(), unit_m: self.unit_m };
+        let records = Records::new(file, patch.by_id(), self.unit_m);
         let mut copies = Copies {
             records: &records,
             patch: patch.clone(),
@@ -309,18 +325,17 @@ fn parts_of_cut(file: &File<'_>, products: &[ProductBody<'_, '_>]) -> FxHashSet<
     found
 }
 
-/// True for a boolean, or a solid that is a tree of them.
-fn is_cut_item(file: &File<'_>, item: u32) -> bool {
+/// True for an item of one of these entities.
+fn has_keyword(file: &File<'_>, item: u32, keywords: &[&str]) -> bool {
     let keyword = file.bytes_of(item).map_or("", |(keyword, _)| keyword);
-    ["IFCBOOLEANRESULT", "IFCBOOLEANCLIPPINGRESULT", "IFCCSGSOLID"].iter().any(|cut| keyword.eq_ignore_ascii_case(cut))
+    keywords.iter().any(|known| keyword.eq_ignore_ascii_case(known))
 }
 
 /// Collects the items that an item is made of.
 fn inner_items(file: &File<'_>, item: u32, depth: usize, found: &mut FxHashSet<u32>) {
-    let keyword = file.bytes_of(item).map_or("", |(keyword, _)| keyword);
-    let parts: Vec<u32> = if keyword.eq_ignore_ascii_case("IFCMAPPEDITEM") {
+    let parts: Vec<u32> = if has_keyword(file, item, &["IFCMAPPEDITEM"]) {
         mapped_items(file, item).collect()
-    } else if is_cut_item(file, item) {
+    } else if has_keyword(file, item, &["IFCBOOLEANRESULT", "IFCBOOLEANCLIPPINGRESULT", "IFCCSGSOLID"]) {
         let record = file.record(item);
         let operands = |record: &Record<'_>| if is_boolean(record) { [1, 2] } else { [0, 0] };
         record.iter().flat_map(|r| operands(r).into_iter().filter_map(|at| r.at(at).reference())).collect()
@@ -339,6 +354,14 @@ struct Records<'f, 'a> {
     file: &'f File<'a>,
     replaced: FxHashMap<u32, &'f str>,
     unit_m: f64,
+    /// Places of items that are mapped, which may be large and are used many times.
+    mapped_starts: RefCell<FxHashMap<u32, Option<Vector3<f64>>>>,
+}
+
+impl<'f, 'a> Records<'f, 'a> {
+    fn new(file: &'f File<'a>, replaced: FxHashMap<u32, &'f str>, unit_m: f64) -> Self {
+        Self { file, replaced, unit_m, mapped_starts: RefCell::default() }
+    }
 }
 
 impl Records<'_, '_> {
@@ -398,13 +421,25 @@ impl Records<'_, '_> {
         Some(axes(&axis2_placement(self.file, &self.file.record(position)?, 1.0)?))
     }
 
+    /// The place of an item that is mapped.
+    fn mapped_start(&self, item: u32, left: &mut usize) -> Option<Vector3<f64>> {
+        let known = self.mapped_starts.borrow().get(&item).copied();
+        known.unwrap_or_else(|| {
+            let start = self.start(item, left);
+            if *left > 0 {
+                self.mapped_starts.borrow_mut().insert(item, start);
+            }
+            start
+        })
+    }
+
     /// What of a mapped item is far in the frame of what is mapped.
     fn mapped(&self, source: u32, target: u32, left: &mut usize) -> Option<FarSource> {
         let (_, map) = self.get(source)?;
         let representation = reference(map.get(1)?)?;
         let (_, shape) = self.get(representation)?;
         let items: Vec<u32> = references_in(shape.get(3)?).collect();
-        let start = items.iter().find_map(|item| self.start(*item, left)).filter(|start| self.is_far(start));
+        let start = items.iter().find_map(|item| self.mapped_start(*item, left)).filter(|start| self.is_far(start));
         let Some(inside) = start.map(|start| start.map(f64::round)) else {
             return Some(FarSource { items, inside: Vector3::zeros(), image: Vector3::zeros() });
         };
@@ -862,10 +897,42 @@ mod tests {
     }
 
     #[test]
+    fn a_body_that_nothing_cuts_has_its_shape_far_away_too() {
+        for form in FORMS {
+            let text = file(&format!(
+                "{BASICS}#1=IFCWALL('wall',$,'',$,$,#103,#2,$,$);#2=IFCPRODUCTDEFINITIONSHAPE($,$,(#3));
+                 #3=IFCSHAPEREPRESENTATION(#101,'Body','SolidModel',(#200));{}",
+                item(form, 200, WALL, NATIONAL)
+            ));
+            let (model, _) = read(&text).unwrap();
+            let parts = &model.elements[0].geometry.parts;
+            let (found, expected) = (bounding_boxes::of_parts(parts).unwrap(), extent(WALL, NATIONAL));
+            let off = (found.low - expected.low).amax().max((found.high - expected.high).amax());
+            assert!(off < 1e-4, "{form}: {found:?} instead of {expected:?}");
+            let volume: f32 = parts.iter().map(volume_m3).sum();
+            assert!((volume - 6.0).abs() < 1e-3, "{form}: {volume}");
+        }
+    }
+
+    #[test]
+    fn a_styled_body_keeps_its_colour() {
+        let styled = "#50=IFCSTYLEDITEM(#200,(#51),$);#51=IFCSURFACESTYLE($,.BOTH.,(#52));
+            #52=IFCSURFACESTYLESHADING(#53,0.);#53=IFCCOLOURRGB($,1.,0.,0.);";
+        for form in FORMS {
+            let items = item(form, 200, WALL, NATIONAL) + &item(form, 300, OPENING, NATIONAL) + styled;
+            let (model, _) = read(&building(&items, ["#103", "#103"])).unwrap();
+            check(&model, extent(WALL, NATIONAL), form);
+            let colours: Vec<_> = model.elements[0].geometry.parts.iter().map(|part| part.colour).collect();
+            assert_eq!(colours, [Some([255, 0, 0, 255])], "{form}");
+        }
+    }
+
+    #[test]
     fn a_part_of_a_wall_is_cut_by_the_openings_of_the_whole() {
         let items = item("faces", 200, WALL, NATIONAL) + &item("outline", 300, OPENING, NATIONAL);
-        let text = building(&items, ["#103", "#103"])
-            .replace("#103,#2,$,$);", "#103,$,$,$);#30=IFCBUILDINGELEMENTPART('a part',$,'',$,$,#103,#2,$,$);#31=IFCRELAGGREGATES('a',$,$,$,#1,(#30));");
+        let whole = "#103,$,$,$);#30=IFCBUILDINGELEMENTPART('a part',$,'',$,$,#103,#2,$,$);
+            #31=IFCRELAGGREGATES('a',$,$,$,#1,(#30));";
+        let text = building(&items, ["#103", "#103"]).replace("#103,#2,$,$);", whole);
         let (model, _) = read(&text).unwrap();
         check(&model, extent(WALL, NATIONAL), "part");
     }
@@ -883,7 +950,7 @@ mod tests {
             let text = building(&(wall.clone() + body + &item("faces", 300, OPENING, NATIONAL)), ["#103", "#103"]);
             let mut near = Vec::new();
             with_file(&text, |file| {
-                let records = Records { file, replaced: FxHashMap::default(), unit_m: 1.0 };
+                let records = Records::new(file, FxHashMap::default(), 1.0);
                 near.push(records.start(200, &mut steps()));
                 near.push(records.start(300, &mut steps()));
             });
