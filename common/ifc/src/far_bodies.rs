@@ -253,7 +253,12 @@ impl<'p, 'a> FarBodies<'p, 'a> {
         if self.groups.is_empty() {
             return Cow::Borrowed(patch);
         }
-        let records = Records::new(file, patch.by_id(), self.unit_m);
+        let mut records = Records::new(file, patch.by_id(), self.unit_m);
+        for style in file.all("IfcStyledItem").into_iter().filter_map(|(span, _)| file.record(span.id)) {
+            if let Some(item) = style.at(0).reference() {
+                records.styles.entry(item).or_default().push(style.id);
+            }
+        }
         let mut copies = Copies {
             records: &records,
             patch: patch.clone(),
@@ -356,11 +361,13 @@ struct Records<'f, 'a> {
     unit_m: f64,
     /// Places of items that are mapped, which may be large and are used many times.
     mapped_starts: RefCell<FxHashMap<u32, Option<Vector3<f64>>>>,
+    /// IfcStyledItem by the items that they colour, for copies.
+    styles: FxHashMap<u32, Vec<u32>>,
 }
 
 impl<'f, 'a> Records<'f, 'a> {
     fn new(file: &'f File<'a>, replaced: FxHashMap<u32, &'f str>, unit_m: f64) -> Self {
-        Self { file, replaced, unit_m, mapped_starts: RefCell::default() }
+        Self { file, replaced, unit_m, mapped_starts: RefCell::default(), styles: FxHashMap::default() }
     }
 }
 
@@ -494,11 +501,24 @@ impl Copies<'_, '_, '_> {
             Placed::Nowhere => id,
             _ => {
                 let record = self.moved(id, offset, depth)?;
-                self.add(record)?
+                let copy = self.add(record)?;
+                self.style(id, copy)?;
+                copy
             }
         };
         self.known.insert(key, copy);
         Some(copy)
+    }
+
+    /// Gives the copy of an item its colours.
+    fn style(&mut self, item: u32, copy: u32) -> Option<()> {
+        let records = self.records;
+        for &style in records.styles.get(&item).into_iter().flatten() {
+            let (keyword, arguments) = records.get(style)?;
+            let rest: Vec<Cow<'_, str>> = arguments.iter().skip(1).map(|a| String::from_utf8_lossy(a)).collect();
+            self.add(format!("{keyword}(#{copy},{})", rest.join(",")))?;
+        }
+        Some(())
     }
 
     /// The record moved by `-offset`, as `KEYWORD(..)`.
@@ -916,14 +936,19 @@ mod tests {
 
     #[test]
     fn a_styled_body_keeps_its_colour() {
-        let styled = "#50=IFCSTYLEDITEM(#200,(#51),$);#51=IFCSURFACESTYLE($,.BOTH.,(#52));
-            #52=IFCSURFACESTYLESHADING(#53,0.);#53=IFCCOLOURRGB($,1.,0.,0.);";
-        for form in FORMS {
-            let items = item(form, 200, WALL, NATIONAL) + &item(form, 300, OPENING, NATIONAL) + styled;
-            let (model, _) = read(&building(&items, ["#103", "#103"])).unwrap();
-            check(&model, extent(WALL, NATIONAL), form);
-            let colours: Vec<_> = model.elements[0].geometry.parts.iter().map(|part| part.colour).collect();
-            assert_eq!(colours, [Some([255, 0, 0, 255])], "{form}");
+        // The item itself, or what is mapped.
+        for (styled, forms) in [(200, &FORMS[..]), (204, &FORMS[7..])] {
+            let style = format!(
+                "#50=IFCSTYLEDITEM(#{styled},(#51),$);#51=IFCSURFACESTYLE($,.BOTH.,(#52));
+                 #52=IFCSURFACESTYLESHADING(#53,0.);#53=IFCCOLOURRGB($,1.,0.,0.);"
+            );
+            for form in forms {
+                let items = item(form, 200, WALL, NATIONAL) + &item(form, 300, OPENING, NATIONAL) + &style;
+                let (model, _) = read(&building(&items, ["#103", "#103"])).unwrap();
+                check(&model, extent(WALL, NATIONAL), form);
+                let colours: Vec<_> = model.elements[0].geometry.parts.iter().map(|part| part.colour).collect();
+                assert_eq!(colours, [Some([255, 0, 0, 255])], "{form} {styled}");
+            }
         }
     }
 
