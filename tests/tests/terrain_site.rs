@@ -81,6 +81,39 @@ fn a_site_in_coordinates_of_a_national_grid_has_the_same_ground() {
     }
 }
 
+/// Middles of the doors of the site, by storey.
+const DOORWAYS: [[f64; 2]; 3] = [[13.2, 22.15], [22.05, 26.0], [22.05, 26.0]];
+const DOOR_STOREYS: [usize; 3] = [0, 0, 1];
+
+#[test]
+fn doors_of_a_site_in_coordinates_of_a_national_grid_are_as_open_as_those_of_a_local_one() {
+    let look = |form: &str, coordinates: &str| {
+        let home = tempfile::tempdir().unwrap();
+        let (model, _) = site(home.path(), form, coordinates);
+        let maps = convert(&model, &["--resolution", "0.05"]);
+        let frame = &maps.manifest["frames"]["map_from_world"];
+        let of_axis = |key: &str, national: f64| {
+            frame[key].as_f64().unwrap() + if coordinates == "national" { national } else { 0.0 }
+        };
+        let map_from_site = [of_axis("x_m", 4_467_812.0), of_axis("y_m", 5_331_234.0)];
+        let planning: Vec<u8> = std::iter::zip(DOORWAYS, DOOR_STOREYS)
+            .map(|([x, y], k)| maps.storey(k).planning(x + map_from_site[0], y + map_from_site[1]))
+            .collect();
+        let doors: Vec<(Value, Value)> = (maps.json("report.json")["doors"].as_array().unwrap().iter())
+            .map(|door| (door["name"].clone(), door["passage"].clone()))
+            .collect();
+        let ways = [("G.1", "G.2"), ("U.1", "U.2")].map(|(from, to)| way(&model, from, to, 0.1)["exists"].clone());
+        (planning, doors, ways)
+    };
+    for form in ["tin-geographic", "brep-site"] {
+        let (local, national) = (look(form, "local"), look(form, "national"));
+        assert_eq!(local.0, [grid::FREE; 3], "{form}");
+        assert!(local.1.iter().all(|(_, passage)| passage == "passable"), "{form}: {:?}", local.1);
+        assert_eq!(local.2, [true, true].map(Value::Bool), "{form}");
+        assert_eq!(national, local, "{form}");
+    }
+}
+
 #[test]
 fn a_pit_is_full_before_it_is_dug_open_with_its_ramp_and_filled_again() {
     let home = tempfile::tempdir().unwrap();

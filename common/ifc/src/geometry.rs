@@ -9,6 +9,7 @@ use crate::bounded_items::Bounds;
 use crate::bounding_boxes::{self, Extent, Extents};
 use crate::cut_budget::{self, Cut, CutBudget, Excess, ItemCuts};
 use crate::door_cuts::door_cuts;
+use crate::far_bodies::FarBodies;
 use crate::kernel::{File, ItemMesh, MeshRequest, Meshed, Patch, Record, mesh as mesh_by_kernel};
 use crate::prism_axes::axis_of;
 use crate::product_body::ProductBody;
@@ -73,20 +74,21 @@ pub(crate) fn mesh(
         let waits_for = detailed_left.and_then(|id| id_of.get(&id).copied());
         options.report(Progress { stage: Stage::Meshing, done, total, waits_for });
     };
+    let far = FarBodies::of(file, products, unit.metres);
     let request = MeshRequest {
         products: &wanted,
         unbounded: &unbounded,
         costly: &costly,
         detailed: &detailed,
         isolation: options.isolation,
-        patch: &patch,
+        patch: &far.brought_near(file, &patch),
         pool: options.pool,
         progress: &progress,
     };
     let mut meshed = mesh_by_kernel(file, &request)?;
     let there = [unbounded.as_slice(), costly.as_slice()];
-    cut_by_doors(file, unit.metres, (products, frames), (options, there), (&mut meshed, &mut patch), report)?;
-    mesh_without_cuts(file, (products, &id_of), (options, &progress), (&mut meshed, &mut patch), report)?;
+    cut_by_doors(file, (unit.metres, &far), (products, frames), (options, there), (&mut meshed, &mut patch), report)?;
+    mesh_without_cuts((file, &far), (products, &id_of), (options, &progress), (&mut meshed, &mut patch), report)?;
     share_complaints(&meshed.meshes, &mut meshed.complaints);
     // Openings first: an element may lie wholly inside its own.
     let bodied = products.iter().filter(|product| !product.body.items.is_empty());
@@ -118,7 +120,7 @@ pub(crate) fn mesh(
 /// Meshes walls again that their doors cut because the openings do not.
 fn cut_by_doors(
     file: &File<'_>,
-    unit_m: f64,
+    (unit_m, far): (f64, &FarBodies<'_, '_>),
     (products, frames): (&[ProductBody<'_, '_>], &FxHashMap<u32, Affine3<f64>>),
     (options, [unbounded, costly]): (&ReadOptions<'_>, [&[u32]; 2]),
     (meshed, patch): (&mut Meshed, &mut Patch),
@@ -143,7 +145,7 @@ fn cut_by_doors(
         costly: &of_again(costly),
         detailed: &[],
         isolation: options.isolation,
-        patch,
+        patch: &far.brought_near(file, patch),
         pool: options.pool,
         progress: &|_, _, _| {},
     };
@@ -158,7 +160,7 @@ fn cut_by_doors(
 
 /// Meshes what the other process has given up again, without its cuts, and reports that.
 fn mesh_without_cuts(
-    file: &File<'_>,
+    (file, far): (&File<'_>, &FarBodies<'_, '_>),
     (products, id_of): (&[ProductBody<'_, '_>], &FxHashMap<u32, &Named>),
     (options, progress): (&ReadOptions<'_>, &(dyn Fn(usize, usize, Option<u32>) + Sync)),
     (meshed, patch): (&mut Meshed, &mut Patch),
@@ -171,7 +173,7 @@ fn mesh_without_cuts(
         costly: &[],
         detailed: &[],
         isolation: options.isolation,
-        patch,
+        patch: &far.brought_near(file, patch),
         pool: options.pool,
         progress,
     };

@@ -44,6 +44,7 @@
 //! # Where
 //!
 //! - body: what the kernel gets in place of the file's records: `src/substitutes.rs`, `src/kernel/patch.rs`
+//! - body: what is far from the origin of its product's frame, and how it is meshed there: `src/far_bodies.rs`
 //! - body: which representation of a product it is: `src/representations.rs`
 //! - groups, zones, classifications of elements and spaces: `src/groups.rs`, `src/classifications.rs`, `src/memberships.rs`
 //! - tasks: what the file says: `src/schedule/tasks.rs`, `src/schedule/times.rs`, `src/schedule/calendars.rs`
@@ -63,6 +64,7 @@ mod doors;
 mod encoding;
 mod error;
 mod face_counts;
+mod far_bodies;
 mod geometry;
 mod georeference;
 mod groups;

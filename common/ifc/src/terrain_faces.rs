@@ -5,7 +5,7 @@
 //!
 //! Records are read as bytes: the list of a large terrain, parsed into values, would be many times the file.
 
-use crate::kernel::{File, Patch};
+use crate::kernel::{File, Patch, members};
 use crate::product_body::ProductBody;
 use diagnostics::{DiagnosticCode, Report, Severity, counted};
 
@@ -71,19 +71,19 @@ impl<'a> TriangleList<'a> {
         if !is_network && !keyword.eq_ignore_ascii_case("IFCTRIANGULATEDFACESET") {
             return None;
         }
-        let members: Vec<&[u8]> = members(arguments);
-        let at = |k: usize| members.get(k).copied().unwrap_or(b"$");
+        let written: Vec<&[u8]> = members(arguments);
+        let at = |k: usize| written.get(k).copied().unwrap_or(b"$");
         let point_indices = at(4);
         let n_points = if point_indices.starts_with(b"(") {
-            self::members(point_indices).len()
+            members(point_indices).len()
         } else {
             let list = std::str::from_utf8(at(0).strip_prefix(b"#")?).ok()?.trim().parse().ok()?;
             let (_, points) = file.bytes_of(list)?;
-            self::members(self::members(points).first()?).len()
+            members(members(points).first()?).len()
         };
         let number = |flag: &&[u8]| std::str::from_utf8(flag).ok()?.trim().parse().ok();
-        let flags = if is_network { self::members(at(5)).iter().filter_map(number).collect() } else { Vec::new() };
-        let triangles = self::members(at(3));
+        let flags = if is_network { members(at(5)).iter().filter_map(number).collect() } else { Vec::new() };
+        let triangles = members(at(3));
         Some(Self { coordinates: at(0), closed: at(2), triangles, point_indices, flags, n_points })
     }
 
@@ -109,28 +109,4 @@ impl<'a> TriangleList<'a> {
         }
         kept
     }
-}
-
-/// The members of a list with its parentheses, as written, without blanks around them.
-fn members(list: &[u8]) -> Vec<&[u8]> {
-    let Some(inside) = list.strip_prefix(b"(").and_then(|list| list.strip_suffix(b")")) else { return Vec::new() };
-    let (mut found, mut depth, mut start, mut in_text) = (Vec::new(), 0, 0, false);
-    for (k, byte) in inside.iter().enumerate() {
-        match byte {
-            b'\'' => in_text = !in_text,
-            _ if in_text => {}
-            b'(' => depth += 1,
-            b')' => depth -= 1,
-            b',' if depth == 0 => {
-                found.push(inside[start..k].trim_ascii());
-                start = k + 1;
-            }
-            _ => {}
-        }
-    }
-    let last = inside[start..].trim_ascii();
-    if !last.is_empty() || !found.is_empty() {
-        found.push(last);
-    }
-    found
 }

@@ -54,12 +54,13 @@ const WANTED: [&str; 9] = [
 ];
 
 /// Classes of which only the records of the entity itself are listed, not those of its subtypes.
-const WANTED_THEMSELVES: [&str; 5] = [
+const WANTED_THEMSELVES: [&str; 6] = [
     "IfcProductRepresentation",
     "IfcRepresentation",
     "IfcManifoldSolidBrep",
     "IfcEllipseProfileDef",
     "IfcTrapeziumProfileDef",
+    "IfcStyledItem",
 ];
 
 /// Classes of which two records are equal to the reader, or which are few: their order is that of the file's content. All others

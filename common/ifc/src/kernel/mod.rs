@@ -23,5 +23,5 @@ pub use pool::MeshPool;
 pub(crate) use record_index::Span;
 pub(crate) use request::{MeshRequest, mesh};
 pub(crate) use schema::Schema;
-pub(crate) use step::{Record, Value};
+pub(crate) use step::{Record, Value, members};
 pub use task::mesh_task;

@@ -141,6 +141,30 @@ pub(crate) fn decode_text(raw: &[u8]) -> Cow<'_, str> {
     Cow::Owned(ifc_lite_core::decode_ifc_string(&text).into_owned())
 }
 
+/// The members of a list with its parentheses, as written, without blanks around them.
+pub(crate) fn members(list: &[u8]) -> Vec<&[u8]> {
+    let Some(inside) = list.strip_prefix(b"(").and_then(|list| list.strip_suffix(b")")) else { return Vec::new() };
+    let (mut found, mut depth, mut start, mut in_text) = (Vec::new(), 0, 0, false);
+    for (k, byte) in inside.iter().enumerate() {
+        match byte {
+            b'\'' => in_text = !in_text,
+            _ if in_text => {}
+            b'(' => depth += 1,
+            b')' => depth -= 1,
+            b',' if depth == 0 => {
+                found.push(inside[start..k].trim_ascii());
+                start = k + 1;
+            }
+            _ => {}
+        }
+    }
+    let last = inside[start..].trim_ascii();
+    if !last.is_empty() || !found.is_empty() {
+        found.push(last);
+    }
+    found
+}
+
 struct Reader<'a> {
     bytes: &'a [u8],
     at: usize,
