@@ -118,10 +118,12 @@ def is_at_ground(storey, door):
 
 
 def passages(export, door, index):
-    """What a door is on a storey; on the ground outdoors, which has no doors of its own, what it is on others."""
+    """What a door is on a storey; on the ground outdoors, which has no doors of its own, what it is on that of its floor."""
     of_storeys = door["attributes"].get("passage", {})
     if export.storeys[index].is_outdoors:
-        return set(of_storeys.values())
+        bottom_m = door["aabb_m"]["min"][2]
+        nearest = min(of_storeys, key=lambda k: abs(export.storeys[int(k)].floor_z_m - bottom_m), default=None)
+        return {of_storeys.get(nearest)}
     return {of_storeys.get(str(index))}
 
 

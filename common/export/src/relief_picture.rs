@@ -10,9 +10,9 @@ use messages::Grid;
 /// Colours from level ground to the steepest that the robot drives on, at equal distances.
 const COLOURS: [Rgb; 4] = [[255, 255, 255], [150, 205, 130], [250, 210, 90], [225, 85, 60]];
 
-/// Distances in height of contour lines, in tenths of a millimetre: the first with which there are no more than [`MAX_LINES`].
+/// Distances in height of contour lines, in tenths of a millimetre: the first of which the range of heights has no more than [`MAX_INTERVALS`].
 const INTERVALS: [i32; 7] = [500, 1_000, 2_500, 5_000, TENTHS_PER_M, 2 * TENTHS_PER_M, 5 * TENTHS_PER_M];
-const MAX_LINES: i32 = 24;
+const MAX_INTERVALS: i32 = 24;
 
 /// A contour line has this share of the colour of the ground.
 const LINE_SHADE: f64 = 0.72;
@@ -22,8 +22,8 @@ pub(crate) fn file(folder: &str, input: &ExportInput<'_>, grid: &Grid<'_>) -> Op
     let heights = || (0..grid.elevation.len()).filter_map(|cell| grid.height_tenths(cell));
     let (low, high) = (heights().min()?, heights().max()?);
     let range = high.saturating_sub(low);
-    let fits = |interval: &&i32| range / **interval <= MAX_LINES;
-    let interval = INTERVALS.iter().find(fits).copied().unwrap_or(range / MAX_LINES);
+    let fits = |interval: &&i32| range / **interval <= MAX_INTERVALS;
+    let interval = INTERVALS.iter().find(fits).copied().unwrap_or(range / MAX_INTERVALS);
     let max_slope_rad = input.index.head.robot.max_slope_rad;
     let pixels = (0..grid.elevation.len()).map(|cell| colour(grid, cell, interval, max_slope_rad)).collect();
     let image = Image::new(grid.head.width as usize, pixels);
@@ -36,7 +36,7 @@ fn colour(grid: &Grid<'_>, cell: usize, interval: i32, max_slope_rad: f64) -> Rg
         (Class::Door, _) => CLOSED_DOOR,
         (Class::None, None) => UNKNOWN,
         (Class::None, Some(height)) => {
-            let slope = slope_colour(f64::from(grid.slope[cell]) / 1_000.0 / max_slope_rad);
+            let slope = slope_colour(f64::from(grid.slope[cell]) / 1_000.0, max_slope_rad);
             if is_on_line(grid, cell, height, interval) {
                 slope.map(|part| (f64::from(part) * LINE_SHADE) as u8)
             } else {
@@ -56,10 +56,11 @@ fn is_on_line(grid: &Grid<'_>, cell: usize, height: i32, interval: i32) -> bool 
     beside.into_iter().flatten().filter_map(|other| grid.height_tenths(other)).any(|other| band(other) != band(height))
 }
 
-/// The colour of a slope as a share of the steepest on which the robot drives.
-fn slope_colour(share: f64) -> Rgb {
+/// The colour of a slope, by its share of the steepest on which the robot drives.
+fn slope_colour(slope_rad: f64, max_slope_rad: f64) -> Rgb {
     let steps = COLOURS.len() - 1;
-    let at = share.clamp(0.0, 1.0) * steps as f64;
+    let share = if slope_rad <= 0.0 { 0.0 } else { (slope_rad / max_slope_rad).min(1.0) };
+    let at = share * steps as f64;
     let from = (at as usize).min(steps - 1);
     let along = at - from as f64;
     std::array::from_fn(|k| {
@@ -75,8 +76,13 @@ mod tests {
 
     #[test]
     fn colours_go_from_level_to_the_steepest_that_the_robot_drives_on() {
-        assert_eq!([0.0, 1.0, 2.0].map(slope_colour), [COLOURS[0], COLOURS[3], COLOURS[3]]);
-        assert_eq!(slope_colour(0.5), [200, 208, 110], "half way between the second and the third");
+        assert_eq!([0.0, 0.1, 0.2].map(|slope| slope_colour(slope, 0.1)), [COLOURS[0], COLOURS[3], COLOURS[3]]);
+        assert_eq!(slope_colour(0.05, 0.1), [200, 208, 110], "half way between the second and the third");
+        assert_eq!(
+            [0.0, 0.01].map(|slope| slope_colour(slope, 0.0)),
+            [COLOURS[0], COLOURS[3]],
+            "a robot on level floor"
+        );
     }
 
     #[test]

@@ -105,6 +105,8 @@ impl SiteGraph {
         let edges = input.mission_plan.edges.iter().enumerate().map(|(at, edge)| {
             let class = edge.kind.get();
             let is_level = matches!(class, EdgeKind::Floor | EdgeKind::Door);
+            let is_flat =
+                is_level && input.mission_plan.points_of(edge).windows(2).all(|pair| pair[0][2] == pair[1][2]);
             Edge {
                 id: edge_id(input, at),
                 from: edge.nodes[0],
@@ -114,12 +116,12 @@ impl SiteGraph {
                 clearance_m: is_level.then(|| rounded(edge.clearance_m)),
                 of: edge_of(input, edge),
                 clear_width_m: clear_width_m(input, edge),
-                rise_m: (!is_level || edge.slope_rad > 0.0).then(|| rise_m(input, edge)),
+                rise_m: (!is_flat).then(|| rise_m(input, edge)),
                 slope_rad: (class == EdgeKind::Ramp || edge.slope_rad > 0.0).then(|| rounded(edge.slope_rad)),
                 n_risers: n_risers(edge),
                 usable: edge.usable == 1,
                 line_m: plan_of(input, edge),
-                line_z_m: (!is_level || edge.slope_rad > 0.0)
+                line_z_m: (!is_flat)
                     .then(|| input.mission_plan.points_of(edge).iter().map(|p| rounded(p[2])).collect()),
             }
         });

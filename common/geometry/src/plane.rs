@@ -7,6 +7,10 @@ pub struct Plane {
     gradient: [f64; 2],
 }
 
+/// Planes with gradients and heights that differ by less have one key, heights in tenths of a millimetre.
+const GRADIENT_UNIT: f64 = 1e-4;
+const HEIGHT_UNIT: f64 = 5.0;
+
 impl Plane {
     /// The plane of a triangle that has an area in plan.
     pub fn of(triangle: &[[i32; 3]; 3]) -> Self {
@@ -25,6 +29,13 @@ impl Plane {
     /// Rise per length towards x and y.
     pub fn gradient(&self) -> [f64; 2] {
         self.gradient
+    }
+
+    /// The same for planes whose gradients differ by less than 1e-4 and whose heights at a place by less than half a millimetre, but for
+    /// rounding: faces of one plane are found by it.
+    pub fn key(&self, place: [f64; 2]) -> [i64; 3] {
+        let [gx, gy] = self.gradient.map(|g| (g / GRADIENT_UNIT).round() as i64);
+        [gx, gy, (self.z(place) / HEIGHT_UNIT).round() as i64]
     }
 
     /// The angle from the horizontal.

@@ -137,7 +137,7 @@ pub use schedule_state::{
     SpaceState, SpaceStateRecord, plan_time,
 };
 pub use section::{Section, SectionCount};
-pub use site::{Site, SiteBuilder};
+pub use site::{MAX_SILL_TENTHS, Site, SiteBuilder};
 pub use site_comparison::{Difference, SiteComparison, StoreyDifference, StoreyPresence, is_same_building};
 pub use site_outline::{ElementOutline, GeoreferenceOutline, MapStoreyOutline, SiteOutline, StoreyOutline};
 pub use site_records::*;

@@ -3,12 +3,12 @@
 use crate::archive::{ArchiveError, Text};
 use crate::declaration::declare_archive;
 use crate::diagnostic_record::{DiagnosticRecord, check_diagnostics};
-use crate::robot::DoorCapability;
+use crate::robot::{DoorCapability, RobotProfile};
 use crate::site_records::*;
 use crate::spans::{fits, optional, span};
 use crate::tag::check_tags;
 use crate::work_schedule::{LinkTargets, WorkSchedule, WorkScheduleRecords};
-use frames::{EarthFromWorld, Map, UprightRigid3, World};
+use frames::{EarthFromWorld, Map, TENTHS_PER_M, UprightRigid3, World};
 use geometry::{MeshView, MultiPolygon, OrientedBox, Polygon, ring_area_doubled};
 
 declare_archive! {
@@ -142,6 +142,15 @@ impl<'a> Site<'a> {
     /// The map storeys that are levels of a building, with their indices: all but that of the ground outdoors, which has no height.
     pub fn levels(&self) -> impl DoubleEndedIterator<Item = (usize, &'a MapStoreyRecord)> + Clone + use<'a> {
         self.map_storeys.iter().enumerate().filter(|(_, storey)| storey.floor != FloorKind::Ground)
+    }
+
+    /// True if a door begins at a height of the ground, in tenths of a millimetre: its opening, or else the door itself, within a step of the
+    /// robot or the height of a sill.
+    pub fn is_door_at(&self, door: &DoorRecord, robot: &RobotProfile, ground_z: f64) -> bool {
+        let opening = self.openings.get(door.opening as usize);
+        let bottom = opening.map_or(self.elements[door.element as usize].min_tenths[2], |o| o.bottom_z_tenths);
+        let most = f64::from(MAX_SILL_TENTHS).max(robot.step_height_m * f64::from(TENTHS_PER_M));
+        (f64::from(bottom) - ground_z).abs() <= most
     }
 
     /// Height of the next floor at least `min_rise` above a floor, or of the top of the highest element, at least as high.
@@ -378,6 +387,9 @@ impl<'a> Site<'a> {
 
 /// The farthest that a coordinate may be from the origin of the map, in tenths of a millimetre: 100 km, and differences of two
 /// do not overflow.
+/// Maximum height of the sill of a passage over the floor, such as a door's threshold, in tenths of a millimetre.
+pub const MAX_SILL_TENTHS: i32 = TENTHS_PER_M / 10;
+
 pub(crate) const MAX_COORDINATE_TENTHS: u32 = 1_000_000_000;
 
 impl BoxRecord {

@@ -3,8 +3,8 @@
 //! A grid of which all floor is at one height has one band, that height, in all cells. In others a cell has the lowest and the highest
 //! ground within three cells, in steps of 2 cm from the storey's height, rounded outward: an edge that is no floor of the map, between
 //! ground and what stands beside it, is up to two cells wide, of which ground covers one in part and breaks off from the other. Up to
-//! half a metre beside the ground it is that of the nearest cells with ground, and beyond that the height of the storey, or none
-//! outdoors, where a storey has no height.
+//! half a metre beside the ground, and at least three cells, it is that of the nearest cells with ground, and beyond that the height of
+//! the storey, or none outdoors, where a storey has no height.
 
 use frames::TENTHS_PER_M;
 use grid::{CellRect, GridSpec, Run};

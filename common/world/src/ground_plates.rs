@@ -14,9 +14,7 @@ const DEPTH_M: f64 = 0.02;
 /// Cosine of the steepest slope of plates that go straight down or up.
 const STEEP: f64 = 0.5;
 
-/// Planes with gradients and heights that differ by less may be one, and are where no corner lies farther off: 1 mm.
-const GRADIENT_UNIT: f64 = 1e-4;
-const HEIGHT_UNIT: f64 = 5.0;
+/// Corners this near to a plane, in tenths of a millimetre, lie in it.
 const FLAT: f64 = 10.0;
 
 /// Narrower faces have no plate: engines refuse bodies without volume, and nothing falls through a gap of a millimetre.
@@ -50,9 +48,7 @@ fn by_plane(faces: impl Iterator<Item = Triangle>) -> Vec<Vec<Triangle>> {
     for face in faces {
         let plane = Plane::of(&face);
         let origin = *origin.get_or_insert([face[0][0], face[0][1]].map(f64::from));
-        let [gx, gy] = plane.gradient().map(|g| (g / GRADIENT_UNIT).round() as i64);
-        let key = [gx, gy, (plane.z(origin) / HEIGHT_UNIT).round() as i64];
-        let at = *known.entry(key).or_insert_with(|| {
+        let at = *known.entry(plane.key(origin)).or_insert_with(|| {
             groups.push(Vec::new());
             groups.len() - 1
         });

@@ -39,7 +39,8 @@
 //! # Guarantees
 //!
 //! - Elements are those of the effective state. Ground outdoors is there as on its map: once it is built, and not while it is removed;
-//!   the shape of a site or road itself always. What of it lies outside of that map is told (`not_in_world`). What is not sound as a collision shape and lies in a plane is replaced by a
+//!   the shape of a site or road itself always. It ends with the faces that reach that map, but a solid of exact pieces is whole; a body
+//!   that lies wholly outside is told (`not_in_world`). What is not sound as a collision shape and lies in a plane is replaced by a
 //!   plate instead of a hull (`src/collision_meshes.rs`).
 //! - Where the maps assume floor there is a plate (`src/stand_ins.rs`): under rooms without a slab and the openings between
 //!   them, or under the cells that walls enclose. Rays in the world end where they end on the planning map:

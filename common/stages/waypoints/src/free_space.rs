@@ -39,7 +39,7 @@ struct KeptOff {
     hash: ContentHash,
 }
 
-/// Cells of the largest map of the ground outdoors over which ways are planned: they take twenty bytes a cell, as much again as the map.
+/// Cells of the largest map of the ground outdoors over which ways are planned: its free space takes 16 bytes a cell.
 const MAX_CELLS_OUTDOORS: usize = 40_000_000;
 
 /// True for a storey over which ways are planned: not for the ground outdoors where its map is very large.
@@ -73,6 +73,28 @@ impl FreeSpace {
     pub(crate) fn z_m(&self, p: Point2<Map>) -> f64 {
         let cell = self.spec.cell_at(p).map(|cell| self.spec.index(cell));
         metres(cell.map_or(self.floor_z_tenths, |cell| self.z_tenths(cell)))
+    }
+
+    /// Height of the ground at a point in metres, between the middles of the four cells around it: along a slope it stays the same.
+    /// Where the robot's map has no free cell in one of these, the height of the point's own cell.
+    pub(crate) fn z_between_m(&self, p: Point2<Map>) -> f64 {
+        let [x, y] = self.in_cells(p).map(|at| at - 0.5);
+        let (column, row) = (x.floor(), y.floor());
+        let (along, up) = (x - column, y - row);
+        let corner = |dx: f64, dy: f64| {
+            let is_inside = |at: f64, n: u32| 0.0 <= at && at < f64::from(n);
+            let (column, row) = (column + dx, row + dy);
+            let is_inside = is_inside(column, self.spec.width) && is_inside(row, self.spec.height);
+            let cell = is_inside.then(|| self.spec.index(Cell { column: column as u32, row: row as u32 }))?;
+            (self.squared[cell] > 0).then(|| metres(self.z_tenths(cell)))
+        };
+        match [corner(0.0, 0.0), corner(1.0, 0.0), corner(0.0, 1.0), corner(1.0, 1.0)] {
+            [Some(a), Some(b), Some(c), Some(d)] => {
+                let [low, high] = [a + along * (b - a), c + along * (d - c)];
+                low + up * (high - low)
+            }
+            _ => self.z_m(p),
+        }
     }
 
     /// Slope of the ground of a cell.
@@ -197,7 +219,7 @@ impl FreeSpace {
 
 /// Ground of the cells of a storey that is not level. A doorway without floor has that of the cells beside it.
 fn relief_of(grid: &Grid<'_>, cells: &SparseCells) -> SparseLayer<GroundOfCell> {
-    let width = grid.head.width as usize;
+    let spec = grid.spec();
     let level = GroundOfCell { z_tenths: grid.head.floor_z_tenths, slope_mrad: 0 };
     let ground = |cell: usize| {
         let of_height = |z_tenths: i32| GroundOfCell { z_tenths, slope_mrad: grid.slope[cell] };
@@ -208,10 +230,8 @@ fn relief_of(grid: &Grid<'_>, cells: &SparseCells) -> SparseLayer<GroundOfCell> 
     let mut without: BTreeSet<usize> = cells.iter().filter(is_without).collect();
     loop {
         let known_beside = |cell: usize| {
-            let is_known =
-                |other: &usize| *other < cells.n_cells() && !without.contains(other) && grid.planning[*other] == 0;
-            let beside = [cell.checked_sub(1), Some(cell + 1), cell.checked_sub(width), Some(cell + width)];
-            beside.into_iter().flatten().find(is_known)
+            let is_known = |other: &usize| !without.contains(other) && grid.planning[*other] == 0;
+            spec.beside(cell).find(is_known)
         };
         let found: Vec<(usize, usize)> = without.iter().filter_map(|&cell| Some((cell, known_beside(cell)?))).collect();
         if found.is_empty() {

@@ -73,12 +73,12 @@ impl SharedGround<'_> {
         };
         // By the parts of level and ground that they join.
         let mut contacts: BTreeMap<[u32; 2], Vec<usize>> = BTreeMap::new();
-        for cell in on_ground.cells().filter(|&cell| goes_on(cell)) {
+        for cell in on_ground.cells().filter(|&cell| self.shared(cell).is_some() && goes_on(cell)) {
             contacts.entry(self.parts(cell)).or_default().push(cell);
         }
-        contacts.remove(&[0; 2]);
         let mut places: Vec<usize> = contacts.into_values().flat_map(|contacts| spread(on_ground, contacts)).collect();
         places.iter_mut().for_each(|cell| *cell = self.before_door(*cell, doorways));
+        places.sort_unstable();
         places.dedup();
         places.into_iter().filter_map(|cell| self.portal(cell)).collect()
     }
@@ -130,9 +130,9 @@ fn spread(on_ground: &FreeSpace, contacts: Vec<usize>) -> Vec<usize> {
     });
     let mut taken: Vec<usize> = Vec::new();
     for cell in by_clearance {
-        let middle = on_ground.middle(cell);
+        let (middle, stretch) = (on_ground.middle(cell), stretch_of[&cell]);
         let is_near = |other: &usize| {
-            stretch_of[other] == stretch_of[&cell] && on_ground.middle(*other).distance_m(&middle) < MIN_DISTANCE_M
+            on_ground.middle(*other).distance_m(&middle) < MIN_DISTANCE_M && stretch_of[other] == stretch
         };
         if !taken.iter().any(is_near) {
             taken.push(cell);

@@ -1,5 +1,6 @@
 //! Inputs of the waypoint planner.
 
+use crate::free_space::is_planned;
 use crate::options::MissionPlanOptions;
 use frames::{Map, Point2, TENTHS_PER_M};
 use geometry::OrientedBox;
@@ -29,10 +30,13 @@ impl MissionPlanInput<'_> {
         if head.floor != FloorKind::Ground {
             return self.index.doors.iter().filter(|door| door.map_storey == head.map_storey).copied().collect();
         }
+        if !is_planned(head) {
+            return Vec::new();
+        }
         self.grids.with(at, |grid| {
             let is_here = |door: &&DoorPassageRecord| {
-                let floor_z = self.site.map_storeys[door.map_storey as usize].floor_z_tenths;
-                is_at_ground(grid, &door.way.to_box(), floor_z)
+                let (record, robot) = (&self.site.doors[door.door as usize], &self.index.head.robot);
+                heights_at(grid, door.way.to_box()).any(|z| self.site.is_door_at(record, robot, f64::from(z)))
             };
             self.index.doors.iter().filter(is_here).copied().collect()
         })
@@ -40,7 +44,7 @@ impl MissionPlanInput<'_> {
 
     /// The distances that the robot keeps on a storey, if it does.
     pub(crate) fn safety_layer(&self, at: usize) -> Option<SafetyLayer> {
-        if self.index.safety_rules.is_empty() {
+        if self.index.safety_rules.is_empty() || !is_planned(self.grids.head(at)) {
             return None;
         }
         let of = SafetyInput { site: self.site, schedule_state: self.schedule_state, index: self.index };
@@ -48,19 +52,17 @@ impl MissionPlanInput<'_> {
     }
 }
 
-/// True if there is ground in a doorway, or within 0.3 m before it, as high as the floor of the door, within the sill of a doorway.
-fn is_at_ground(grid: &Grid<'_>, way: &OrientedBox, floor_z: i32) -> bool {
+/// Heights of the ground on a line through a doorway, from 0.3 m before it to 0.3 m behind it.
+fn heights_at(grid: &Grid<'_>, way: OrientedBox) -> impl Iterator<Item = i32> {
     let spec = grid.spec();
     let reach = way.half[1] + BEFORE_DOOR;
     let n_steps = (2.0 * reach / f64::from(spec.cell_tenths)).ceil().max(1.0) as u32;
-    (0..=n_steps).any(|k| {
+    (0..=n_steps).filter_map(move |k| {
         let [x, y] = way.at(0.0, reach * (2.0 * f64::from(k) / f64::from(n_steps) - 1.0));
         let at = Point2::<Map>::new(x / f64::from(TENTHS_PER_M), y / f64::from(TENTHS_PER_M));
-        let height = spec.cell_at(at).and_then(|cell| grid.height_tenths(spec.index(cell)));
-        height.is_some_and(|z| (z - floor_z).abs() <= MAX_SILL)
+        spec.cell_at(at).and_then(|cell| grid.height_tenths(spec.index(cell)))
     })
 }
 
-/// Reach of the search for ground before a doorway, and height of its sill, in tenths of a millimetre.
+/// Reach of the search for ground before a doorway, in tenths of a millimetre.
 const BEFORE_DOOR: f64 = 0.3 * TENTHS_PER_M as f64;
-const MAX_SILL: i32 = TENTHS_PER_M / 10;

@@ -112,7 +112,7 @@ fn notice_scans(builder: &mut MissionPlanBuilder, input: &MissionPlanInput<'_>, 
     }
 }
 
-/// A notice where the ground outdoors is too large for ways over it.
+/// A warning where the ground outdoors is too large for ways over it.
 fn notice_outdoors(builder: &mut MissionPlanBuilder, input: &MissionPlanInput<'_>) {
     for head in input.grids.heads().filter(|head| !is_planned(head)) {
         let name = input.site.text(input.site.map_storeys[head.map_storey as usize].name);
@@ -323,7 +323,7 @@ fn add_graph(
             builder.points.extend(edge.line.iter().map(|p| [p.x_m(), p.y_m(), free_space.z_m(*p)]));
             let walked = walked(free_space, &edge.line);
             builder.edges.push(RouteEdgeRecord {
-                length_m: if free_space.is_level() { edge.length_m } else { walked.length_m },
+                length_m: walked.length_m,
                 clearance_m: edge.clearance_m,
                 slope_rad: walked.slope_rad,
                 clear_width_m: 0.0,

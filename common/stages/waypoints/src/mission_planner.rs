@@ -158,7 +158,8 @@ fn reached(
         .iter()
         .enumerate()
         .map(|(storey, free_space)| {
-            input.grids.with(storey, |grid| part_properties(input, storey, grid, free_space, portals))
+            let passages = input.passages(storey);
+            input.grids.with(storey, |grid| part_properties(input, (storey, &passages), grid, free_space, portals))
         })
         .collect();
     let first: Vec<u32> = free_spaces

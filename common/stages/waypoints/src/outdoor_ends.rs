@@ -30,7 +30,8 @@ impl End {
     }
 }
 
-/// Adds the ground outdoors to the places before a stair or ramp, from below, where one of its ends is at no level but there.
+/// Adds the ground outdoors to the places before a stair or ramp, from below, where one of its ends is there and the robot has no place
+/// before it on a level.
 pub(crate) fn add_outdoors(
     site: &Site<'_>,
     robot: &RobotProfile,
@@ -41,9 +42,13 @@ pub(crate) fn add_outdoors(
     let is_ground = |(_, storey): &(usize, &MapStoreyRecord)| storey.floor == FloorKind::Ground;
     let Some((storey, _)) = site.map_storeys.iter().enumerate().find(is_ground) else { return };
     let on_ground = free_spaces[storey];
+    let at_levels: Vec<usize> = stagings.iter().map(|staging| staging.storey).collect();
     let steps = if is_stair { stair_treads(site, elements) } else { Vec::new() };
     let place = |end: End| {
-        if site.levels().any(|(_, level)| end.goes_on_at(level.floor_z_tenths)) {
+        let is_known = |(storey, level): (usize, &MapStoreyRecord)| {
+            end.goes_on_at(level.floor_z_tenths) && at_levels.contains(&storey)
+        };
+        if site.levels().any(is_known) {
             return None;
         }
         let (near, part) = staging(on_ground, robot, &[end.middle])?;
@@ -95,7 +100,7 @@ mod tests {
     #[test]
     fn a_stair_that_ends_at_no_level_ends_on_the_ground_outdoors() {
         // Four steps from a height; the levels of the building, and the ground at 0. The stair is known to lead to the first level.
-        let storeys = |from_m: f64, levels_m: &[f64]| -> Vec<usize> {
+        let storeys = |from_m: f64, levels_m: &[f64], known: &[usize]| -> Vec<usize> {
             let mut stairwell = Stairwell::new();
             stairwell.flight(1.0, 1.0, 0.5, from_m, 4);
             let floors = levels_m.iter().map(|z_m| (FloorKind::Built, *z_m)).chain([(FloorKind::Ground, 0.0)]);
@@ -113,14 +118,17 @@ mod tests {
                 FreeSpace::of(&Grid::open(drawn_at(&hall, storey.floor_z_tenths).bytes()).unwrap(), 0.3)
             };
             let free_spaces: Vec<FreeSpace> = site.map_storeys.iter().map(free_space).collect();
-            let mut stagings = vec![Staging { storey: 0, cell: 0, part: 1 }];
+            let place = |&storey: &usize| Staging { storey, cell: 0, part: 1 };
+            let mut stagings: Vec<Staging> = known.iter().map(place).collect();
             let free_spaces: Vec<&FreeSpace> = free_spaces.iter().collect();
             add_outdoors(&site, &RobotProfile::DEFAULT, (&[1, 2, 3, 4], true), &free_spaces, &mut stagings);
             stagings.iter().map(|staging| staging.storey).collect()
         };
-        assert_eq!(storeys(0.0, &[5.0 * RISE_M]), [1, 0], "up to a door");
-        assert_eq!(storeys(-5.0 * RISE_M, &[-5.0 * RISE_M]), [0, 1], "down into a basement");
-        assert_eq!(storeys(0.0, &[5.0 * RISE_M, 0.0]), [0], "its foot is at a level");
-        assert_eq!(storeys(3.0, &[3.0 + 5.0 * RISE_M]), [0], "it begins high above the ground");
+        assert_eq!(storeys(0.0, &[5.0 * RISE_M], &[0]), [1, 0], "up to a door");
+        assert_eq!(storeys(-5.0 * RISE_M, &[-5.0 * RISE_M], &[0]), [0, 1], "down into a basement");
+        assert_eq!(storeys(0.0, &[5.0 * RISE_M, 0.0], &[1, 0]), [1, 0], "its foot is at a level");
+        let beside = storeys(0.0, &[5.0 * RISE_M, 0.0], &[0]);
+        assert_eq!(beside, [2, 0], "a level as high as its foot is elsewhere");
+        assert_eq!(storeys(3.0, &[3.0 + 5.0 * RISE_M], &[0]), [0], "it begins high above the ground");
     }
 }

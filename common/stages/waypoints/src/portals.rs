@@ -105,9 +105,10 @@ pub(crate) fn element_portals(
                 VerticalKind::Escalator => PortalKind::Escalator,
             };
             let usable = usable(site, robot, options, whole, kind);
-            // A ramp that the robot climbs is ground on both maps.
+            // A ramp that the robot climbs is ground on both maps, and a stair in a garden leads to no other map.
             let is_outdoors = ends.iter().any(|end| site.map_storeys[end.storey].floor == FloorKind::Ground);
-            if is_outdoors && usable && matches!(kind, PortalKind::Ramp { .. }) {
+            let is_ground = is_outdoors && usable && matches!(kind, PortalKind::Ramp { .. });
+            if is_ground || ends[0].storey == ends[1].storey {
                 continue;
             }
             portals.push(Portal { element: whole, kind, ends, length_m, usable });

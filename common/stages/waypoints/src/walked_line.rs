@@ -17,7 +17,7 @@ pub(crate) struct WalkedLine {
     pub(crate) slope_rad: f64,
 }
 
-/// A line as a robot drives it: heights are those of the cells under it, taken once a cell.
+/// A line as a robot drives it: heights are taken once a cell, slopes are those of the cells under it.
 pub(crate) fn walked(free_space: &FreeSpace, line: &[Point2<Map>]) -> WalkedLine {
     if free_space.is_level() {
         return WalkedLine { length_m: length_m(line), ..WalkedLine::default() };
@@ -33,7 +33,7 @@ pub(crate) fn walked(free_space: &FreeSpace, line: &[Point2<Map>]) -> WalkedLine
             Point2::<Map>::new(x0 + t * (x1 - x0), y0 + t * (y1 - y0))
         };
         for k in 0..n_steps {
-            let rise_m = free_space.z_m(at(k + 1)) - free_space.z_m(at(k));
+            let rise_m = free_space.z_between_m(at(k + 1)) - free_space.z_between_m(at(k));
             walked.length_m += libm::hypot(plan_m / f64::from(n_steps), rise_m);
             walked.climb_m += rise_m.max(0.0);
             walked.descent_m += (-rise_m).max(0.0);
@@ -82,5 +82,29 @@ mod tests {
         assert!((down.length_m - up.length_m).abs() < 1e-9);
         let level = walked(&free_space, &[Point2::new(0.25, 0.25), Point2::new(1.75, 0.25)]);
         assert!((level.length_m - 1.5).abs() < 1e-9 && level.slope_rad == 0.0, "{level:?}");
+    }
+
+    #[test]
+    fn a_line_along_a_slope_does_not_climb() {
+        let head = GridHead { cell_tenths: 500, width: 200, height: 200, ..GridHead::EMPTY };
+        let mut buffer = ArchiveBuffer::zeroed(GridWriter::len_with_heights(head.spec().n_cells()));
+        let mut writer = GridWriter::new(buffer.bytes_mut(), &head);
+        let layers = writer.layers();
+        layers.planning.fill(0);
+        layers.keepout.fill(-1);
+        layers.slope.fill(200);
+        // A plane that rises by a fifth at a right angle to the direction of 30 degrees.
+        let (sin, cos) = (0.5, libm::sqrt(0.75));
+        for cell in 0..layers.elevation.len() {
+            let [x, y] = [cell % 200, cell / 200].map(|at| (at as f64 + 0.5) * 500.0);
+            layers.elevation[cell] = (0.2 * (y * cos - x * sin)).round() as i32;
+        }
+        writer.seal();
+        let free_space = FreeSpace::of(&Grid::open(buffer.bytes()).unwrap(), 0.1);
+        let line = [Point2::new(0.5, 0.5), Point2::new(0.5 + 8.0 * cos, 0.5 + 8.0 * sin)];
+        let along = walked(&free_space, &line);
+        assert!(along.climb_m < 0.01 && along.descent_m < 0.01 && (along.length_m - 8.0).abs() < 1e-3, "{along:?}");
+        let up = walked(&free_space, &[Point2::new(5.0, 1.0), Point2::new(5.0 - 3.0 * sin, 1.0 + 3.0 * cos)]);
+        assert!((up.climb_m - 0.6).abs() < 2e-3 && up.descent_m < 1e-3, "{up:?}");
     }
 }

@@ -24,10 +24,6 @@ use std::collections::HashMap;
 /// How far beside a patch obstacles are looked for that bound the way: half a metre.
 const BESIDE: i32 = TENTHS_PER_M / 2;
 
-/// Planes of one element with gradients and heights that differ by less are one.
-const GRADIENT_UNIT: f64 = 1e-4;
-const HEIGHT_UNIT: f64 = 5.0;
-
 /// The patches of a storey whose floor is built, by element.
 pub(super) fn ground_patches(place: Place<'_>, storey: &StoreySlice) -> Vec<GroundPatch> {
     if !matches!(storey.floor_kind, FloorKind::Built | FloorKind::AssumedFromSpaces) {
@@ -159,9 +155,7 @@ fn add_by_plane(
             continue;
         };
         let plane = Plane::of(&triangle);
-        let [gx, gy] = plane.gradient().map(|g| (g / GRADIENT_UNIT).round() as i64);
-        let key = [gx, gy, (plane.z(origin) / HEIGHT_UNIT).round() as i64];
-        let at = *by_plane.entry(key).or_insert_with(|| {
+        let at = *by_plane.entry(plane.key(origin)).or_insert_with(|| {
             found.push(Candidate { element, plane, rings: Vec::new(), bounds, z });
             found.len() - 1
         });

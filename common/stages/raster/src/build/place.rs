@@ -2,7 +2,6 @@
 
 use super::door::storey_door;
 use super::slice_count::reaches;
-use crate::model::cell_area::{MAX_SILL, to_tenths};
 use crate::model::element_runs::ElementRuns;
 use geometry::{LazyFootprint, Plane, Slab, SlabCut};
 use grid::{CellRect, Class, GridSpec, Run, cells_of_cut, common_runs};
@@ -56,13 +55,7 @@ impl Place<'_> {
     /// True if a door belongs to this map storey; on the ground outdoors, which is no level, if it begins at the height of the patch.
     fn has_door(&self, door: &DoorRecord, patch: Option<&Plane>) -> bool {
         match patch.filter(|_| self.site.map_storeys[self.map_storey].floor == FloorKind::Ground) {
-            Some(plane) => {
-                let opening = self.site.openings.get(door.opening as usize);
-                let bottom =
-                    opening.map_or(self.site.elements[door.element as usize].min_tenths[2], |o| o.bottom_z_tenths);
-                let most = to_tenths(self.robot.step_height_m).max(MAX_SILL);
-                (f64::from(bottom) - plane.z(door.passage.centre)).abs() <= f64::from(most)
-            }
+            Some(plane) => self.site.is_door_at(door, self.robot, plane.z(door.passage.centre)),
             None => door.map_storey == self.map_storey as u32,
         }
     }

@@ -8,7 +8,7 @@ use super::place::{Place, is_lasting};
 use super::slice_count::{SliceCount, slab_of};
 use crate::error::RasterizeError;
 use crate::layers::floor::sides_with_floor;
-use crate::model::cell_area::{MAX_SILL, cells_beside, to_tenths};
+use crate::model::cell_area::{cells_beside, to_tenths};
 use crate::model::obstacle_squares::ObstacleSquares;
 use crate::model::storey_slice::{
     MIN_STOREY_HEIGHT, Overhead, Passage, SpaceRuns, StoreySlice, next_floor_z, overhead_slab,
@@ -16,7 +16,9 @@ use crate::model::storey_slice::{
 use frames::TENTHS_PER_M;
 use geometry::{Bounds, Slab};
 use grid::{CellRect, Class, GridSpec, Mask, covered_cells, overlapped_cells};
-use messages::{ElementRecord, FloorKind, MapStoreyRecord, NONE, RobotProfile, Site, SpaceRecord, space_flags};
+use messages::{
+    ElementRecord, FloorKind, MAX_SILL_TENTHS, MapStoreyRecord, NONE, RobotProfile, Site, SpaceRecord, space_flags,
+};
 
 /// Width of unknown cells around the contents of a grid, so that planners see the end of the map.
 const MARGIN: i32 = TENTHS_PER_M;
@@ -143,7 +145,7 @@ fn spaces_of(site: &Site<'_>, spec: &GridSpec, map_storey: usize) -> Vec<SpaceRu
 fn passages_of(site: &Site<'_>, spec: &GridSpec, floor_z: i32, top: i32) -> Vec<Passage> {
     let is_passage = |o: &&messages::OpeningRecord| {
         let filled_by_door = o.filling != NONE && site.elements[o.filling as usize].class() == Class::Door;
-        let at_floor = o.bottom_z_tenths <= floor_z + MAX_SILL && o.top_z_tenths >= top;
+        let at_floor = o.bottom_z_tenths <= floor_z + MAX_SILL_TENTHS && o.top_z_tenths >= top;
         (o.filling == NONE || filled_by_door) && o.host != NONE && o.plan.half[0] > 0.0 && at_floor
     };
     let passage = |o: &messages::OpeningRecord| {

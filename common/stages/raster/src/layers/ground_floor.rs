@@ -29,7 +29,7 @@ pub(crate) struct GroundFloor {
 ///
 /// A cell shows one surface. Of surfaces above each other one counts only if the robot fits below the next, and below its body; of those
 /// that do it is the one nearest to the level of the storey: what lies deeper or higher belongs to the map of another one. Outdoors it
-/// is the one nearest to the highest terrain or road. From a cell the ground breaks off where that beside it is lower by more than a step.
+/// is the one nearest to the highest terrain or road of the cell, and where there is none to the median height of the ground. From a cell the ground breaks off where that beside it is lower by more than a step.
 pub(crate) fn ground_floor(
     storey: &StoreySlice,
     robot: &RobotProfile,
@@ -112,7 +112,8 @@ impl Surfaces<'_> {
         }
     }
 
-    /// Height of the highest terrain or road among surfaces; without any the height at which the map begins.
+    /// Height of the highest terrain or road among surfaces; without any, as in a hole of the terrain under a house, that of the map
+    /// storey, the median of all ground.
     fn earth_z(&self, surfaces: &[(f64, u32)]) -> f64 {
         let is_earth = |(_, surface): &&(f64, u32)| self.storey.ground[*surface as usize].is_outdoors;
         let highest = surfaces.iter().filter(is_earth).map(|(z, _)| *z).reduce(f64::max);

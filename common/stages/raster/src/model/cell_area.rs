@@ -1,15 +1,11 @@
 //! Rectangles of cells around points and passages, and lengths of the robot profile in tenths of a millimetre.
 
-use frames::TENTHS_PER_M;
 use geometry::OrientedBox;
 use grid::{CellRect, GridSpec};
 use messages::RobotProfile;
 
 /// Distance from a passage within which floor is searched.
 pub(crate) const BESIDE_PASSAGE_M: f64 = 0.3;
-
-/// Maximum height of the sill of a passage over the floor, such as a door's threshold, in tenths of a millimetre.
-pub(crate) const MAX_SILL: i32 = TENTHS_PER_M / 10;
 
 /// Bottom and top of the slab above the floor, in tenths of a millimetre.
 pub(crate) fn slab_above_floor(robot: &RobotProfile) -> [i32; 2] {
