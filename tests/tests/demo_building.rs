@@ -68,7 +68,8 @@ fn the_dock_is_a_level_of_its_own_that_a_ramp_joins() {
     let ramps: Vec<&Value> = graph["edges"].as_array().unwrap().iter().filter(|e| e["class"] == "ramp").collect();
     assert_eq!(ramps.len(), 1, "{ramps:?}");
     let [rise_m, slope_rad] = ["rise_m", "slope_rad"].map(|key| ramps[0][key].as_f64().unwrap());
-    assert!((rise_m.abs() - 0.25).abs() < 1e-6 && (slope_rad - 0.089).abs() < 0.001, "{:?}", ramps[0]);
+    // The places before it are on the ramp, which is free: a little above its foot, and below its head.
+    assert!((0.2..0.25).contains(&rise_m.abs()) && (slope_rad - 0.089).abs() < 0.001, "{:?}", ramps[0]);
     assert_eq!(ramps[0]["usable"], true);
     let report = maps.json("report.json");
     let unmapped = report["spaces_not_mapped"].as_array().unwrap().iter();
@@ -276,9 +277,7 @@ fn the_terminal_and_the_report_tell_what_is_reached_of_each_storey() {
     for (entry, outcome) in report["storeys"].as_array().unwrap().iter().zip(waypoints["storeys"].as_array().unwrap()) {
         assert_eq!(entry["reach"]["reached_m2"], outcome["reached_m2"]);
         let parts = entry["reach"]["parts"].as_array().unwrap();
-        // Nobody is sent over the ground outdoors.
-        let is_planned = entry["name"] != "Site";
-        assert_eq!(parts.iter().any(|p| p["reached"] == true && p["has_way_in"] == true), is_planned, "{parts:?}");
+        assert!(parts.iter().any(|p| p["reached"] == true && p["has_way_in"] == true), "{parts:?}");
     }
     let home = tempfile::tempdir().unwrap();
     let (model, out) = (demo_model(), home.path().join("out"));
