@@ -181,9 +181,10 @@ mod tests {
                     })
                 });
                 let expected = Plane::of(surface.unwrap()).z(units) / 10_000.0;
-                // Behind a steep face its plate may reach below a neighbour, and never above it by more than it is thick.
+                // Behind a steep face its plate may reach through a neighbour. Of the steepest of these, 60.5 degrees, on both sides of a
+                // ridge, it reaches (sin * tan - cos) = 1.05 times its thickness above it.
                 let off = top(&found, place).unwrap() - expected;
-                prop_assert!((-0.001..=DEPTH_M).contains(&off), "{} at {:?}", off, place);
+                prop_assert!((-0.001..=1.05 * DEPTH_M).contains(&off), "{} at {:?}", off, place);
             }
         }
     }
