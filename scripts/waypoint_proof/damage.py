@@ -69,9 +69,11 @@ def a_scan(plan, best=lambda w: 0):
 
 
 def door_of_a_room(copy, graph):
-    """A door whose room has no other, and its edges."""
+    """The edges of a door whose room has no other, on the map of the room: the ground outdoors may show it, too."""
+    storey = {node["id"]: node["storey"] for node in graph["nodes"]}
     for space in copy.semantic["spaces"].values():
-        own = [e for e in graph["edges"] if e["class"] == "door" and e["of"] in space["doors"]]
+        doors = [e for e in graph["edges"] if e["class"] == "door" and e["of"] in space["doors"]]
+        own = [e for e in doors if storey[e["from"]] == space["storey"]]
         if space["storey"] == 0 and len(space["doors"]) == 1 and len(own) == 2:
             return own
     raise LookupError("no room has one door")
