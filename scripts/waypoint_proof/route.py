@@ -188,14 +188,17 @@ def check_portal(export, edge, ends):
 
 def check_connected(export, index):
     """All nodes in a part of the storey that the robot gets to hang together over its floor; outdoors, where no waypoint tells which
-    these are, in every part with nodes."""
+    these are, those that the report names."""
     beside = {}
     for edge in export.graph["edges"]:
         if edge["class"] in ("floor", "door"):
             beside.setdefault(edge["from"], []).append(edge["to"])
             beside.setdefault(edge["to"], []).append(edge["from"])
-    of_nodes = sorted({n["part"] for n in export.graph["nodes"] if n["storey"] == index} - {0})
-    for part in of_nodes if export.storeys[index].is_outdoors else export.reached(index):
+    storey, reached = export.storeys[index], export.reached(index)
+    if storey.is_outdoors:
+        told = export.report["storeys"][index]["reach"]["parts"]
+        reached = sorted({storey.part_at(storey.places(p["at_m"])[0]) for p in told if p["reached"]} - {0})
+    for part in reached:
         own = {n["id"] for n in export.graph["nodes"] if (n["storey"], n["part"]) == (index, part)}
         found, waiting = set(), sorted(own)[:1]
         while waiting:
