@@ -5,7 +5,7 @@
 #[path = "../../../messages/tests/support/box_part.rs"]
 mod box_part;
 
-use box_part::add_box_part;
+use box_part::{add_box_part, box_element};
 use bytemuck::Zeroable;
 use frames::{Map, Rigid2, Slam};
 use grid::Class;
@@ -153,19 +153,7 @@ impl Storey {
         let (min, max) = ([x0, y0, lo].map(t), [x1, y1, hi].map(t));
         let b = &mut self.builder;
         let first_part = add_box_part(b, min, max);
-        b.elements.push(ElementRecord {
-            min_tenths: min,
-            max_tenths: max,
-            first_part,
-            n_parts: 1,
-            class: class.into(),
-            whole: NONE,
-            storey: NONE,
-            space: NONE,
-            door: NONE,
-            stair: NONE,
-            ..Zeroable::zeroed()
-        });
+        b.elements.push(box_element(class, first_part, [min, max]));
         b.elements.len() - 1
     }
 

@@ -4,7 +4,6 @@
 #[path = "../../../messages/tests/support/box_part.rs"]
 mod box_part;
 
-use bytemuck::Zeroable;
 use grid::Class;
 use messages::*;
 use safety::{NO_SOURCE, SafetyInput, SafetyLayer};
@@ -75,20 +74,8 @@ impl Floor {
     pub(crate) fn add(&mut self, class: Class, flags: u32, corners: [[f64; 3]; 2]) -> usize {
         let [min, max] = corners.map(|c| c.map(t));
         let first_part = box_part::add_box_part(&mut self.site, min, max);
-        self.site.elements.push(ElementRecord {
-            min_tenths: min,
-            max_tenths: max,
-            first_part,
-            n_parts: 1,
-            class: class.into(),
-            flags,
-            whole: NONE,
-            storey: NONE,
-            space: NONE,
-            door: NONE,
-            stair: NONE,
-            ..Zeroable::zeroed()
-        });
+        let element = box_part::box_element(class, first_part, [min, max]);
+        self.site.elements.push(ElementRecord { flags, ..element });
         self.boxes.push(corners);
         self.boxes.len() - 1
     }

@@ -5,7 +5,7 @@
 #[path = "../../../../messages/tests/support/box_part.rs"]
 pub(crate) mod box_part;
 
-use box_part::{add_box_part, add_part};
+use box_part::{add_box_part, add_part, box_element};
 use frames::{Map, Point2};
 use grid::Class;
 use messages::*;
@@ -46,19 +46,7 @@ impl House {
         let (min, max) = (min.map(t), max.map(t));
         let b = &mut self.builder;
         let first_part = add_box_part(b, min, max);
-        b.elements.push(ElementRecord {
-            min_tenths: min,
-            max_tenths: max,
-            first_part,
-            n_parts: 1,
-            class: class.into(),
-            whole: NONE,
-            storey: NONE,
-            space: NONE,
-            door: NONE,
-            stair: NONE,
-            ..bytemuck::Zeroable::zeroed()
-        });
+        b.elements.push(box_element(class, first_part, [min, max]));
         b.elements.len() - 1
     }
 

@@ -4,7 +4,7 @@
 mod box_part;
 
 use super::{CHARACTER, Drawing, House, STOREY, bounds, letter_of};
-use box_part::add_box_part;
+use box_part::{add_box_part, box_element};
 use bytemuck::Zeroable;
 use geometry::{FillRule, MultiPolygon, union};
 use grid::Class;
@@ -122,16 +122,8 @@ impl Builder<'_> {
         b.elements.push(ElementRecord {
             global_id,
             name: global_id,
-            min_tenths: [i32::MAX; 3],
-            max_tenths: [i32::MIN; 3],
-            first_part: b.parts.len() as u32,
-            class: class.into(),
-            whole: NONE,
-            storey: NONE,
-            space: NONE,
-            door: NONE,
-            stair: NONE,
-            ..Zeroable::zeroed()
+            n_parts: 0,
+            ..box_element(class, b.parts.len() as u32, [[i32::MAX; 3], [i32::MIN; 3]])
         });
         b.elements.len() - 1
     }
