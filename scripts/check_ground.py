@@ -17,7 +17,7 @@ import sys
 import numpy as np
 import trimesh
 
-from check_world import elevation, first_below, judge_heights
+from check_world import elevation, faces_over_cells, first_below, judge_heights
 
 AREA_M2 = 1e-3
 SLOPE_RAD = 2e-3
@@ -29,20 +29,8 @@ AGREE = 0.995
 def nearest_face_m(corners, height, origin, side):
     """How far the nearest face lies above or below the height of each cell, in its middle."""
     nearest = np.full(height.shape, np.inf)
-    for face, z in zip((corners[:, :, :2] - origin) / side, corners[:, :, 2]):
-        low = np.maximum(np.floor(face.min(axis=0) - 0.5).astype(int), 0)
-        high = np.minimum(np.ceil(face.max(axis=0) + 0.5).astype(int), height.shape[::-1])
-        (ax, ay), (bx, by), (cx, cy) = face
-        double_area = (by - cy) * (ax - cx) + (cx - bx) * (ay - cy)
-        if (low >= high).any() or abs(double_area) < 1e-12:
-            continue
-        x, y = np.meshgrid(np.arange(low[0], high[0]) + 0.5, np.arange(low[1], high[1]) + 0.5)
-        u = ((by - cy) * (x - cx) + (cx - bx) * (y - cy)) / double_area
-        v = ((cy - ay) * (x - cx) + (ax - cx) * (y - cy)) / double_area
-        is_inside = (u >= -1e-6) & (v >= -1e-6) & (u + v <= 1 + 1e-6)
-        part = (slice(low[1], high[1]), slice(low[0], high[0]))
-        off = np.abs(u * z[0] + v * z[1] + (1 - u - v) * z[2] - height[part])
-        nearest[part] = np.minimum(nearest[part], np.where(is_inside, off, np.inf))
+    for part, z, is_over in faces_over_cells(corners, height.shape, origin, side):
+        nearest[part] = np.minimum(nearest[part], np.where(is_over, np.abs(z - height[part]), np.inf))
     return nearest
 
 

@@ -159,12 +159,12 @@ def faces_of(corners, faces):
     return [(corners[face], [list(range(len(face)))]) for face in faces]
 
 
-def first_below(triangles, start, origin, side):
-    """Height of the first face below `start`, a height for each cell, over the middle of the cell; -infinity without one."""
-    found = np.full(start.shape, -np.inf)
+def faces_over_cells(triangles, shape, origin, side):
+    """Of each face that has an area in plan the part of a grid around it, its height in the middle of each cell there, and whether it
+    lies over that."""
     for face, z in zip((triangles[:, :, :2] - origin) / side, triangles[:, :, 2]):
         low = np.maximum(np.floor(face.min(axis=0) - 0.5).astype(int), 0)
-        high = np.minimum(np.ceil(face.max(axis=0) + 0.5).astype(int), start.shape[::-1])
+        high = np.minimum(np.ceil(face.max(axis=0) + 0.5).astype(int), shape[::-1])
         (ax, ay), (bx, by), (cx, cy) = face
         double_area = (by - cy) * (ax - cx) + (cx - bx) * (ay - cy)
         if (low >= high).any() or abs(double_area) < 1e-12:
@@ -172,10 +172,15 @@ def first_below(triangles, start, origin, side):
         x, y = np.meshgrid(np.arange(low[0], high[0]) + 0.5, np.arange(low[1], high[1]) + 0.5)
         u = ((by - cy) * (x - cx) + (cx - bx) * (y - cy)) / double_area
         v = ((cy - ay) * (x - cx) + (ax - cx) * (y - cy)) / double_area
-        part = (slice(low[1], high[1]), slice(low[0], high[0]))
-        height = u * z[0] + v * z[1] + (1 - u - v) * z[2]
-        is_met = (u >= -1e-6) & (v >= -1e-6) & (u + v <= 1 + 1e-6) & (height <= start[part])
-        found[part] = np.maximum(found[part], np.where(is_met, height, -np.inf))
+        is_over = (u >= -1e-6) & (v >= -1e-6) & (u + v <= 1 + 1e-6)
+        yield (slice(low[1], high[1]), slice(low[0], high[0])), u * z[0] + v * z[1] + (1 - u - v) * z[2], is_over
+
+
+def first_below(triangles, start, origin, side):
+    """Height of the first face below `start`, a height for each cell, over the middle of the cell; -infinity without one."""
+    found = np.full(start.shape, -np.inf)
+    for part, height, is_over in faces_over_cells(triangles, start.shape, origin, side):
+        found[part] = np.maximum(found[part], np.where(is_over & (height <= start[part]), height, -np.inf))
     return found
 
 
