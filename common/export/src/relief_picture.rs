@@ -10,7 +10,8 @@ use messages::Grid;
 /// Colours from level ground to the steepest that the robot drives on, at equal distances.
 const COLOURS: [Rgb; 4] = [[255, 255, 255], [150, 205, 130], [250, 210, 90], [225, 85, 60]];
 
-/// Distances in height of contour lines, in tenths of a millimetre: the first of which the range of heights has no more than [`MAX_INTERVALS`].
+/// Distances in height of contour lines, in tenths of a millimetre: the first of which the range of heights has no more than
+/// [`MAX_INTERVALS`].
 const INTERVALS: [i32; 7] = [500, 1_000, 2_500, 5_000, TENTHS_PER_M, 2 * TENTHS_PER_M, 5 * TENTHS_PER_M];
 const MAX_INTERVALS: i32 = 24;
 
@@ -36,7 +37,7 @@ fn colour(grid: &Grid<'_>, cell: usize, interval: i32, max_slope_rad: f64) -> Rg
         (Class::Door, _) => CLOSED_DOOR,
         (Class::None, None) => UNKNOWN,
         (Class::None, Some(height)) => {
-            let slope = slope_colour(f64::from(grid.slope[cell]) / 1_000.0, max_slope_rad);
+            let slope = slope_colour(grid.slope_rad(cell).unwrap_or(0.0), max_slope_rad);
             if is_on_line(grid, cell, height, interval) {
                 slope.map(|part| (f64::from(part) * LINE_SHADE) as u8)
             } else {

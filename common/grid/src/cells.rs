@@ -58,7 +58,7 @@ impl Mask {
 }
 
 /// Indices of the up to four neighbours that share a side.
-fn neighbours4(index: usize, width: usize, n_cells: usize) -> impl Iterator<Item = usize> {
+pub(crate) fn neighbours4(index: usize, width: usize, n_cells: usize) -> impl Iterator<Item = usize> + use<> {
     let column = index % width;
     [
         (column > 0).then(|| index - 1),

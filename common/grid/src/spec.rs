@@ -1,5 +1,6 @@
 //! Grid specification: resolution, origin and size.
 
+use crate::cells::neighbours4;
 use frames::{Map, Point2, TENTHS_PER_M, metres};
 use geometry::Bounds;
 
@@ -120,14 +121,7 @@ impl GridSpec {
 
     /// The cells along the sides of a cell, by their indices.
     pub fn beside(&self, index: usize) -> impl Iterator<Item = usize> + use<> {
-        let (Cell { column, row }, width) = (self.cell_of(index), self.width as usize);
-        let sides = [
-            (column > 0).then(|| index - 1),
-            (column + 1 < self.width).then(|| index + 1),
-            (row > 0).then(|| index - width),
-            (row + 1 < self.height).then(|| index + width),
-        ];
-        sides.into_iter().flatten()
+        neighbours4(index, self.width as usize, self.n_cells())
     }
 
     /// The cell that holds the point; `None` outside the grid.

@@ -144,6 +144,11 @@ impl<'a> Site<'a> {
         self.map_storeys.iter().enumerate().filter(|(_, storey)| storey.floor != FloorKind::Ground)
     }
 
+    /// The map storey of the ground outdoors, with its index, if there is one.
+    pub fn outdoors(&self) -> Option<(usize, &'a MapStoreyRecord)> {
+        self.map_storeys.iter().enumerate().find(|(_, storey)| storey.floor == FloorKind::Ground)
+    }
+
     /// True if a door begins at a height of the ground, in tenths of a millimetre: its opening, or else the door itself, within a step of the
     /// robot or the height of a sill.
     pub fn is_door_at(&self, door: &DoorRecord, robot: &RobotProfile, ground_z: f64) -> bool {

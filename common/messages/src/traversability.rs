@@ -1,4 +1,4 @@
-//! How well a robot drives over a cell of its map, from the map and the slope of the ground.
+//! Traversability of a cell for the robot of its map: 0 where it must not be, else falling with the slope of the ground.
 
 use crate::grid_archive::Grid;
 use crate::robot::RobotProfile;

@@ -76,8 +76,8 @@ impl LocalGround {
         self.of_cell.is_empty()
     }
 
-    /// True for a cell with ground or of an edge beside it, where the ground is not level. An edge from which it breaks off is no floor of a map, and
-    /// what stands behind the edge is near all the same.
+    /// True for a cell with ground or of an edge beside it, where the ground is not level. An edge from which it breaks off is no floor of
+    /// a map, and what stands behind the edge is near all the same.
     pub(crate) fn is_beside(&self, cell: usize) -> bool {
         self.is_beside.get(cell).is_some_and(|is_beside| *is_beside)
     }

@@ -8,7 +8,7 @@ use convex::{Made, Piece, Shape};
 use export::ExportInput;
 use frames::metres;
 use geometry::Bounds;
-use messages::{ElementState, FloorKind};
+use messages::ElementState;
 use rayon::prelude::*;
 
 /// Bodies of more triangles are not tried as convex pieces: a road between its edges has a dozen.
@@ -22,13 +22,13 @@ const EXACT_M: f64 = 0.002;
 /// As on the map of the ground outdoors an element is there once it is built, and not any more while it is removed.
 pub(crate) fn ground_bodies(input: &ExportInput<'_>, options: &WorldOptions) -> Vec<StaticElement> {
     let site = input.site;
-    let outdoors = site.map_storeys.iter().position(|s| s.floor == FloorKind::Ground);
+    let outdoors = site.outdoors();
     let is_there = |element: u32| match outdoors {
         Some(_) => input.schedule_state.effective(element as usize) == ElementState::Built,
         None => stands(input, element),
     };
-    let map = outdoors.map(|storey| {
-        let [x0, y0, x1, y1] = site.map_storeys[storey].bounds_tenths;
+    let map = outdoors.map(|(_, storey)| {
+        let [x0, y0, x1, y1] = storey.bounds_tenths;
         Bounds { min: [x0, y0], max: [x1, y1] }
     });
     let wanted = (0..site.elements.len() as u32).filter(|&e| is_outdoors(input, e) && is_there(e));
@@ -38,7 +38,7 @@ pub(crate) fn ground_bodies(input: &ExportInput<'_>, options: &WorldOptions) -> 
             body: Body::Element(element),
             link: link_name(input, record),
             class: record.class(),
-            storey: outdoors.map_or_else(|| storey_of(input, record), |storey| storey as u32),
+            storey: outdoors.map_or_else(|| storey_of(input, record), |(storey, _)| storey as u32),
             pieces: Vec::new(),
             ground: Some(GroundFaces::of(
                 record.ground.get(),
@@ -53,7 +53,7 @@ pub(crate) fn ground_bodies(input: &ExportInput<'_>, options: &WorldOptions) -> 
         body: Body::Terrain(terrain),
         link: format!("{}_{}", Body::Terrain(terrain).class(site).name(), site.text(record.global_id)),
         class: Body::Terrain(terrain).class(site),
-        storey: outdoors.map_or_else(|| storey_at(input, metres(record.min_tenths[2])), |storey| storey as u32),
+        storey: outdoors.map_or_else(|| storey_at(input, metres(record.min_tenths[2])), |(storey, _)| storey as u32),
         pieces: Vec::new(),
         ground: Some(GroundFaces::of(
             record.ground.get(),

@@ -5,7 +5,7 @@
 
 use convex::{Hull, convex_partition};
 use frames::metres;
-use geometry::{FillRule, Plane, Ring, union, unit_normal};
+use geometry::{FillRule, Plane, Ring, ring_area_doubled, union, unit_normal};
 use std::collections::BTreeMap;
 
 /// How deep plates go: not farther than maps and worlds agree, where that is behind a body's other side or the edge of a wall.
@@ -81,9 +81,8 @@ fn add_gentle(faces: &[Triangle], sense: f64, found: &mut Vec<Hull>) {
     }
 }
 
-fn plan_area_doubled(t: &Triangle) -> i64 {
-    let side = |k: usize, i: usize| i64::from(t[k][i]) - i64::from(t[0][i]);
-    (side(1, 0) * side(2, 1) - side(2, 0) * side(1, 1)).abs()
+fn plan_area_doubled(t: &Triangle) -> i128 {
+    ring_area_doubled(&t.map(|v| [v[0], v[1]])).abs()
 }
 
 /// The least height of a triangle.

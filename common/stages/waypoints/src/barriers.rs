@@ -160,9 +160,8 @@ fn links(
     let MissionPlanInput { site, schedule_state, index, grids, .. } = *input;
     let mut links = Vec::new();
     for (storey, free_space) in free_spaces.iter().enumerate() {
-        let passages = input.passages(storey);
         grids.with(storey, |grid| {
-            for passage in passages {
+            for passage in input.passages(grid) {
                 let door = &site.doors[passage.door as usize];
                 let rooms = door.spaces.iter().filter(|&&space| space != NONE).map(|&space| space as usize);
                 let blocked: Vec<usize> = rooms.filter(|&space| schedule_state.is_blocked(space)).collect();

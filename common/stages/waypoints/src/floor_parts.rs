@@ -6,7 +6,7 @@ use crate::portal::Portal;
 use crate::reachability::Reachability;
 use crate::start_pose::cells_around;
 use frames::{Point2, TENTHS_PER_M};
-use messages::{AttributeKind, DoorPassageRecord, DoorRecord, FloorPartRecord, Grid, NONE, Site, space_flags};
+use messages::{AttributeKind, DoorRecord, FloorPartRecord, Grid, NONE, Site, space_flags};
 
 /// Properties of a part by which the default part is chosen.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -26,10 +26,10 @@ const MIN_ROOM_SHARE: f64 = 0.1;
 /// Distance from the passage of an outer door, beyond the robot's radius, within which it gives access to a part.
 const DOOR_REACH_M: f64 = 0.5;
 
-/// Properties of each part of a storey with these doors, beginning with the unreachable part 0.
+/// Properties of each part of a storey, beginning with the unreachable part 0.
 pub(crate) fn part_properties(
     input: &MissionPlanInput<'_>,
-    (storey, passages): (usize, &[DoorPassageRecord]),
+    storey: usize,
     grid: &Grid<'_>,
     free_space: &FreeSpace,
     portals: &[Portal],
@@ -46,7 +46,7 @@ pub(crate) fn part_properties(
     for end in portals.iter().flat_map(|p| p.ends).filter(|end| end.storey == storey) {
         properties[end.part as usize].has_way_in = true;
     }
-    for passage in passages {
+    for passage in input.passages(grid) {
         let door = &site.doors[passage.door as usize];
         if is_outer(site, door, passage.sides_with_floor) {
             for part in parts_at(free_space, grid, door, input.index.head.robot.radius_m) {

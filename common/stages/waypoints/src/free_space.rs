@@ -59,7 +59,7 @@ impl FreeSpace {
         let needed = (needed.max(0.0) * needed.max(0.0)).ceil() as u32;
         let stands = |cell: usize| !grid.is_keepout(cell) && squared[cell] >= needed.max(1);
         let mut part = squared.cells().layer_of(0, |cell| if stands(cell) { UNLABELLED } else { 0 });
-        let sizes = label(&mut part, spec.width as usize);
+        let sizes = label(&mut part, &spec);
         let relief = (is_planned && !grid.elevation.is_empty()).then(|| relief_of(grid, squared.cells()));
         Self { spec, squared, part, sizes, kept_off: None, floor_z_tenths: grid.head.floor_z_tenths, relief }
     }
@@ -247,7 +247,7 @@ fn relief_of(grid: &Grid<'_>, cells: &SparseCells) -> SparseLayer<GroundOfCell> 
 const UNLABELLED: u32 = u32::MAX;
 
 /// Labels the connected components of the [`UNLABELLED`] cells, from 1; returns their sizes, beginning with number 0.
-fn label(part: &mut SparseLayer<u32>, width: usize) -> Vec<u32> {
+fn label(part: &mut SparseLayer<u32>, spec: &GridSpec) -> Vec<u32> {
     let cells = part.cells().clone();
     let mut sizes = vec![0];
     let mut waiting = Vec::new();
@@ -261,12 +261,7 @@ fn label(part: &mut SparseLayer<u32>, width: usize) -> Vec<u32> {
         waiting.push(start);
         while let Some(cell) = waiting.pop() {
             sizes[number as usize] += 1;
-            let column = cell % width;
-            let left = (column > 0).then(|| cell - 1);
-            let right = (column + 1 < width).then(|| cell + 1);
-            let below = cell.checked_sub(width);
-            let above = Some(cell + width).filter(|c| *c < cells.n_cells());
-            for next in [left, right, below, above].into_iter().flatten() {
+            for next in spec.beside(cell) {
                 if part[next] == UNLABELLED {
                     part[next] = number;
                     waiting.push(next);

@@ -7,7 +7,7 @@ use crate::start_pose::cells_around;
 use frames::{Map, Point2, TENTHS_PER_M};
 use geometry::OrientedBox;
 use grid::Cell;
-use messages::{DoorPassageRecord, FloorKind, NONE};
+use messages::{DoorPassageRecord, NONE};
 use std::collections::BTreeMap;
 
 /// Vertices are whole tenths of a millimetre.
@@ -25,20 +25,15 @@ const BEFORE_DOOR_M: f64 = 1.5;
 pub(crate) fn ground_crossings(input: &MissionPlanInput<'_>, free_spaces: &[&FreeSpace]) -> Vec<Portal> {
     let (site, robot) = (input.site, &input.index.head.robot);
     let step = frames::tenths(robot.step_height_m).unwrap_or(i32::MAX / 4).saturating_add(HEIGHT_TOLERANCE);
-    let outdoors = site.map_storeys.iter().enumerate().filter(|(_, storey)| storey.floor == FloorKind::Ground);
-    let mut found = Vec::new();
-    for (ground, _) in outdoors {
-        let doorway = |door: &DoorPassageRecord| {
-            let way = door.way.to_box();
-            let radius = robot.radius_m * f64::from(TENTHS_PER_M);
-            OrientedBox { half: way.half.map(|half| half + radius), ..way }
-        };
-        let doorways: Vec<OrientedBox> = input.passages(ground).iter().map(doorway).collect();
-        for (level, _) in site.levels() {
-            found.extend(SharedGround { free_spaces, level, ground, step }.portals(&doorways));
-        }
-    }
-    found
+    let Some((ground, _)) = site.outdoors() else { return Vec::new() };
+    let doorway = |door: &DoorPassageRecord| {
+        let way = door.way.to_box();
+        let radius = robot.radius_m * f64::from(TENTHS_PER_M);
+        OrientedBox { half: way.half.map(|half| half + radius), ..way }
+    };
+    let doorways: Vec<OrientedBox> = input.passages_at(ground).iter().map(doorway).collect();
+    let portals = |(level, _)| SharedGround { free_spaces, level, ground, step }.portals(&doorways);
+    site.levels().flat_map(portals).collect()
 }
 
 /// The map of a level and that of the ground outdoors.

@@ -24,22 +24,29 @@ pub struct MissionPlanInput<'a> {
 }
 
 impl MissionPlanInput<'_> {
-    /// The doors of a storey. The ground outdoors has none of its own, but those of other storeys that begin at its height.
-    pub(crate) fn passages(&self, at: usize) -> Vec<DoorPassageRecord> {
+    /// The doors on the map of a storey. The ground outdoors has none of its own, but those of other storeys that begin at its height.
+    pub(crate) fn passages(&self, grid: &Grid<'_>) -> Vec<DoorPassageRecord> {
+        if grid.head.floor != FloorKind::Ground {
+            return self.doors_of(grid.head.map_storey);
+        }
+        let is_here = |door: &&DoorPassageRecord| {
+            let (record, robot) = (&self.site.doors[door.door as usize], &self.index.head.robot);
+            heights_at(grid, door.way.to_box()).any(|z| self.site.is_door_at(record, robot, f64::from(z)))
+        };
+        if is_planned(grid.head) { self.index.doors.iter().filter(is_here).copied().collect() } else { Vec::new() }
+    }
+
+    /// The same where no grid is open: only that of the ground outdoors is opened for it.
+    pub(crate) fn passages_at(&self, at: usize) -> Vec<DoorPassageRecord> {
         let head = self.grids.head(at);
         if head.floor != FloorKind::Ground {
-            return self.index.doors.iter().filter(|door| door.map_storey == head.map_storey).copied().collect();
+            return self.doors_of(head.map_storey);
         }
-        if !is_planned(head) {
-            return Vec::new();
-        }
-        self.grids.with(at, |grid| {
-            let is_here = |door: &&DoorPassageRecord| {
-                let (record, robot) = (&self.site.doors[door.door as usize], &self.index.head.robot);
-                heights_at(grid, door.way.to_box()).any(|z| self.site.is_door_at(record, robot, f64::from(z)))
-            };
-            self.index.doors.iter().filter(is_here).copied().collect()
-        })
+        self.grids.with(at, |grid| self.passages(grid))
+    }
+
+    fn doors_of(&self, map_storey: u32) -> Vec<DoorPassageRecord> {
+        self.index.doors.iter().filter(|door| door.map_storey == map_storey).copied().collect()
     }
 
     /// The distances that the robot keeps on a storey, if it does.

@@ -13,7 +13,6 @@ use crate::stair_traversal::stair_traversal;
 use crate::start_pose::why_blocked;
 use crate::storey_planner::PlannedStorey;
 use crate::tour_stops::{StopPurpose, TourStop};
-use crate::walked_line::walked;
 use frames::{Map, Point2};
 use messages::{
     Diagnostic, DiagnosticCode, DiagnosticRecord, EdgeKind, ElementRecord, FloorPartRecord, GridHead, GrownScanRecord,
@@ -321,11 +320,10 @@ fn add_graph(
             let first_point = builder.points.len() as u32;
             let free_space = free_spaces[at];
             builder.points.extend(edge.line.iter().map(|p| [p.x_m(), p.y_m(), free_space.z_m(*p)]));
-            let walked = walked(free_space, &edge.line);
             builder.edges.push(RouteEdgeRecord {
-                length_m: walked.length_m,
+                length_m: edge.walked.length_m,
                 clearance_m: edge.clearance_m,
-                slope_rad: walked.slope_rad,
+                slope_rad: edge.walked.slope_rad,
                 clear_width_m: 0.0,
                 nodes: edge.nodes.map(|n| (first + n) as u32),
                 kind: edge.door.map_or(EdgeKind::Floor, |_| EdgeKind::Door).into(),

@@ -158,8 +158,7 @@ fn reached(
         .iter()
         .enumerate()
         .map(|(storey, free_space)| {
-            let passages = input.passages(storey);
-            input.grids.with(storey, |grid| part_properties(input, (storey, &passages), grid, free_space, portals))
+            input.grids.with(storey, |grid| part_properties(input, storey, grid, free_space, portals))
         })
         .collect();
     let first: Vec<u32> = free_spaces
@@ -262,7 +261,7 @@ impl<'a> StoreyJob<'a> {
                 .filter(|&k| refusals[k].as_ref().is_some_and(needs_none) && is_here(k))
                 .collect(),
             may_scan,
-            passages: input.passages(at),
+            passages: input.passages_at(at),
             reached: &ways.reached.parts[at],
             barriers: &ways.barriers[at],
             entries: &ways.reached.entries[at],

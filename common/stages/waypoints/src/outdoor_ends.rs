@@ -6,7 +6,7 @@ use crate::stair_ends::{ends_at, stair_treads};
 use crate::stair_traversal::{MAX_RISE, ONE_LEVEL};
 use frames::{Map, Point2, TENTHS_PER_M, metres};
 use geometry::upward_triangles;
-use messages::{FloorKind, MapStoreyRecord, RobotProfile, Site};
+use messages::{MapStoreyRecord, RobotProfile, Site};
 
 /// Heights of a ramp's end and of the floor or ground before it differ by this at most, in tenths of a millimetre.
 const RAMP_END: i32 = 1_000;
@@ -39,8 +39,7 @@ pub(crate) fn add_outdoors(
     free_spaces: &[&FreeSpace],
     stagings: &mut Vec<Staging>,
 ) {
-    let is_ground = |(_, storey): &(usize, &MapStoreyRecord)| storey.floor == FloorKind::Ground;
-    let Some((storey, _)) = site.map_storeys.iter().enumerate().find(is_ground) else { return };
+    let Some((storey, _)) = site.outdoors() else { return };
     let on_ground = free_spaces[storey];
     let at_levels: Vec<usize> = stagings.iter().map(|staging| staging.storey).collect();
     let steps = if is_stair { stair_treads(site, elements) } else { Vec::new() };
@@ -95,7 +94,7 @@ mod tests {
     use crate::free_space::tests::drawn_at;
     use crate::stair_traversal::tests::{RISE_M, Stairwell};
     use bytemuck::Zeroable;
-    use messages::Grid;
+    use messages::{FloorKind, Grid};
 
     #[test]
     fn a_stair_that_ends_at_no_level_ends_on_the_ground_outdoors() {

@@ -3,6 +3,7 @@
 use crate::path_search::{PathGrid, length_m};
 use crate::skeleton::{Chain, skeleton, trace};
 use crate::space_centre::StoreyInputs;
+use crate::walked_line::{WalkedLine, walked};
 use frames::{Map, Point2, TENTHS_PER_M};
 use messages::DoorPassageRecord;
 
@@ -34,7 +35,7 @@ pub(crate) struct RouteEdge {
     /// The door of the site through which it leads; none over floor.
     pub(crate) door: Option<u32>,
     pub(crate) line: Vec<Point2<Map>>,
-    pub(crate) length_m: f64,
+    pub(crate) walked: WalkedLine,
     pub(crate) clearance_m: f64,
 }
 
@@ -188,8 +189,8 @@ fn add_edge(
         line.push(at);
         line.reverse();
     }
-    let (length_m, clearance_m) = (length_m(&line), clearance_m(storey, &line));
-    graph.edges.push(RouteEdge { nodes, door, line, length_m, clearance_m });
+    let (walked, clearance_m) = (walked(storey.free_space, &line), clearance_m(storey, &line));
+    graph.edges.push(RouteEdge { nodes, door, line, walked, clearance_m });
 }
 
 /// Minimum clearance along a line, sampled twice per cell.
@@ -403,7 +404,7 @@ mod tests {
         for edge in &graph.edges {
             let ends = edge.nodes.map(|n| graph.nodes[n].at);
             assert_eq!([edge.line[0], *edge.line.last().unwrap()], ends);
-            assert_eq!(edge.length_m, length_m(&edge.line));
+            assert_eq!(edge.walked.length_m, length_m(&edge.line));
             assert!(edge.line.windows(2).all(|p| p[0] != p[1]), "{:?}", edge.line);
         }
     }

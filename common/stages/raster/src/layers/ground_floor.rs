@@ -29,7 +29,8 @@ pub(crate) struct GroundFloor {
 ///
 /// A cell shows one surface. Of surfaces above each other one counts only if the robot fits below the next, and below its body; of those
 /// that do it is the one nearest to the level of the storey: what lies deeper or higher belongs to the map of another one. Outdoors it
-/// is the one nearest to the highest terrain or road of the cell, and where there is none to the median height of the ground. From a cell the ground breaks off where that beside it is lower by more than a step.
+/// is the one nearest to the highest terrain or road of the cell, and where there is none to the median height of the ground. From a
+/// cell the ground breaks off where that beside it is lower by more than a step.
 pub(crate) fn ground_floor(
     storey: &StoreySlice,
     robot: &RobotProfile,

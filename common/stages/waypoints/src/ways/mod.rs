@@ -18,6 +18,7 @@ use crate::route_graph::is_same_doorway;
 use crate::walked_line::{WalkedLine, walked};
 use frames::{Point2, TENTHS_PER_M};
 use geometry::OrientedBox;
+use grid::GridSpec;
 use messages::{DoorPassageRecord, EdgeKind, Grids, MapGrids, MissionPlan, ScheduleState, Site};
 use obstacles::ObstacleSearch;
 use places::{places_at, reached_from};
@@ -143,37 +144,38 @@ impl<'a> WayFinder<'a> {
         let z_m = line.iter().map(|corner| free_space.z_m(*corner)).collect();
         let map_storey = self.grids.head(storey).map_storey;
         let mut spaces: Vec<usize> = Vec::new();
-        self.grids.with(storey, |grid| {
+        let passages = self.grids.with(storey, |grid| {
             for space in cells.iter().filter_map(|cell| usize::from(grid.space[*cell]).checked_sub(1)) {
                 if spaces.last() != Some(&space) {
                     spaces.push(space);
                 }
             }
+            self.input().passages(grid)
         });
-        let doors = self.doors_on(storey, &cells, spec);
+        let doors = doors_on(passages, &cells, spec);
         FloorLeg { map_storey, line, z_m, length_m, climb_m, descent_m, slope_rad, doors, spaces, cells }
     }
+}
 
-    /// The doorways of a storey in which cells lie, in the order of the cells; leaves that count together are one.
-    fn doors_on(&self, storey: usize, cells: &[usize], spec: &grid::GridSpec) -> Vec<DoorPassageRecord> {
-        let half_cell = f64::from(spec.cell_tenths) / 2.0;
-        let first_in = |passage: &DoorPassageRecord| {
-            let way = passage.way.to_box();
-            // Before the doorway, too, by half a cell.
-            let way = OrientedBox { half: [way.half[0], way.half[1] + half_cell], ..way };
-            let middle = |cell: &usize| {
-                let middle = spec.centre_of(spec.cell_of(*cell));
-                middle.coordinates_m().map(|c| c * f64::from(TENTHS_PER_M))
-            };
-            cells.iter().position(|cell| way.contains(middle(cell)))
+/// The doorways in which cells lie, in the order of the cells; leaves that count together are one.
+fn doors_on(passages: Vec<DoorPassageRecord>, cells: &[usize], spec: &GridSpec) -> Vec<DoorPassageRecord> {
+    let half_cell = f64::from(spec.cell_tenths) / 2.0;
+    let first_in = |passage: &DoorPassageRecord| {
+        let way = passage.way.to_box();
+        // Before the doorway, too, by half a cell.
+        let way = OrientedBox { half: [way.half[0], way.half[1] + half_cell], ..way };
+        let middle = |cell: &usize| {
+            let middle = spec.centre_of(spec.cell_of(*cell));
+            middle.coordinates_m().map(|c| c * f64::from(TENTHS_PER_M))
         };
-        let here = self.input().passages(storey).into_iter().filter(|door| !door.passage.get().is_closed());
-        let mut found: Vec<(usize, DoorPassageRecord)> =
-            here.filter_map(|passage| Some((first_in(&passage)?, passage))).collect();
-        found.sort_by_key(|(at, passage)| (*at, passage.door));
-        found.dedup_by(|(_, a), (_, b)| is_same_doorway(b, a));
-        found.into_iter().map(|(_, passage)| passage).collect()
-    }
+        cells.iter().position(|cell| way.contains(middle(cell)))
+    };
+    let here = passages.into_iter().filter(|door| !door.passage.get().is_closed());
+    let mut found: Vec<(usize, DoorPassageRecord)> =
+        here.filter_map(|passage| Some((first_in(&passage)?, passage))).collect();
+    found.sort_by_key(|(at, passage)| (*at, passage.door));
+    found.dedup_by(|(_, a), (_, b)| is_same_doorway(b, a));
+    found.into_iter().map(|(_, passage)| passage).collect()
 }
 
 /// The portal of an edge of the mission plan; `None` for other edges, and where its ends have no grid.
