@@ -118,6 +118,49 @@ fn doors_swing_and_stairs_lead_down_and_each_names_its_element() {
 }
 
 #[test]
+fn treads_are_floor_of_a_robot_that_drives_on_stairs_and_cost_what_its_profile_says() {
+    let entries = "climbs_stairs = true\nstair_cost = 60\n[[safety]]\nnear = \"stair\"\nspeed_m_s = 0.3\n";
+    let (plain, maps) = (converted("climbs_stairs = true\n"), converted(entries));
+    let semantic = maps.json("semantic.json");
+    let class = |id: &str| semantic["elements"][id]["class"].as_str().unwrap().to_owned();
+    let mut n_treads = 0;
+    for storey in 0..2 {
+        let layer = Layer::of(&maps, storey);
+        let near: Vec<&str> =
+            layer.document["rules"].as_array().unwrap().iter().map(|r| r["near"].as_str().unwrap()).collect();
+        assert_eq!(near, ["stair", "stair"], "the limit of speed, and the cost of the profile");
+        let before = plain.path().join(maps.manifest["storeys"][storey]["directory"].as_str().unwrap());
+        let before = grid::decode_pgm(&std::fs::read(before.join("planning.pgm")).unwrap()).unwrap().2;
+        let (planning, costs, speed) =
+            (layer.pixels("planning.pgm"), layer.pixels("costs.pgm"), layer.pixels("speed.pgm"));
+        for (cell, element) in layer.elements("cost_cells").into_iter().enumerate() {
+            let Some(id) = element else {
+                assert_eq!((costs[cell], speed[cell]), (255, 255));
+                assert!(planning[cell] != FREE || before[cell] == FREE, "what is free now is a tread");
+                continue;
+            };
+            n_treads += 1;
+            assert_eq!((planning[cell], costs[cell], class(id).as_str()), (FREE, 60, "stair"));
+            // 0.3 m/s are 30 steps of 0.01 m/s.
+            assert!(speed[cell] != 255 && before[cell] != FREE, "{cell}");
+        }
+    }
+    // Most of a stair of 1.2 m by some metres, on both storeys.
+    assert!(n_treads > 1_000, "{n_treads}");
+    let is_on_stair = |waypoint: &Value| {
+        let storey = waypoint["storey"].as_u64().unwrap() as usize;
+        let origin = &maps.manifest["storeys"][storey]["origin_m"];
+        let [column, row] = [("x_m", 0), ("y_m", 1)]
+            .map(|(key, k)| ((waypoint[key].as_f64().unwrap() - origin[k].as_f64().unwrap()) / 0.05) as usize);
+        let layer = Layer::of(&maps, storey);
+        layer.pixels("costs.pgm")[row * layer.width + column] == 60
+    };
+    let waypoints = maps.json("waypoints.json");
+    let waypoints = waypoints["waypoints"].as_array().unwrap();
+    assert!(!waypoints.is_empty() && !waypoints.iter().any(is_on_stair), "nobody scans from a stair");
+}
+
+#[test]
 fn beside_a_ramp_what_stands_at_its_height_is_near_on_the_maps_of_both_storeys_and_outdoors() {
     let home = tempfile::tempdir().unwrap();
     let (model, _) = terrain_site(home.path(), &[]);

@@ -61,7 +61,9 @@ struct RobotToml {
     radius_m: Option<f64>,
     footprint_m: Option<Vec<[f64; 2]>>,
     max_slope_rad: Option<f64>,
+    max_cross_slope_rad: Option<f64>,
     climbs_stairs: Option<bool>,
+    stair_cost: Option<u32>,
     opens: Option<Vec<String>>,
     door_margin_m: Option<f64>,
     edge_margin_m: Option<f64>,
@@ -148,6 +150,7 @@ impl RobotToml {
             step_height_m: self.step_height_m.unwrap_or(usual.step_height_m),
             radius_m: self.radius_m.unwrap_or(usual.radius_m),
             max_slope_rad: self.max_slope_rad.unwrap_or(usual.max_slope_rad),
+            max_cross_slope_rad: self.max_cross_slope_rad.map_or(Ok(0.0), given_angle)?,
             door_margin_m: self.door_margin_m.unwrap_or(usual.door_margin_m),
             edge_margin_m: self.edge_margin_m.unwrap_or(usual.edge_margin_m),
             work_margin_m: self.work_margin_m.unwrap_or(usual.work_margin_m),
@@ -156,6 +159,8 @@ impl RobotToml {
             sensor_height_m: self.sensor_height_m.unwrap_or(usual.sensor_height_m),
             opens: self.opens.as_deref().map_or(Ok(usual.opens), opens_bits)?,
             climbs_stairs: u32::from(self.climbs_stairs.unwrap_or(usual.climbs_stairs == 1)),
+            stair_cost: self.stair_cost.unwrap_or(usual.stair_cost),
+            reserved: 0,
         };
         profile.check().map_err(|limit| limit.to_string())?;
         let footprint_m = self.footprint_m.unwrap_or_default();
@@ -164,7 +169,20 @@ impl RobotToml {
             return Err("name is empty".to_owned());
         }
         let safety = safety_rules(&self.safety)?;
+        if !profile.drives_on_stairs() && safety.records().iter().any(|rule| rule.kind == SafetyKind::Stair) {
+            return Err("a safety entry near \"stair\" is about stairs on which the robot drives: it needs stair_cost"
+                .to_owned());
+        }
         Ok(Robot { name: self.name, profile, footprint_m, safety })
+    }
+}
+
+/// A cross slope that is given: 0 says in a record that it is not.
+fn given_angle(max_cross_slope_rad: f64) -> Result<f64, String> {
+    if max_cross_slope_rad > 0.0 {
+        Ok(max_cross_slope_rad)
+    } else {
+        Err(format!("max_cross_slope_rad is {max_cross_slope_rad}, it must be above 0"))
     }
 }
 
@@ -199,6 +217,7 @@ impl SafetyToml {
             SafetyKind::Work => SafetySubject::Work,
             SafetyKind::Material => SafetySubject::Material(self.material.as_deref().ok_or("material is missing")?),
             SafetyKind::Class => class_named(self.class.as_deref().ok_or("class is missing")?)?,
+            SafetyKind::Stair => SafetySubject::Stair,
         })
     }
 }

@@ -163,7 +163,11 @@ struct Robot {
     /// Outline in the robot's frame; null if not given.
     footprint_m: Option<Vec<[f64; 2]>>,
     max_slope_rad: f64,
+    /// Steepest terrain across the way; null if the profile has none.
+    max_cross_slope_rad: Option<f64>,
     climbs_stairs: bool,
+    /// Cost of a cell on a stair, per cent of what is lethal; null where stairs are obstacles.
+    stair_cost: Option<u32>,
     /// Door operations it manages.
     opens: Vec<&'static str>,
     door_margin_m: f64,
@@ -356,6 +360,7 @@ impl Robot {
             step_height_m,
             radius_m,
             max_slope_rad,
+            max_cross_slope_rad,
             door_margin_m,
             edge_margin_m,
             work_margin_m,
@@ -363,6 +368,7 @@ impl Robot {
             lidar_range_m,
             sensor_height_m,
             climbs_stairs,
+            stair_cost,
             ..
         } = input.index.head.robot;
         Self {
@@ -373,7 +379,9 @@ impl Robot {
             radius_m,
             footprint_m: (!input.index.robot_footprint_m.is_empty()).then(|| input.index.robot_footprint_m.to_vec()),
             max_slope_rad,
+            max_cross_slope_rad: (max_cross_slope_rad > 0.0).then_some(max_cross_slope_rad),
             climbs_stairs: climbs_stairs == 1,
+            stair_cost: (stair_cost > 0).then_some(stair_cost),
             opens: DoorCapability::ALL
                 .into_iter()
                 .filter(|o| input.index.head.robot.opens(*o))

@@ -21,7 +21,8 @@ pub struct SafetyDocument {
     version: u32,
     /// Metres per second of one step of `speed.pgm`: the multiplier of Nav2's speed filter of type 2 (absolute), whose base is 0.
     speed_step_m_s: f64,
-    /// The rules of the robot, in the order of its profile.
+    /// The rules of the robot, in the order of its profile; for a robot that drives on stairs one near `stair` after them, which says
+    /// that these have the cost of the profile.
     rules: Vec<SafetyRule>,
     /// Elements that rules are about on this storey.
     sources: Vec<SafetySourceEntry>,
@@ -35,7 +36,7 @@ pub struct SafetyDocument {
 /// A rule.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 struct SafetyRule {
-    /// `glass`, `stair_edge`, `door_swing`, `work`, `material` or `class`.
+    /// `glass`, `stair_edge`, `door_swing`, `work`, `material`, `class` or `stair`.
     near: &'static str,
     /// Words of the material's name; null for other rules.
     material: Option<String>,
@@ -58,7 +59,7 @@ struct SafetySourceEntry {
     name: Option<String>,
 }
 
-/// The files of a storey; none for a robot without rules.
+/// The files of a storey; none for a robot without rules that does not drive on stairs.
 pub(crate) fn files(folder: &str, input: &ExportInput<'_>, grid: &Grid<'_>) -> Vec<ExportFile> {
     let of = SafetyInput { site: input.site, schedule_state: input.schedule_state, index: input.index };
     let Some(layer) = SafetyLayer::of(of, grid) else { return Vec::new() };
@@ -68,11 +69,11 @@ pub(crate) fn files(folder: &str, input: &ExportInput<'_>, grid: &Grid<'_>) -> V
         files.extend(map(folder, "speed", &layer, MapMode::Scale, pixels.collect()));
         files.push(ExportFile::new(format!("{folder}/speed_filter.yaml"), filter_info(&layer)));
     }
-    if layer.rules.iter().any(|rule| rule.distance_m > 0.0) {
+    if layer.has_costs() {
         let pixel = |cost: i8| u8::try_from(cost).unwrap_or(RAW_UNKNOWN);
         files.extend(map(folder, "costs", &layer, MapMode::Raw, layer.cost_mask().into_iter().map(pixel).collect()));
     }
-    let document = SafetyDocument::of(input.site, &SafetyRules::of(input.index), &layer);
+    let document = SafetyDocument::of(input.site, &layer);
     files.push(ExportFile::new(format!("{folder}/safety.json"), json::text(&document)));
     files
 }
@@ -86,7 +87,7 @@ fn map(folder: &str, name: &str, layer: &SafetyLayer, mode: MapMode, pixels: Vec
 
 /// Parameters of Nav2's costmap_filter_info_server for the mask.
 fn filter_info(layer: &SafetyLayer) -> String {
-    let multiplier = speed_step_m_s(&layer.rules);
+    let multiplier = speed_step_m_s(layer.rules.records());
     format!(
         "speed_costmap_filter_info_server:\n  ros__parameters:\n    type: 2\n    filter_info_topic: \
          speed_costmap_filter_info\n    mask_topic: speed_filter_mask\n    base: 0.0\n    multiplier: {multiplier:?}\n"
@@ -94,7 +95,7 @@ fn filter_info(layer: &SafetyLayer) -> String {
 }
 
 impl SafetyDocument {
-    fn of(site: &Site<'_>, rules: &SafetyRules, layer: &SafetyLayer) -> Self {
+    fn of(site: &Site<'_>, layer: &SafetyLayer) -> Self {
         let source = |source: &safety::SafetySource| {
             let element = &site.elements[source.element as usize];
             SafetySourceEntry {
@@ -103,9 +104,10 @@ impl SafetyDocument {
                 name: text_or_null(site.text(element.name)),
             }
         };
+        let rules = &layer.rules;
         Self {
             version: 1,
-            speed_step_m_s: speed_step_m_s(&layer.rules),
+            speed_step_m_s: speed_step_m_s(rules.records()),
             rules: rules.records().iter().map(|rule| SafetyRule::of(rules, rule)).collect(),
             sources: layer.sources.iter().map(source).collect(),
             speed_cells: stretches(&layer.speed_source, layer.spec.width as usize),

@@ -21,6 +21,11 @@ impl Plane {
         Self { origin, gradient: [(uz * vy - uy * vz) / area, (ux * vz - uz * vx) / area] }
     }
 
+    /// The level plane at a height.
+    pub fn level(z: i32) -> Self {
+        Self { origin: [0.0, 0.0, f64::from(z)], gradient: [0.0; 2] }
+    }
+
     /// Height at a place in plan.
     pub fn z(&self, [x, y]: [f64; 2]) -> f64 {
         self.origin[2] + self.gradient[0] * (x - self.origin[0]) + self.gradient[1] * (y - self.origin[1])

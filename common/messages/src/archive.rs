@@ -8,10 +8,10 @@ use std::ops::Range;
 use xxhash_rust::xxh3::{Xxh3Default, xxh3_64};
 
 /// Version of all layouts of this crate; a reader refuses any other. Who raises it looks after [`upgrade_site`].
-pub const LAYOUT_VERSION: u32 = 12;
+pub const LAYOUT_VERSION: u32 = 13;
 
 /// Earlier versions whose site archives have the records of this one.
-const LAYOUTS_OF_SAME_SITE: [u32; 6] = [6, 7, 8, 9, 10, 11];
+const LAYOUTS_OF_SAME_SITE: [u32; 7] = [6, 7, 8, 9, 10, 11, 12];
 
 /// An index that points at nothing.
 pub const NONE: u32 = u32::MAX;

@@ -22,7 +22,7 @@ pub struct GridsHead {
     /// Robot that the maps are for.
     pub robot: RobotProfile,
 }
-const _: () = assert!(size_of::<GridsHead>() == 120);
+const _: () = assert!(size_of::<GridsHead>() == 136);
 
 /// One grid of the set.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Zeroable, Pod)]

@@ -125,7 +125,7 @@ pub use mission_plan_records::*;
 pub use moving_leaves::{LeafPanel, MovingLeaves};
 pub use packed_grid::HeldGrid;
 pub use payload::Payload;
-pub use robot::{DoorCapability, RobotLimitError, RobotProfile};
+pub use robot::{DoorCapability, MAX_RISER_M, RobotLimitError, RobotProfile};
 pub use safety_rules::{SafetyKind, SafetyRuleError, SafetyRuleRecord, SafetyRules, SafetySubject};
 pub use sample_header::{InputHashes, SampleError, SampleHeader};
 pub use schedule_dates::{

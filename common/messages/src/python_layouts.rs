@@ -154,8 +154,9 @@ fn module() -> String {
     let grid = record!(GridHead: cell_tenths, first_cell, width, height, map_storey, floor_z_tenths, slab_tenths, floor,
         frame_epoch, reserved);
     constant("GRID_HEAD", fields, grid);
-    let robot = record!(RobotProfile: height_m, clearance_above_m, step_height_m, radius_m, max_slope_rad, door_margin_m,
-        edge_margin_m, work_margin_m, lidar_height_m, lidar_range_m, sensor_height_m, opens, climbs_stairs);
+    let robot = record!(RobotProfile: height_m, clearance_above_m, step_height_m, radius_m, max_slope_rad,
+        max_cross_slope_rad, door_margin_m, edge_margin_m, work_margin_m, lidar_height_m, lidar_range_m, sensor_height_m, opens,
+        climbs_stairs, stair_cost, reserved);
     constant("ROBOT_PROFILE", fields, robot);
     let index = record!(GridsHead: site_hash, schedule_state_hash, plan_time_s, robot);
     constant("GRIDS_HEAD", fields, index);

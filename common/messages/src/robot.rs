@@ -16,6 +16,8 @@ pub struct RobotProfile {
     pub radius_m: f64,
     /// Steepest floor.
     pub max_slope_rad: f64,
+    /// Steepest ground across the way that it drives; 0 if not given. See [`Self::terrain_slope_rad`].
+    pub max_cross_slope_rad: f64,
     /// Clear width of a door beyond the robot's diameter.
     pub door_margin_m: f64,
     /// Distance to keep from drop-offs.
@@ -32,8 +34,15 @@ pub struct RobotProfile {
     pub opens: u32,
     /// 1 if it climbs stairs.
     pub climbs_stairs: u32,
+    /// Cost of a cell on a stair, per cent of what is lethal, for a robot in whose maps stairs are floor; 0 where they are obstacles.
+    pub stair_cost: u32,
+    /// Zero.
+    pub reserved: u32,
 }
-const _: () = assert!(size_of::<RobotProfile>() == 96);
+const _: () = assert!(size_of::<RobotProfile>() == 112);
+
+/// Highest riser that a robot takes that climbs stairs, and people do.
+pub const MAX_RISER_M: f64 = 0.25;
 
 /// A number that no robot has.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
@@ -47,6 +56,12 @@ pub enum RobotLimitError {
         value: f64,
         /// The smallest and the largest value.
         limits: [f64; 2],
+    },
+    /// Stairs are floor for a robot that does not climb them.
+    #[error("stair_cost {stair_cost} is for a robot with climbs_stairs = true")]
+    Stairs {
+        /// As given.
+        stair_cost: u32,
     },
     /// The robot would climb what it cannot look over.
     #[error("step_height_m {step_height_m} is not below height_m {height_m}")]
@@ -98,6 +113,7 @@ impl RobotProfile {
         step_height_m: 0.05,
         radius_m: 0.30,
         max_slope_rad: 0.1,
+        max_cross_slope_rad: 0.0,
         door_margin_m: 0.1,
         edge_margin_m: 0.3,
         work_margin_m: 1.5,
@@ -106,6 +122,8 @@ impl RobotProfile {
         sensor_height_m: 1.2,
         opens: DoorCapability::Swing as u32 | DoorCapability::Sliding as u32,
         climbs_stairs: 0,
+        stair_cost: 0,
+        reserved: 0,
     };
 
     /// Least clear width of a door that it drives through, metres: its diameter and its margin.
@@ -124,21 +142,38 @@ impl RobotProfile {
             ("step_height_m", self.step_height_m, [0.0, 0.5]),
             ("radius_m", self.radius_m, [0.01, 5.0]),
             ("max_slope_rad", self.max_slope_rad, [0.0, 1.0]),
+            ("max_cross_slope_rad", self.max_cross_slope_rad, [0.0, 1.0]),
             ("door_margin_m", self.door_margin_m, [0.0, 1.0]),
             ("edge_margin_m", self.edge_margin_m, [0.0, 10.0]),
             ("work_margin_m", self.work_margin_m, [0.0, 50.0]),
             ("lidar_height_m", self.lidar_height_m, [0.01, 3.0]),
             ("lidar_range_m", self.lidar_range_m, [0.0, 1000.0]),
             ("sensor_height_m", self.sensor_height_m, [0.0, 10.0]),
+            ("stair_cost", f64::from(self.stair_cost), [0.0, 90.0]),
         ];
         let outside = numbers.into_iter().find(|(_, value, [low, high])| !(low..=high).contains(&value));
         if let Some((key, value, limits)) = outside {
             return Err(RobotLimitError::Outside { key, value, limits });
         }
+        if self.stair_cost > 0 && self.climbs_stairs != 1 {
+            return Err(RobotLimitError::Stairs { stair_cost: self.stair_cost });
+        }
         if self.step_height_m >= self.height_m {
             return Err(RobotLimitError::Step { step_height_m: self.step_height_m, height_m: self.height_m });
         }
         Ok(())
+    }
+
+    /// Steepest terrain: one drives there in every direction, so that no place may be steeper across the way than it may be. Ramps and
+    /// roads lead along their slope.
+    pub fn terrain_slope_rad(&self) -> f64 {
+        let is_given = self.max_cross_slope_rad > 0.0;
+        if is_given { self.max_slope_rad.min(self.max_cross_slope_rad) } else { self.max_slope_rad }
+    }
+
+    /// True if stairs are floor in its maps.
+    pub fn drives_on_stairs(&self) -> bool {
+        self.stair_cost > 0
     }
 
     /// True if it manages this kind of door.

@@ -1,6 +1,7 @@
 //! Rules of a robot about the distance that it keeps and the speed at which it drives near elements, by what they mean.
 
 use crate::archive::{ArchiveError, Text};
+use crate::robot::RobotProfile;
 use crate::tag::Tag;
 use bytemuck::{CheckedBitPattern, NoUninit, Pod, Zeroable};
 use grid::Class;
@@ -21,11 +22,14 @@ pub enum SafetyKind {
     Material = 5,
     /// Elements of a class.
     Class = 6,
+    /// Stairs on which the robot drives.
+    Stair = 7,
 }
 
 impl SafetyKind {
     /// All kinds.
-    pub const ALL: [Self; 6] = [Self::Glass, Self::StairEdge, Self::DoorSwing, Self::Work, Self::Material, Self::Class];
+    pub const ALL: [Self; 7] =
+        [Self::Glass, Self::StairEdge, Self::DoorSwing, Self::Work, Self::Material, Self::Class, Self::Stair];
 
     /// Its name in robot profiles and files.
     pub fn name(self) -> &'static str {
@@ -36,6 +40,7 @@ impl SafetyKind {
             Self::Work => "work",
             Self::Material => "material",
             Self::Class => "class",
+            Self::Stair => "stair",
         }
     }
 }
@@ -72,6 +77,8 @@ pub enum SafetySubject<'a> {
     Material(&'a str),
     /// Elements of a class.
     Class(Class),
+    /// Stairs on which the robot drives.
+    Stair,
 }
 
 impl SafetySubject<'_> {
@@ -152,6 +159,7 @@ impl SafetyRules {
             SafetySubject::Material(words) if words.trim().is_empty() => return Err(SafetyRuleError::NoMaterial),
             SafetySubject::Material(words) => (SafetyKind::Material, Class::None, words.trim()),
             SafetySubject::Class(class) => (SafetyKind::Class, class, ""),
+            SafetySubject::Stair => (SafetyKind::Stair, Class::None, ""),
         };
         let material = Text { offset: self.materials.len() as u32, length: words.len() as u32 };
         let record = SafetyRuleRecord {
@@ -199,7 +207,19 @@ impl SafetyRules {
                 SafetySubject::Material(&self.materials[offset as usize..(offset + length) as usize])
             }
             SafetyKind::Class => SafetySubject::Class(Class::ALL[rule.class as usize]),
+            SafetyKind::Stair => SafetySubject::Stair,
         }
+    }
+
+    /// These rules, and for a robot that drives on stairs one that says nothing but that they cost something: what layers are made
+    /// from.
+    pub fn with_costs_of(mut self, robot: &RobotProfile) -> Self {
+        if robot.drives_on_stairs() {
+            let (material, [distance_m, speed_m_s]) = (Text::default(), [0.0; 2]);
+            let kind = SafetyKind::Stair.into();
+            self.records.push(SafetyRuleRecord { kind, class: 0, material, distance_m, speed_m_s });
+        }
+        self
     }
 }
 

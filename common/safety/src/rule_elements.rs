@@ -103,7 +103,7 @@ impl StoreyElements<'_> {
                 };
                 of(record) || whole.is_some_and(of)
             }
-            SafetySubject::StairEdge | SafetySubject::DoorSwing => false,
+            SafetySubject::StairEdge | SafetySubject::DoorSwing | SafetySubject::Stair => false,
         }
     }
 

@@ -3,9 +3,12 @@
 use crate::door_swings::door_swings;
 use crate::local_ground::LocalGround;
 use crate::rule_elements::StoreyElements;
+use crate::stair_cells::stair_cells;
 use crate::stair_edges::stair_edges;
 use grid::{CellRect, Class, GridSpec, Run, fifths_of, grow_labelled};
-use messages::{ContentHash, Grid, Grids, SafetyRuleRecord, SafetyRules, SafetySubject, ScheduleState, Site};
+use messages::{
+    ContentHash, Grid, Grids, SafetyKind, SafetyRuleRecord, SafetyRules, SafetySubject, ScheduleState, Site,
+};
 use std::collections::BTreeMap;
 
 /// Of cells that no rule is about.
@@ -39,8 +42,10 @@ pub struct SafetySource {
 pub struct SafetyLayer {
     /// Where the cells lie: as those of the grid.
     pub spec: GridSpec,
-    /// The rules of the robot.
-    pub rules: Vec<SafetyRuleRecord>,
+    /// The rules of the robot, and after them that of the cost of stairs on which it drives.
+    pub rules: SafetyRules,
+    /// Cost of cells on stairs, per cent of what is lethal; 0 where no robot drives.
+    pub stair_cost: u8,
     /// What the rules are about on this storey, by rule, then by element.
     pub sources: Vec<SafetySource>,
     /// Index of the source that limits the speed in each cell, or [`NO_SOURCE`].
@@ -57,9 +62,10 @@ pub fn speed_mask(input: SafetyInput<'_>, grid: &Grid<'_>) -> Vec<i8> {
 }
 
 impl SafetyLayer {
-    /// The layer of a map storey; `None` for a robot without rules.
+    /// The layer of a map storey; `None` for a robot without rules that does not drive on stairs.
     pub fn of(input: SafetyInput<'_>, grid: &Grid<'_>) -> Option<Self> {
-        let rules = SafetyRules::of(input.index);
+        let robot = &input.index.head.robot;
+        let rules = SafetyRules::of(input.index).with_costs_of(robot);
         if rules.is_empty() {
             return None;
         }
@@ -67,7 +73,8 @@ impl SafetyLayer {
         let n = spec.n_cells();
         let mut layer = Self {
             spec,
-            rules: rules.records().to_vec(),
+            rules: rules.clone(),
+            stair_cost: robot.stair_cost as u8,
             sources: Vec::new(),
             speed_source: vec![NO_SOURCE; n],
             cost: vec![0; n],
@@ -86,6 +93,7 @@ impl SafetyLayer {
             let seeds = match rules.subject(rule) {
                 SafetySubject::StairEdge => stair_edges(storey),
                 SafetySubject::DoorSwing => door_swings(storey, &is_passed),
+                SafetySubject::Stair => stair_cells(storey),
                 subject => storey.cells_of(subject),
             };
             layer.add((number, rule), &seeds, (&is_open, &is_passed), &mut distance);
@@ -117,12 +125,13 @@ impl SafetyLayer {
                     (self.speed_source[cell], distance[cell]) = (nearest.label, nearest.fifths);
                 }
             }
-            let share = ((COSTS[0] - COSTS[1]) * nearest.fifths).checked_div(reach);
-            if let Some(share) = share {
-                let cost = (COSTS[0] - share) as u8;
-                if cost > self.cost[cell] {
-                    (self.cost[cell], self.cost_source[cell]) = (cost, nearest.label);
-                }
+            let cost = match ((COSTS[0] - COSTS[1]) * nearest.fifths).checked_div(reach) {
+                Some(share) => (COSTS[0] - share) as u8,
+                None if rule.kind == SafetyKind::Stair => self.stair_cost,
+                None => 0,
+            };
+            if cost > self.cost[cell] {
+                (self.cost[cell], self.cost_source[cell]) = (cost, nearest.label);
             }
         }
     }
@@ -130,24 +139,30 @@ impl SafetyLayer {
     /// The limit of speed in a cell.
     pub fn speed_m_s(&self, cell: usize) -> Option<f64> {
         let source = self.sources.get(self.speed_source[cell] as usize)?;
-        Some(self.rules[source.rule as usize].speed_m_s)
+        Some(self.rules.records()[source.rule as usize].speed_m_s)
     }
 
-    /// True if a distance is to be kept from an element, and the cell is within it.
+    /// True if the robot is not to be in the cell unless no other place or way serves: a distance is kept from an element there, or it
+    /// is on a stair.
     pub fn is_within_distance(&self, cell: usize) -> bool {
         self.cost[cell] != 0
     }
 
     /// The values of Nav2's speed mask: 0 without a limit, else 1 to 100 steps of [`speed_step_m_s`], rounded down.
     pub fn speed_mask(&self) -> Vec<i8> {
-        let step_m_s = speed_step_m_s(&self.rules);
+        let step_m_s = speed_step_m_s(self.rules.records());
         let value = |speed_m_s: f64| ((speed_m_s / step_m_s + 1e-9).floor()).clamp(1.0, 100.0) as i8;
         (0..self.spec.n_cells()).map(|cell| self.speed_m_s(cell).map_or(0, value)).collect()
     }
 
     /// True if any cell has a limit of speed.
     pub fn limits_speed(&self) -> bool {
-        self.rules.iter().any(|rule| rule.speed_m_s > 0.0)
+        self.rules.records().iter().any(|rule| rule.speed_m_s > 0.0)
+    }
+
+    /// True if cells may have a cost: a distance is kept, or stairs are driven on.
+    pub fn has_costs(&self) -> bool {
+        self.stair_cost > 0 || self.rules.records().iter().any(|rule| rule.distance_m > 0.0)
     }
 
     /// The values of a mask of costs: -1 without a cost, which Nav2's filter skips, else 1 to 99.
@@ -160,7 +175,7 @@ impl SafetyLayer {
         let sources: BTreeMap<SafetySource, u32> = self.sources.iter().copied().zip(0..).collect();
         let sources = sources.into_iter().flat_map(|(source, number)| [source.rule, source.element, number]);
         let mut bytes: Vec<u8> = sources.flat_map(u32::to_le_bytes).collect();
-        bytes.extend_from_slice(bytemuck::cast_slice(&self.rules));
+        bytes.extend_from_slice(bytemuck::cast_slice(self.rules.records()));
         bytes.extend(self.speed_source.iter().flat_map(|source| source.to_le_bytes()));
         bytes.extend(self.cost_source.iter().flat_map(|source| source.to_le_bytes()));
         bytes.extend_from_slice(&self.cost);

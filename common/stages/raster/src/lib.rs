@@ -47,6 +47,9 @@
 //!   next floors; obstacles count by their height above the ground of their cell (`build/ground_patches.rs`). A cell shows one surface: the
 //!   nearest to the storey's floor below which the robot fits. From a cell beside which the ground is lower by more than a step it breaks
 //!   off: a drop-off, as the end of a slab.
+//! - Terrain counts up to the slope that the robot may have across its way, ramps and roads up to that along it.
+//! - Stairs are obstacles, but for a robot with a `stair_cost`: for it each tread is such a face, at its height, and joins others over
+//!   risers of up to 0.25 m. Its cells have floor and the class of a stair, which no other free cell has.
 //! - The map storey of the ground outdoors has no level: the highest terrain or road counts, and of the floor to which one gets from
 //!   there what is nearest to it. Below a bridge that is a road the ground is not on it. A door belongs to it where it begins at the height
 //!   of the ground; whether the robot passes it is told of the storey of the door.

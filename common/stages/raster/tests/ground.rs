@@ -134,6 +134,17 @@ fn terrain_within_the_limit_is_free_and_where_it_falls_is_a_drop_off() {
 }
 
 #[test]
+fn terrain_steeper_than_a_robot_may_stand_across_the_way_is_no_floor_and_a_ramp_as_steep_is() {
+    let robot = RobotProfile { max_cross_slope_rad: 0.04, ..RobotProfile::DEFAULT };
+    let drawn = outdoors().map_at(|_| {}, &robot);
+    assert_eq!([10.0, 25.0].map(|x| drawn.planning(x, 5.0)), [UNKNOWN, FREE], "5 % and level");
+    let wide = RobotProfile { max_cross_slope_rad: 0.06, ..RobotProfile::DEFAULT };
+    assert_eq!(outdoors().map_at(|_| {}, &wide).planning(10.0, 5.0), FREE);
+    let ramp = planning_along(&yard(0.8).map_at(|_| {}, &robot), 3.0);
+    assert!(ramp.iter().all(|&p| p == FREE), "one drives along it: {ramp:?}");
+}
+
+#[test]
 fn what_stands_on_terrain_is_in_the_way_by_its_height_above_the_terrain() {
     let mut house = outdoors();
     house.add(Class::Wall, [10.0, 3.0, -1.0], [10.5, 4.0, 2.0]);

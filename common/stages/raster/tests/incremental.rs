@@ -45,7 +45,11 @@ fn box_element() -> impl Strategy<Value = BoxElement> {
     let ramp = (place, 2.0f64..6.0, 0.5f64..3.0, foot, -0.12f64..0.12).prop_map(|((x, y), w, d, foot, slope)| {
         BoxElement { class: Class::Ramp, min: [x, y, foot], size: [w, d, 0.0], is_floor: true, rise: slope * w }
     });
-    prop_oneof![3 => obstacle, 2 => floor, 2 => ramp]
+    let top = prop::sample::select(vec![0.15, 0.17, 0.3, 0.34, 0.51]);
+    let tread = ((-1.0f64..4.5, -1.0f64..3.5), 0.25f64..0.6, 0.6f64..1.5, top).prop_map(|((x, y), w, d, top)| {
+        BoxElement { class: Class::Stair, min: [x, y, top - 0.2], size: [w, d, 0.2], is_floor: false, rise: 0.0 }
+    });
+    prop_oneof![3 => obstacle, 2 => floor, 2 => ramp, 2 => tread]
 }
 
 /// The house with floor under its walls or not, more pieces, an opening in its first wall, a door of one or two leaves
@@ -62,6 +66,10 @@ fn house(boxes: &[BoxElement], floor: FloorKind, is_floor_in_opening: bool, n_le
         if box_element.rise != 0.0 {
             let [x, y, foot] = box_element.min;
             house.ramp([x, y], [max[0], max[1]], [foot, foot + box_element.rise]);
+            continue;
+        }
+        if box_element.class == Class::Stair {
+            house.tread(box_element.min, max);
             continue;
         }
         let element = house.add(box_element.class, box_element.min, max);
@@ -125,10 +133,12 @@ proptest! {
         is_floor_in_opening in any::<bool>(),
         resolution_m in prop::sample::select(vec![0.1, 0.05]),
         n_leaves in 1usize..3,
+        stair_cost in prop::sample::select(vec![0, 60]),
     ) {
         let site = house(&boxes, floor, is_floor_in_opening, n_leaves);
         let site = Site::open(site.bytes()).unwrap();
-        let robot = RobotProfile { work_margin_m, edge_margin_m, ..RobotProfile::DEFAULT };
+        let robot =
+            RobotProfile { work_margin_m, edge_margin_m, climbs_stairs: 1, stair_cost, ..RobotProfile::DEFAULT };
         let mut incremental = Rasterizer::new(&site, &robot, resolution_m).unwrap();
         let mut before: Option<ScheduleStateBuilder> = None;
         // Memory in which grids are published in turn.

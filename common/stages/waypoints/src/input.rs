@@ -51,7 +51,7 @@ impl MissionPlanInput<'_> {
 
     /// The distances that the robot keeps on a storey, if it does.
     pub(crate) fn safety_layer(&self, at: usize) -> Option<SafetyLayer> {
-        if self.index.safety_rules.is_empty() || !is_planned(self.grids.head(at)) {
+        if !is_planned(self.grids.head(at)) {
             return None;
         }
         let of = SafetyInput { site: self.site, schedule_state: self.schedule_state, index: self.index };

@@ -4,13 +4,10 @@ use crate::free_space::FreeSpace;
 use crate::portal::{Portal, PortalKind, Staging, length_m, staging};
 use frames::{Map, Point2, metres};
 use grid::Cell;
-use messages::{ElementState, Grid, MapGrids, NONE, RobotProfile, ScheduleState, Site, element_flags};
+use messages::{ElementState, Grid, MAX_RISER_M, MapGrids, NONE, RobotProfile, ScheduleState, Site, element_flags};
 
 /// Maximum height of a step between two levels, in tenths of a millimetre.
 const MAX_STEP_TENTHS: i32 = 6_000;
-
-/// Maximum step height for a robot that climbs stairs: a riser.
-const RISER_M: f64 = 0.25;
 
 /// Maximum number of cells taken by the edge between the levels.
 const EDGE_CELLS: i64 = 3;
@@ -41,7 +38,7 @@ pub(crate) fn steps(
                 continue;
             }
             let rise_m = metres(rise_tenths);
-            let usable = rise_m <= robot.step_height_m || robot.climbs_stairs == 1 && rise_m <= RISER_M;
+            let usable = rise_m <= robot.step_height_m || robot.climbs_stairs == 1 && rise_m <= MAX_RISER_M;
             let pair = LevelPair { free_spaces, low, high };
             let mut ends = if rise_m <= robot.step_height_m { pair.shared() } else { Vec::new() };
             if ends.is_empty() {

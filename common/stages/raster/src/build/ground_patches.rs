@@ -2,7 +2,7 @@
 //!
 //! A face belongs to a storey if one gets to it from the storey's floor over steps that the robot takes, at most as far up and down
 //! as the next floors. That is decided for the complete model, on cells: two surfaces meet where their heights in a cell, or at the
-//! border of two cells, differ by a step at most.
+//! border of two cells, differ by a step at most. For a robot that drives on stairs each tread is such a face, and a riser a step.
 
 use super::place::{Place, is_lasting};
 use crate::model::cell_area::{cells_around, slab_above_floor, to_tenths};
@@ -12,12 +12,12 @@ use crate::model::obstacle_squares::ObstacleSquares;
 use crate::model::storey_slice::{MIN_STOREY_HEIGHT, StoreySlice};
 use frames::TENTHS_PER_M;
 use geometry::{
-    Bounds, DisjointSets, FillRule, MeshView, MultiPolygon, Plane, Ring, Slab, SlabCut, clip_to_slab,
-    ring_area_doubled, union, upward_triangles,
+    Bounds, DisjointSets, FillRule, MeshView, MultiPolygon, Plane, Ring, Slab, SlabCut, Tread, clip_to_slab,
+    ring_area_doubled, treads, union, upward_triangles,
 };
 use grid::{CellRect, GridSpec, Mask, Run, grown_runs, overlapped_cells};
 use ground::upward_faces;
-use messages::{ElementRecord, FloorKind, GroundClass, NONE, element_flags};
+use messages::{ElementRecord, FloorKind, GroundClass, MAX_RISER_M, NONE, element_flags};
 use rayon::prelude::*;
 use std::collections::HashMap;
 
@@ -45,8 +45,9 @@ pub(super) fn ground_patches(place: Place<'_>, storey: &StoreySlice) -> Vec<Grou
 pub(super) fn outdoor_patches(place: Place<'_>) -> Vec<GroundPatch> {
     let Place { site, robot, spec, .. } = place;
     let all = Slab { lo: i32::MIN / 2, hi: i32::MAX / 2 };
-    let limit = robot.max_slope_rad + SLOPE_TOLERANCE_RAD;
     let faces = |meshes: Vec<MeshView<'_>>, class: GroundClass| -> Vec<[[i32; 3]; 3]> {
+        let is_terrain = class == GroundClass::Terrain;
+        let limit = if is_terrain { robot.terrain_slope_rad() } else { robot.max_slope_rad } + SLOPE_TOLERANCE_RAD;
         let faces = meshes.into_iter().flat_map(|mesh| upward_faces(mesh, class));
         faces.filter(|(_, slope_rad)| f64::from(*slope_rad) <= limit).map(|(triangle, _)| triangle).collect()
     };
@@ -68,7 +69,7 @@ pub(super) fn outdoor_patches(place: Place<'_>) -> Vec<GroundPatch> {
         class.is_floor_of_maps() && class != GroundClass::Foundation && !class.is_outdoors()
     };
     let floors = faces_by_plane(place, all, |_| true).into_iter().filter(|c| is_floor(c.element as usize));
-    surfaces.extend(drawn(floors.collect(), spec));
+    surfaces.extend(drawn(floors.chain(tread_faces(place, all)).collect(), spec));
     // What is terrain itself is no obstacle on terrain: where it is too steep or breaks off there is no floor.
     patches(joined(surfaces, n_earth, None, place), place, |record| !record.ground.get().is_outdoors())
 }
@@ -85,6 +86,7 @@ struct Level {
 /// Faces in one plane, not known yet to belong to the storey.
 struct Candidate {
     element: u32,
+    is_tread: bool,
     plane: Plane,
     rings: Vec<Ring>,
     bounds: Bounds,
@@ -106,7 +108,39 @@ fn candidates(place: Place<'_>, floor_z: i32) -> Vec<Candidate> {
     let step = to_tenths(place.robot.step_height_m);
     let floors: Vec<i32> = place.site.levels().map(|(_, s)| s.floor_z_tenths).collect();
     let is_level_with_a_floor = |[lo, hi]: [i32; 2]| floors.iter().any(|z| z - step <= lo && hi <= z + step);
-    faces_by_plane(place, reach_of(place, floor_z), |z| !is_level_with_a_floor(z))
+    let reach = reach_of(place, floor_z);
+    let mut found = faces_by_plane(place, reach, |z| !is_level_with_a_floor(z));
+    found.extend(tread_faces(place, reach));
+    found
+}
+
+/// The treads between two heights of stairs, for a robot that drives on them: each is floor of its own.
+fn tread_faces(place: Place<'_>, heights: Slab) -> Vec<Candidate> {
+    let Place { site, robot, .. } = place;
+    if !robot.drives_on_stairs() {
+        return Vec::new();
+    }
+    let stairs = site.elements.iter().zip(0..).filter(|(e, _)| {
+        e.ground == GroundClass::StairTread && e.n_parts > 0 && heights.meets(e.min_tenths[2], e.max_tenths[2])
+    });
+    let of_stair = |(record, element): (&ElementRecord, u32)| {
+        let treads = treads(site.element_meshes(record)).into_iter();
+        let within = treads.filter(|tread| heights.lo <= tread.z && tread.z <= heights.hi);
+        within.filter_map(move |tread| tread_candidate(element, &tread)).collect::<Vec<_>>()
+    };
+    stairs.flat_map(of_stair).collect()
+}
+
+fn tread_candidate(element: u32, tread: &Tread) -> Option<Candidate> {
+    let rings: Vec<Ring> = tread.plan.rings().cloned().collect();
+    let bounds = Bounds::of(rings.iter().flatten().copied())?;
+    Some(Candidate { element, is_tread: true, plane: Plane::level(tread.z), rings, bounds, z: [tread.z; 2] })
+}
+
+/// Greatest difference of height between two surfaces of which one is reached from the other: a step of the robot, on a stair a riser.
+fn climb(place: Place<'_>, of_stair: bool) -> i32 {
+    let step = to_tenths(place.robot.step_height_m);
+    if of_stair { step.max(to_tenths(MAX_RISER_M)) } else { step }
 }
 
 /// Floor within a step of the floor of a storey.
@@ -156,7 +190,7 @@ fn add_by_plane(
         };
         let plane = Plane::of(&triangle);
         let at = *by_plane.entry(plane.key(origin)).or_insert_with(|| {
-            found.push(Candidate { element, plane, rings: Vec::new(), bounds, z });
+            found.push(Candidate { element, is_tread: false, plane, rings: Vec::new(), bounds, z });
             found.len() - 1
         });
         let candidate = &mut found[at];
@@ -175,14 +209,19 @@ fn z_range(triangle: &[[i32; 3]; 3]) -> [i32; 2] {
 fn near_floor(candidates: Vec<Candidate>, place: Place<'_>, floor_z: i32) -> Vec<Candidate> {
     let step = to_tenths(place.robot.step_height_m);
     let cell = place.spec.cell_tenths;
-    let is_seed = |c: &Candidate| c.z[0] <= floor_z + 2 * step && floor_z - 2 * step <= c.z[1];
+    let is_seed = |c: &Candidate| {
+        let near = climb(place, c.is_tread) + step;
+        c.z[0] <= floor_z + near && floor_z - near <= c.z[1]
+    };
     let (mut near, mut rest): (Vec<Candidate>, Vec<Candidate>) = candidates.into_iter().partition(is_seed);
     let mut at = 0;
     while at < near.len() {
-        let Candidate { bounds, z, .. } = near[at];
+        let Candidate { bounds, z, is_tread, .. } = near[at];
         let around = Bounds { min: bounds.min.map(|c| c - 2 * cell), max: bounds.max.map(|c| c + 2 * cell) };
-        let touches =
-            |other: &Candidate| around.meets(&other.bounds) && other.z[0] <= z[1] + step && z[0] - step <= other.z[1];
+        let touches = |other: &Candidate| {
+            let most = climb(place, is_tread || other.is_tread);
+            around.meets(&other.bounds) && other.z[0] <= z[1] + most && z[0] - most <= other.z[1]
+        };
         let (found, left): (Vec<_>, Vec<_>) = rest.into_iter().partition(touches);
         near.extend(found);
         rest = left;
@@ -194,6 +233,7 @@ fn near_floor(candidates: Vec<Candidate>, place: Place<'_>, floor_z: i32) -> Vec
 /// A candidate with its area in plan and the cells that it overlaps.
 struct Drawn {
     element: u32,
+    is_tread: bool,
     plane: Plane,
     area: MultiPolygon,
     cells: Vec<Run>,
@@ -201,10 +241,10 @@ struct Drawn {
 
 fn drawn(candidates: Vec<Candidate>, spec: &GridSpec) -> Vec<Drawn> {
     let drawn = |candidate: Candidate| {
-        let Candidate { element, plane, rings, .. } = candidate;
+        let Candidate { element, is_tread, plane, rings, .. } = candidate;
         let area = union(&rings, FillRule::NonZero);
         let cells = overlapped_cells(&area, &[], spec);
-        (!cells.is_empty()).then_some(Drawn { element, plane, area, cells })
+        (!cells.is_empty()).then_some(Drawn { element, is_tread, plane, area, cells })
     };
     candidates.into_par_iter().filter_map(drawn).collect()
 }
@@ -225,7 +265,7 @@ fn joined(mut surfaces: Vec<Drawn>, n_seeds: usize, level: Option<&Level>, place
 /// Joins what meets in a cell or at the border of two cells: surfaces after the first `n_seeds` with each other, with those, and with
 /// the level.
 fn join_in_cells(surfaces: &[Drawn], n_seeds: usize, level: Option<&Level>, place: Place<'_>, sets: &mut DisjointSets) {
-    let Place { spec, robot, .. } = place;
+    let spec = place.spec;
     let width = spec.width as usize;
     let whole = CellRect::whole(spec.width, spec.height);
     let mut near = Mask::new(width, spec.height as usize);
@@ -240,7 +280,7 @@ fn join_in_cells(surfaces: &[Drawn], n_seeds: usize, level: Option<&Level>, plac
         let from = in_cells.partition_point(|(c, _)| *c < cell);
         in_cells[from..].iter().take_while(move |(c, _)| *c == cell).map(|(_, k)| *k)
     };
-    let most = f64::from(to_tenths(robot.step_height_m)) + STEP_TOLERANCE;
+    let most = [false, true].map(|of_stair| f64::from(climb(place, of_stair)) + STEP_TOLERANCE);
     for &(cell, k) in in_cells.iter().filter(|(_, k)| *k >= n_seeds) {
         let (column, row) = (cell % width, cell / width);
         // The cell itself and its neighbours, with the middle between the two.
@@ -253,11 +293,16 @@ fn join_in_cells(surfaces: &[Drawn], n_seeds: usize, level: Option<&Level>, plac
             (cell + width < near.cells.len()).then(|| (cell + width, [x, y + 0.5])),
         ];
         for (neighbour, middle) in neighbours.into_iter().flatten() {
-            let z = z_at(&surfaces[k].plane, middle, spec);
-            if level.is_some_and(|level| level.cells.cells[neighbour] && (z - level.floor_z).abs() <= most) {
+            let Drawn { plane, is_tread, .. } = &surfaces[k];
+            let z = z_at(plane, middle, spec);
+            let most = |other_is_tread: bool| most[usize::from(*is_tread || other_is_tread)];
+            if level.is_some_and(|level| level.cells.cells[neighbour] && (z - level.floor_z).abs() <= most(false)) {
                 sets.join(k as u32, surfaces.len() as u32);
             }
-            let meets = |other: &usize| (z_at(&surfaces[*other].plane, middle, spec) - z).abs() <= most;
+            let meets = |other: &usize| {
+                let Drawn { plane, is_tread, .. } = &surfaces[*other];
+                (z_at(plane, middle, spec) - z).abs() <= most(*is_tread)
+            };
             of_cell(neighbour).filter(meets).for_each(|other| sets.join(k as u32, other as u32));
         }
     }
@@ -277,7 +322,7 @@ fn patches(surfaces: Vec<Drawn>, place: Place<'_>, in_the_way: impl Fn(&ElementR
 
 /// Cuts what stands above a surface and beside it.
 fn patch(surface: Drawn, place: Place<'_>, elements: &ObstacleSquares) -> GroundPatch {
-    let Drawn { element, plane, area, cells } = surface;
+    let Drawn { element, is_tread, plane, area, cells } = surface;
     let Place { site, robot, spec, .. } = place;
     let beside = BESIDE.unsigned_abs().div_ceil(spec.cell_tenths.unsigned_abs());
     let around = grown_runs(&cells, beside, &CellRect::whole(spec.width, spec.height));
@@ -315,6 +360,8 @@ fn patch(surface: Drawn, place: Place<'_>, elements: &ObstacleSquares) -> Ground
     GroundPatch {
         element,
         is_outdoors: site.elements.get(element as usize).is_none_or(|e| e.ground.get().is_outdoors()),
+        climb: climb(place, is_tread),
+        is_tread,
         plane,
         obstacles: cut(Slab { lo, hi }, &|_| true),
         lidar: cut(Slab { lo: lidar, hi: lidar + 2 }, &is_lasting),

@@ -240,6 +240,9 @@ impl StoreyGrid {
         if !storey_floor.patch_of.is_empty() {
             let patch_of = storey_floor.patch_of.as_slice();
             cells.clear_patches(patch_of);
+            for (k, stair) in (0..).zip(&storey.ground).filter(|(_, p)| p.is_tread && p.rect.meets(rect)) {
+                cells.show_stair(&stair.cells, |cell| patch_of[cell] == k);
+            }
             for (k, patch) in (0..).zip(&storey.ground).filter(|(_, p)| p.rect.meets(rect) && is_built(p.element)) {
                 let applies = |cell: usize, flags: u8| stands_on(storey, robot, [k, patch_of[cell]], cell, flags);
                 for obstacle in patch.obstacles.iter().filter(|o| meets(o.rect)) {
@@ -419,6 +422,14 @@ impl DrawnCells<'_> {
         for cell in self.rect.rows(self.width).flatten().filter(|&cell| patch_of[cell] != LEVEL) {
             self.class[cell] = Class::None.id();
             self.flags[cell] &= BASE_FLOOR | FLOOR | OUTLINE;
+        }
+    }
+
+    /// Shows the class of stairs in cells of a tread that are floor.
+    fn show_stair(&mut self, tread: &[Run], shows: impl Fn(usize) -> bool) {
+        let Self { class, flags, rect, width } = self;
+        for cell in rect.clip(tread, *width).flatten().filter(|&cell| shows(cell) && flags[cell] & FLOOR != 0) {
+            class[cell] = Class::Stair.id();
         }
     }
 

@@ -30,7 +30,7 @@ pub(crate) struct GroundFloor {
 /// A cell shows one surface. Of surfaces above each other one counts only if the robot fits below the next, and below its body; of those
 /// that do it is the one nearest to the level of the storey: what lies deeper or higher belongs to the map of another one. Outdoors it
 /// is the one nearest to the highest terrain or road of the cell, and where there is none to the median height of the ground. From a
-/// cell the ground breaks off where that beside it is lower by more than a step.
+/// cell the ground breaks off where that beside it is lower by more than a step, on a stair by more than a riser.
 pub(crate) fn ground_floor(
     storey: &StoreySlice,
     robot: &RobotProfile,
@@ -64,7 +64,7 @@ pub(crate) fn ground_floor(
     };
     let level = (storey.floor_kind != FloorKind::Ground).then(|| mask(level));
     surfaces.choose(&there, (&floor, level.as_ref()), [most, headroom]);
-    let (patches, breaks) = (surfaces.patches(&floor), surfaces.breaks(&floor, most));
+    let (patches, breaks) = (surfaces.patches(&floor), surfaces.breaks(&floor, to_tenths(robot.step_height_m)));
     breaks.into_iter().for_each(|cell| floor.cells[cell] = false);
     GroundFloor { patches, floor: runs_of(&floor) }
 }
@@ -172,8 +172,9 @@ impl Surfaces<'_> {
         }
     }
 
-    /// Cells beside which the ground is lower by more than `most`.
-    fn breaks(&self, floor: &Mask, most: f64) -> Vec<usize> {
+    /// Cells beside which the ground is lower by more than a step, or by more than one climbs on a patch.
+    fn breaks(&self, floor: &Mask, step: i32) -> Vec<usize> {
+        let climb = |surface: u32| self.storey.ground.get(surface as usize).map_or(step, |patch| patch.climb);
         let (width, height) = (self.width(), self.storey.spec.height as usize);
         let surface = |cell: usize| {
             let place = [(cell % width) as u32, (cell / width) as u32];
@@ -193,6 +194,7 @@ impl Surfaces<'_> {
             ];
             let is_lower = |(other, middle): (usize, [f64; 2])| {
                 let beside = surface(other);
+                let most = f64::from(climb(own).max(climb(beside))) + STEP_TOLERANCE;
                 floor.cells[other] && beside != own && self.z(own, middle) - self.z(beside, middle) > most
             };
             if neighbours.into_iter().flatten().any(is_lower) {

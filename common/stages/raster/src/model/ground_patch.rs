@@ -11,6 +11,10 @@ pub(crate) struct GroundPatch {
     pub(crate) element: u32,
     /// True for terrain and roads.
     pub(crate) is_outdoors: bool,
+    /// True for a tread of a stair.
+    pub(crate) is_tread: bool,
+    /// Height by which ground beside it may be lower without a break: a step of the robot, on a stair a riser.
+    pub(crate) climb: i32,
     pub(crate) plane: Plane,
     /// In plan.
     pub(crate) area: MultiPolygon,

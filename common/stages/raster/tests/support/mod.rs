@@ -86,6 +86,13 @@ impl House {
         index
     }
 
+    /// A step of a stair: a block whose top is a tread.
+    pub(crate) fn tread(&mut self, min: [f64; 3], max: [f64; 3]) -> usize {
+        let index = self.add(Class::Stair, min, max);
+        self.builder.elements[index].ground = GroundClass::StairTread.into();
+        index
+    }
+
     pub(crate) fn door(&mut self, clear_width_m: f64, opens: DoorCapability) -> usize {
         self.leaf([1.5, 2.4], clear_width_m, opens)
     }
