@@ -205,6 +205,22 @@ fn of_floors_above_each_other_the_ground_outdoors_shows_what_is_nearest_to_the_t
 }
 
 #[test]
+fn in_a_hole_of_the_terrain_the_ground_outdoors_shows_what_is_nearest_to_the_terrain_beside_it() {
+    let mut house = House { floor: FloorKind::Ground, bounds_m: [0.0, 0.0, 60.0, 10.0], ..House::empty() };
+    house.terrain([0.0, 0.0], [30.0, 10.0], [0.0, 0.0]);
+    house.terrain([30.0, 0.0], [50.0, 10.0], [0.0, 1.6]);
+    house.terrain([50.0, 0.0], [60.0, 2.0], [1.6, 1.6]);
+    house.terrain([50.0, 8.0], [60.0, 10.0], [1.6, 1.6]);
+    house.terrain([50.0, 2.0], [52.0, 8.0], [1.6, 1.6]);
+    // The floor of the house, and a passage below it that begins where the terrain is as high as the storey.
+    house.slab([52.0, 2.0], [60.0, 8.0], 1.6);
+    house.slab([28.0, 4.0], [58.0, 6.0], 0.0);
+    let drawn = house.map();
+    let height = |x: f64, y: f64| drawn.grid().height_tenths(drawn.at(x, y));
+    assert_eq!([height(55.05, 3.05), height(55.05, 5.05), height(29.05, 5.05)], [Some(16_000), Some(16_000), Some(0)]);
+}
+
+#[test]
 fn an_excavation_is_there_once_its_earth_is_removed() {
     let at = |state: ElementState, x: f64| {
         let mut house = House { floor: FloorKind::Ground, bounds_m: [0.0, 0.0, 20.0, 10.0], ..House::empty() };

@@ -8,7 +8,7 @@ use crate::model::storey_slice::StoreySlice;
 use geometry::{MultiPolygon, close_gaps, difference, union_of};
 use grid::{CellRect, Mask, Run, covered_cells};
 use messages::{FloorKind, RobotProfile};
-use std::collections::HashSet;
+use std::collections::{BTreeMap, HashMap, HashSet};
 
 /// The surface of a cell that has no patch: the level of the storey's own floor.
 pub(crate) const LEVEL: u32 = u32::MAX;
@@ -29,7 +29,7 @@ pub(crate) struct GroundFloor {
 ///
 /// A cell shows one surface. Of surfaces above each other one counts only if the robot fits below the next, and below its body; of those
 /// that do it is the one nearest to the level of the storey: what lies deeper or higher belongs to the map of another one. Outdoors it
-/// is the one nearest to the highest terrain or road of the cell, and where there is none to the median height of the ground. From a
+/// is the one nearest to the highest terrain or road of the cell, and in a hole of these, as a house has, to that beside the hole. From a
 /// cell the ground breaks off where that beside it is lower by more than a step, on a stair by more than a riser.
 pub(crate) fn ground_floor(
     storey: &StoreySlice,
@@ -55,9 +55,15 @@ pub(crate) fn ground_floor(
     let elements: HashSet<u32> = patches().map(|patch| patch.element).collect();
     let of_ground = |o: &&ElementRuns| elements.contains(&o.element);
     let bodies = |obstacles| BodyCells::of(Iterator::filter(<[ElementRuns]>::iter(obstacles), of_ground));
+    let holes = if storey.floor_kind == FloorKind::Ground {
+        earth_around_holes(storey, &there, &floor)
+    } else {
+        HashMap::new()
+    };
     let mut surfaces = Surfaces {
         storey,
         rect,
+        holes,
         of_cell: vec![LEVEL; rect.n_cells()],
         above_level: bodies(&storey.obstacles),
         above_patches: storey.ground.iter().map(|patch| bodies(&patch.obstacles)).collect(),
@@ -73,6 +79,8 @@ pub(crate) fn ground_floor(
 struct Surfaces<'a> {
     storey: &'a StoreySlice,
     rect: CellRect,
+    /// Height of the earth beside the hole in which a cell lies, outdoors.
+    holes: HashMap<usize, f64>,
     of_cell: Vec<u32>,
     /// Where bodies of ground stand in the way on the storey's level, and on each patch.
     above_level: BodyCells,
@@ -113,12 +121,12 @@ impl Surfaces<'_> {
         }
     }
 
-    /// Height of the highest terrain or road among surfaces; without any, as in a hole of the terrain under a house, that of the map
-    /// storey, the median of all ground.
-    fn earth_z(&self, surfaces: &[(f64, u32)]) -> f64 {
+    /// Height of the highest terrain or road among the surfaces of a cell; without any that beside the hole in which it lies, and where
+    /// nothing is beside it that of the map storey, the median of all ground.
+    fn earth_z(&self, cell: usize, surfaces: &[(f64, u32)]) -> f64 {
         let is_earth = |(_, surface): &&(f64, u32)| self.storey.ground[*surface as usize].is_outdoors;
         let highest = surfaces.iter().filter(is_earth).map(|(z, _)| *z).reduce(f64::max);
-        highest.unwrap_or(f64::from(self.storey.floor_z))
+        highest.or_else(|| self.holes.get(&cell).copied()).unwrap_or(f64::from(self.storey.floor_z))
     }
 
     fn choose(&mut self, there: &[u32], (floor, level): (&Mask, Option<&Mask>), [step, headroom]: [f64; 2]) {
@@ -147,7 +155,7 @@ impl Surfaces<'_> {
                 let middle = [f64::from(column) + 0.5, f64::from(row) + 0.5];
                 above.clear();
                 above.extend(same.iter().map(|&(_, k)| (self.z(k, middle), k)));
-                let reference = level.map_or_else(|| self.earth_z(&above), |_| f64::from(self.storey.floor_z));
+                let reference = level.map_or_else(|| self.earth_z(cell, &above), |_| f64::from(self.storey.floor_z));
                 let off = |z: f64| (z - reference).abs();
                 // A patch that begins here is the level floor of this place.
                 if level.is_some_and(|level| level.cells[cell]) && above.iter().all(|(z, _)| off(*z) > step) {
@@ -222,6 +230,47 @@ impl Surfaces<'_> {
         }
         found
     }
+}
+
+/// Heights of the terrain and roads beside the holes that these have under other ground, such as houses: for each cell of a hole that
+/// of the nearest place beside it, along the cells of the hole.
+fn earth_around_holes(storey: &StoreySlice, there: &[u32], floor: &Mask) -> HashMap<usize, f64> {
+    let patches = || there.iter().map(|&k| &storey.ground[k as usize]);
+    let (spec, width) = (&storey.spec, storey.spec.width as usize);
+    let whole = CellRect::whole(spec.width, spec.height);
+    let cells_of = |patch: &'_ GroundPatch| whole.clip(&patch.cells, width).flatten().collect::<Vec<usize>>();
+    if patches().all(|patch| patch.is_outdoors) {
+        return HashMap::new();
+    }
+    let mut earth = Mask::new(width, spec.height as usize);
+    patches().filter(|patch| patch.is_outdoors).for_each(|patch| earth.set_runs(&patch.cells));
+    let others = patches().filter(|patch| !patch.is_outdoors).flat_map(cells_of);
+    let mut waiting: HashSet<usize> = others.filter(|&cell| floor.cells[cell] && !earth.cells[cell]).collect();
+    let mut heights: HashMap<usize, f64> = HashMap::new();
+    let beside = waiting.iter().flat_map(|&cell| spec.beside(cell)).filter(|&cell| earth.cells[cell]);
+    let beside: HashSet<usize> = beside.collect();
+    for patch in patches().filter(|patch| patch.is_outdoors) {
+        for cell in whole.clip(&patch.cells, width).flatten().filter(|cell| beside.contains(cell)) {
+            let highest = heights.entry(cell).or_insert(f64::NEG_INFINITY);
+            *highest = highest.max(patch.z_of(cell, spec));
+        }
+    }
+    let mut rim: Vec<usize> = heights.keys().copied().collect();
+    while !rim.is_empty() {
+        let mut reached: BTreeMap<usize, f64> = BTreeMap::new();
+        for cell in rim {
+            for beside in spec.beside(cell).filter(|beside| waiting.contains(beside)) {
+                let highest = reached.entry(beside).or_insert(f64::NEG_INFINITY);
+                *highest = highest.max(heights[&cell]);
+            }
+        }
+        rim = reached.keys().copied().collect();
+        rim.iter().for_each(|cell| {
+            waiting.remove(cell);
+        });
+        heights.extend(reached);
+    }
+    heights
 }
 
 fn runs_of(mask: &Mask) -> Vec<Run> {
