@@ -55,6 +55,7 @@ mod kept_slam_frame;
 mod machine_clock;
 mod map_sender;
 mod nav2;
+mod outdoors;
 mod outputs;
 mod parameters;
 mod portals;

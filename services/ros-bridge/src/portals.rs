@@ -3,8 +3,8 @@
 //! A robot has entered a portal when it stands at the end that is on its storey. While it stays on the line of the portal its progress
 //! along that line is followed; beyond three quarters of the line it is on the storey of the other end, and if it turns back there, on
 //! its way down. A robot that passes below a stair, or beside it, did not enter it. A portal that this robot cannot take is none, and
-//! lifts, steps and places that the map of a storey and that of the ground outdoors both show have no line to follow: their storeys are
-//! told by the parameter.
+//! lifts and steps have no line to follow: their storeys are told by the parameter. Who drives between a storey and the ground outdoors
+//! goes through no portal with a line, and is followed by what both maps show (`outdoors`).
 
 use frames::{Map, Point2};
 use messages::{EdgeKind, MissionPlan, RouteEdgeRecord};

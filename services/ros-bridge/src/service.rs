@@ -9,6 +9,7 @@ use crate::kept_slam_frame::KeptSlamFrame;
 use crate::machine_clock::{stamp, utc_ms};
 use crate::map_sender::{Job, MapSender};
 use crate::nav2::Nav2;
+use crate::outdoors::OutdoorFollower;
 use crate::outputs::{Outputs, Target, diagnostics, heartbeat, outputs_of};
 use crate::portals::PortalFollower;
 use crate::rivals::Rivals;
@@ -61,6 +62,7 @@ pub(crate) struct BridgeService {
     slam_frame: KeptSlamFrame,
     storey: RobotStorey,
     portals: PortalFollower,
+    outdoors: OutdoorFollower,
     published: Option<Published>,
     freshness: Freshness,
     /// True from the moment that maps are stale until maps are published again.
@@ -122,6 +124,7 @@ impl BridgeService {
             slam_frame: KeptSlamFrame::default(),
             storey: RobotStorey::of(config)?,
             portals: PortalFollower::default(),
+            outdoors: OutdoorFollower::default(),
             published: None,
             freshness: Freshness::default(),
             is_stopped: false,
@@ -217,17 +220,22 @@ impl BridgeService {
         self.robot.pose_in_map(&pose)
     }
 
-    /// Takes the storey at the end of a portal that the robot has gone through.
+    /// Takes the storey at the end of a portal that the robot has gone through, and that on which it has driven outdoors or come in.
     fn follow_robot(&mut self) -> Result<(), Failure> {
         let around = self.pose_around_robot().filter(|(_, validity)| *validity == PoseValidity::Effective);
         let (true, Some(shown), Some((pose, _))) = (self.config.ros.follow_portals, self.published, around) else {
             return Ok(());
         };
         let Some(robot) = self.robot.pose_in_map(&pose) else { return Ok(()) };
-        let Some(plan) = self.samples.set().and_then(|set| set.mission_plan) else { return Ok(()) };
-        let storey = u32::try_from(shown.0).unwrap_or(u32::MAX);
-        if let Some(storey) = self.portals.update(&plan.view(), storey, Point2::new(robot.x_m, robot.y_m)) {
-            info!(service = "ros-bridge", storey, "the robot has gone through a portal");
+        let Some(set) = self.samples.set() else { return Ok(()) };
+        let views = set.views()?;
+        let at = Point2::new(robot.x_m, robot.y_m);
+        let plan = views.mission_plan.as_ref();
+        let behind = plan.and_then(|plan| self.portals.update(plan, u32::try_from(shown.0).unwrap_or(u32::MAX), at));
+        let step_m = views.index.head.robot.step_height_m;
+        let beside = self.outdoors.update(&views.grids, shown.0, at, step_m);
+        if let Some(storey) = behind.or(beside.and_then(|storey| u32::try_from(storey).ok())) {
+            info!(service = "ros-bridge", storey, "the robot has gone to another storey");
             self.storey.follow(storey, pose.map_storey)?;
         }
         Ok(())
