@@ -36,7 +36,7 @@ fn colour(grid: &Grid<'_>, cell: usize, interval: i32, max_slope_rad: f64) -> Rg
         (Class::Door, _) if grid.planning[cell] == 0 => DOOR,
         (Class::Door, _) => CLOSED_DOOR,
         (Class::None, None) => UNKNOWN,
-        (Class::None, Some(height)) => {
+        (class, Some(height)) if class == Class::None || grid.planning[cell] == 0 => {
             let slope = slope_colour(grid.slope_rad(cell).unwrap_or(0.0), max_slope_rad);
             if is_on_line(grid, cell, height, interval) {
                 slope.map(|part| (f64::from(part) * LINE_SHADE) as u8)
@@ -84,6 +84,21 @@ mod tests {
             [COLOURS[0], COLOURS[3]],
             "a robot on level floor"
         );
+    }
+
+    #[test]
+    fn a_tread_on_which_the_robot_drives_is_ground_and_another_one_is_solid() {
+        let head = GridHead { cell_tenths: 1_000, width: 2, height: 1, ..GridHead::EMPTY };
+        let mut buffer = ArchiveBuffer::zeroed(GridWriter::len_with_heights(2));
+        let mut writer = GridWriter::new(buffer.bytes_mut(), &head);
+        let layers = writer.layers();
+        layers.class.fill(Class::Stair.id());
+        layers.planning.copy_from_slice(&[0, 100]);
+        layers.elevation.fill(1_700);
+        layers.slope.fill(0);
+        writer.seal();
+        let grid = Grid::open(buffer.bytes()).unwrap();
+        assert_eq!([0, 1].map(|cell| colour(&grid, cell, 1_000, 0.1)), [COLOURS[0], SOLID]);
     }
 
     #[test]

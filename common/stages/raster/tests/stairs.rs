@@ -78,6 +78,22 @@ fn what_stands_on_a_tread_is_in_the_way_and_what_hangs_over_it_too() {
 }
 
 #[test]
+fn a_flight_that_leads_down_begins_at_the_edge_of_the_floor() {
+    // The edge runs through a cell.
+    let mut house = House { bounds_m: [-1.0, -1.0, 12.0, 7.0], ..House::empty() };
+    house.slab([0.0, 0.0], [6.03, 6.0], 0.0);
+    for k in 0..TREADS {
+        let (x, top) = (6.03 + f64::from(k) * GOING_M, -f64::from(k + 1) * 0.17);
+        house.tread([x, 2.0, top - 0.3], [x + GOING_M, 4.0, top]);
+    }
+    let drawn = house.map_at(|_| {}, &CLIMBER);
+    let way: Vec<i8> = (0..90).map(|k| drawn.planning(0.55 + f64::from(k) * 0.1, 3.05)).collect();
+    assert!(way.iter().all(|&p| p == FREE), "{way:?}");
+    let height = |x: f64| drawn.grid().height_tenths(drawn.at(x, 3.05));
+    assert_eq!([height(6.05), height(6.15), height(9.55)], [Some(0), Some(-1_700), Some(-20_400)]);
+}
+
+#[test]
 fn beside_floor_a_flight_breaks_off_where_it_is_higher_than_a_riser() {
     let mut house = flight(0.17);
     house.slab([6.0, 0.0], [11.0, 6.0], 0.0);

@@ -6,7 +6,7 @@ use crate::model::gap::FLOOR_CRACK;
 use crate::model::ground_patch::{GroundPatch, STEP_TOLERANCE, z_at};
 use crate::model::storey_slice::StoreySlice;
 use geometry::{MultiPolygon, close_gaps, difference, union_of};
-use grid::{CellRect, Mask, Run, covered_cells};
+use grid::{CellRect, Mask, Run, common_runs, covered_cells, overlapped_cells};
 use messages::{FloorKind, RobotProfile};
 use std::collections::{BTreeMap, HashMap, HashSet};
 
@@ -68,7 +68,16 @@ pub(crate) fn ground_floor(
         above_level: bodies(&storey.obstacles),
         above_patches: storey.ground.iter().map(|patch| bodies(&patch.obstacles)).collect(),
     };
-    let level = (storey.floor_kind != FloorKind::Ground).then(|| mask(level));
+    let level = (storey.floor_kind != FloorKind::Ground).then(|| {
+        let mut cells = mask(level);
+        // Where a flight ends at the edge of the floor the higher of the two counts.
+        if patches().any(|patch| patch.is_tread) {
+            let rim = overlapped_cells(level, &[], &storey.spec);
+            let treads = patches().filter(|patch| patch.is_tread);
+            treads.for_each(|tread| cells.set_runs(&common_runs(&rim, &tread.cells)));
+        }
+        cells
+    });
     surfaces.choose(&there, (&floor, level.as_ref()), [most, headroom]);
     let (patches, breaks) = (surfaces.patches(&floor), surfaces.breaks(&floor, to_tenths(robot.step_height_m)));
     breaks.into_iter().for_each(|cell| floor.cells[cell] = false);
