@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import Any
 
-LAYOUT_VERSION: int = 12
+LAYOUT_VERSION: int = 13
 ARCHIVE_MAGIC: int = 1380012103
 SAMPLE_MAGIC: int = 1213419591
 NO_TIME: int = -9223372036854775808
@@ -80,6 +80,7 @@ ROBOT_PROFILE: list[tuple[str, Any]] = [
     ("step_height_m", "<f8"),
     ("radius_m", "<f8"),
     ("max_slope_rad", "<f8"),
+    ("max_cross_slope_rad", "<f8"),
     ("door_margin_m", "<f8"),
     ("edge_margin_m", "<f8"),
     ("work_margin_m", "<f8"),
@@ -88,6 +89,8 @@ ROBOT_PROFILE: list[tuple[str, Any]] = [
     ("sensor_height_m", "<f8"),
     ("opens", "<u4"),
     ("climbs_stairs", "<u4"),
+    ("stair_cost", "<u4"),
+    ("reserved", "<u4"),
 ]
 GRIDS_HEAD: list[tuple[str, Any]] = [
     ("site_hash", "<u8"),
