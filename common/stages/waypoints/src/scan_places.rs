@@ -29,7 +29,7 @@ pub(crate) fn places(
 ) -> Vec<ScanPlace> {
     let free_space = storey.free_space;
     let spec = &free_space.spec;
-    let fits = |cell: usize| storey.is_reached(cell) && may_scan(cell);
+    let fits = |cell: usize| storey.can_scan_from(cell) && may_scan(cell);
     let mut side = (spacing_m / spec.resolution_m()).round().max(1.0) as i32;
     let cells = loop {
         let cells = one_per_square(spec, side, &fits);
@@ -67,7 +67,7 @@ pub(crate) fn places_for_unseen(
     let mut places = Vec::new();
     let tries = if free_space.kept_off_hash().is_some() { &may_scan[..] } else { &may_scan[1..] };
     for may_scan in tries {
-        let fits = |cell: usize| storey.is_reached(cell) && may_scan(cell);
+        let fits = |cell: usize| storey.can_scan_from(cell) && may_scan(cell);
         let can_be_seen = cells_connected_with(storey, fits);
         for k in 0..rest.all.len() {
             if is_seen[k] || !can_be_seen[rest.all[k].front as usize] {
@@ -120,7 +120,7 @@ pub(crate) fn places_around(
     for place in around.map(|k| known[k]) {
         for (x, y) in (0..9).filter(|k| *k != 4).map(|k| (f64::from(k % 3 - 1), f64::from(k / 3 - 1))) {
             let at = Point2::new(place.at.x_m() + x * spacing_m, place.at.y_m() + y * spacing_m);
-            let cell = cell_of(at).filter(|&cell| storey.is_reached(cell) && may_scan(cell));
+            let cell = cell_of(at).filter(|&cell| storey.can_scan_from(cell) && may_scan(cell));
             if let Some(cell) = cell.filter(|&cell| cells.insert(cell)) {
                 places.push(ScanPlace { at: free_space.middle(cell), part: free_space.part(cell) });
             }

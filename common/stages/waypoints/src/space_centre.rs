@@ -5,7 +5,7 @@ use crate::free_space::FreeSpace;
 use crate::options::MissionPlanOptions;
 use crate::spaces::{Refusal, behind, closed_door};
 use frames::{Map, Point2, TENTHS_PER_M, metres};
-use grid::LineOfSight;
+use grid::{Class, LineOfSight};
 use messages::{DoorPassageRecord, Grid, NoWaypoint, RobotProfile, ScheduleState, Site};
 use std::collections::BTreeSet;
 
@@ -39,6 +39,11 @@ impl StoreyInputs<'_> {
     /// True if the cell is reachable.
     pub(crate) fn is_reached(&self, cell: usize) -> bool {
         self.reached[self.free_space.part(cell) as usize]
+    }
+
+    /// True if the robot may stop in the cell for a scan: it is reachable, and not on a stair on which the robot drives.
+    pub(crate) fn can_scan_from(&self, cell: usize) -> bool {
+        self.is_reached(cell) && self.grid.class_of(cell) != Class::Stair
     }
 
     /// The space whose polygon contains a point.

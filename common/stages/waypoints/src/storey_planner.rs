@@ -184,7 +184,7 @@ fn survey_scans(
 
 /// True if faces of any class would be targets where those of the classes of the options are none.
 fn has_obstacles(storey: &StoreyInputs<'_>, request: &StoreyRequest<'_>) -> bool {
-    let may_scan = |cell: usize| storey.is_reached(cell) && request.may_scan[usize::from(storey.grid.space[cell])];
+    let may_scan = |cell: usize| storey.can_scan_from(cell) && request.may_scan[usize::from(storey.grid.space[cell])];
     request.changed.is_none()
         && (0..storey.free_space.spec.n_cells()).any(may_scan)
         && !TargetFaces::of(storey.grid, |cell, _| storey.grid.class[cell] != Class::None.id()).all.is_empty()
