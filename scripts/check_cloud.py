@@ -80,7 +80,7 @@ def scans_of(out, simulation, random):
     poses = [w for w in json.loads((out / "waypoints.json").read_text(encoding="utf-8"))["waypoints"] if w["kind"] == "scan"]
     rays = directions()
     for pose in [poses[k] for k in random.permutation(len(poses))[:N_SCANS]]:
-        start = np.array([pose["x_m"], pose["y_m"], pose["sensor_z_m"]])
+        start = np.array(pose.get("sensor_m") or [pose["x_m"], pose["y_m"], pose["sensor_z_m"]])
         lengths, geoms = simulation.meet(start, rays)
         met = lengths < RANGE_M
         # A link is named by class and GlobalId, which may have underscores itself.

@@ -10,7 +10,8 @@ Needs numpy and Pillow. Prints what does not hold, and a line with the verdict f
 What is proved of each folder:
 
 - the floor: what parts of it there are, how large they are, and that waypoints are only in those that are exported as reached;
-- waypoints: in their space, at the height of floor and sensor, on free floor clear by the robot's radius, off keep-out; all
+- waypoints: in their space, at the height of floor and sensor, with the normal of the ground of elevation.png as their up and the
+  quaternions of all files that follow from it, on free floor clear by the robot's radius, off keep-out; all
   in places that the robot can get to from one another, or through stairs and lifts that it can take;
 - spaces: each has its centre or a reason for having none, and the map bears out what reasons say of it;
 - scans: how many faces each sees, how many of them earlier ones saw, what share all of them see of what can be seen, that no two
@@ -22,8 +23,10 @@ What is proved of each folder:
 It judges plans for a robot that drives open tours.
 """
 import argparse
+import csv
 import json
 import pathlib
+import re
 import sys
 import time
 from typing import NamedTuple
@@ -58,6 +61,7 @@ class Export:
         self.routes = {i: load(f"{entry['directory']}/route.geojson")["features"] for i, entry in entries.items()}
         self.waypoints = sorted(plan["waypoints"], key=lambda w: w["order"])
         self.seen = {}
+        self.quaternions = {i: quaternions(out, entry, self.on(i)) for i, entry in entries.items()}
         self.nodes = {node["id"]: node for node in self.graph["nodes"]}
         for thing in self.waypoints + self.graph["nodes"]:
             storey = self.storeys[thing["storey"]]
@@ -88,13 +92,25 @@ class Export:
         return rows[is_own], columns[is_own]
 
 
+def quaternions(out, entry, waypoints):
+    """(name of the file, id of a waypoint, its quaternion x, y, z, w) in the files of a storey that have some."""
+    with (out / "waypoints.csv").open(encoding="utf-8", newline="") as lines:
+        rows = [row for row in csv.DictReader(lines) if int(row["storey"]) == entry["index"]]
+    found = [("waypoints.csv", int(row["id"]), [float(row[key]) for key in ("qx", "qy", "qz", "qw")]) for row in rows]
+    panel = f"{entry['directory']}/waypoints.yaml"
+    turns = re.findall(r"orientation: (\[.*\])", (out / panel).read_text(encoding="utf-8"))
+    for w, turn in zip(waypoints, map(json.loads, turns)):
+        found.append((panel, w["id"], [*turn[1:], turn[0]]))
+    return found
+
+
 def corners_m(space):
     """The corners of a space that has a place on a storey."""
     return np.array([point[:2] for rings in space["polygon_m"] for point in rings[0]])
 
 
 CHECKS = (
-    places.check_numbers, places.check_poses, places.check_reach, places.check_spaces, places.check_tours,
+    places.check_numbers, places.check_poses, places.check_orientations, places.check_reach, places.check_spaces, places.check_tours,
     scans.check_scans, route.check_nodes, route.check_edges, route.check_routes,
 )
 

@@ -116,6 +116,36 @@ def a_sensor_at_another_height(copy):
     return {"height"}
 
 
+def a_scan_that_leans(copy):
+    with copy.plan() as plan:
+        w = a_scan(plan)
+        up = [0.05, 0.0, (1 - 0.05 ** 2) ** 0.5]
+        place = [w["x_m"], w["y_m"], w["z_m"]]
+        w["up"], w["sensor_m"] = up, [at + copy.manifest["robot"]["sensor_height_m"] * u for at, u in zip(place, up)]
+        w["sensor_z_m"] = w["sensor_m"][2]
+    return {"up", "orientation"}
+
+
+def a_floor_that_slopes(copy):
+    """Heights are drawn under the waypoints of a storey, which stand upright."""
+    planning = np.asarray(Image.open(copy.folder / "planning.pgm"))
+    rows, columns = np.indices(planning.shape)
+    z_m = copy.storey["floor_z_m"]
+    values = np.where(planning == FREE, 30_000 + 40 * (columns % 50), 0).astype(np.uint16)
+    Image.fromarray(values).save(copy.folder / "elevation.png")
+    fields = {"offset": z_m - 3.0, "scale": 1e-4, "none": 0, "origin": copy.storey["origin_m"], "resolution": copy.manifest["resolution_m"]}
+    text = "".join(f"{key}: {json.dumps(value)}\n" for key, value in fields.items())
+    (copy.folder / "elevation.yaml").write_text(text, encoding="utf-8")
+    return {"up"}
+
+
+def a_quaternion_of_another_heading(copy):
+    path = copy.folder / "waypoints.yaml"
+    text = path.read_text(encoding="utf-8")
+    path.write_text(text.replace("orientation: [", "orientation: [-"), encoding="utf-8")
+    return {"orientation"}
+
+
 def keep_out_around_a_waypoint(copy):
     with copy.plan() as plan:
         w = a_scan(plan)
@@ -312,7 +342,7 @@ def a_route_in_one_direction(copy):
 
 DAMAGES = (
     a_waypoint_in_a_wall, a_waypoint_too_near_a_wall, a_waypoint_out_of_its_space, a_waypoint_off_the_floor,
-    a_sensor_at_another_height, keep_out_around_a_waypoint, a_wall_in_the_way, a_wall_through_a_room, a_scan_left_out,
+    a_sensor_at_another_height, a_scan_that_leans, a_floor_that_slopes, a_quaternion_of_another_heading, keep_out_around_a_waypoint, a_wall_in_the_way, a_wall_through_a_room, a_scan_left_out,
     a_scan_that_claims_more_faces, a_scan_that_claims_more_overlap, a_scan_that_claims_to_register_better,
     a_scan_beside_another, a_curve_that_promises_more, a_coverage_that_is_too_good,
     a_space_that_is_seen_more_than_told, two_waypoints_that_changed_places, a_leg_too_short, a_leg_too_long,

@@ -10,6 +10,9 @@ OCTILE = 1.0824
 # Smaller parts of a floor are left out.
 LEAST_PART_M2 = 0.1
 CAN_PASS = ("passable", "absent")
+UPRIGHT = (0, 0, 1)
+# Heights are rounded to the steps of a picture, and cells at the rim of the robot may count or not.
+TILT_RAD = 0.005
 
 
 def check_numbers(export):
@@ -33,8 +36,13 @@ def check_poses(export):
         floor_z_m = storey.z_m([w["x_m"], w["y_m"]])[0]
         if abs(w["z_m"] - floor_z_m) > ROUNDED_M:
             yield "height", f"{name} is at {w['z_m']} m, the floor at {floor_z_m} m"
-        if abs(w["sensor_z_m"] - floor_z_m - export.robot["sensor_height_m"]) > ROUNDED_M:
-            yield "height", f"{name} has its sensor at {w['sensor_z_m']} m, the floor is at {floor_z_m} m"
+        up = np.array(w.get("up", UPRIGHT))
+        sensor_m = np.array([w["x_m"], w["y_m"], floor_z_m]) + export.robot["sensor_height_m"] * up
+        if abs(w["sensor_z_m"] - sensor_m[2]) > ROUNDED_M or "up" in w and np.abs(w["sensor_m"] - sensor_m).max() > ROUNDED_M:
+            yield "height", f"{name} has its sensor at {w.get('sensor_m', w['sensor_z_m'])} m, it is at {sensor_m} m"
+        normal = storey.normal([w["x_m"], w["y_m"]], radius_m)
+        if abs(np.linalg.norm(up) - 1) > 1e-6 or ("up" in w) != ("sensor_m" in w) or np.linalg.norm(up - normal) > TILT_RAD:
+            yield "up", f"{name} has {up} up, the normal of the ground is {normal}"
         if w["space"] is not None:
             yield from check_inside(export, w, name)
         cell, clearance_m = storey.cell(w["place"]), storey.clearance_m(w["place"][None])
@@ -46,6 +54,21 @@ def check_poses(export):
             yield "clear", f"{name} is {clearance_m:.3f} m from what is not free, the export has {w['clearance_m']} m"
         elif w["part"] == 0:
             yield "reach", f"{name} has no place around it on which the robot can stand"
+
+
+def check_orientations(export):
+    """Quaternions turn Z to what is up for a waypoint, and look in plan where its yaw says."""
+    waypoints = {w["id"]: w for w in export.waypoints}
+    for index, found in export.quaternions.items():
+        if sorted(id_ for _, id_, _ in found) != sorted(2 * [w["id"] for w in export.on(index)]):
+            yield "orientation", f"not all waypoints of storey {index} have a quaternion in each file"
+        for file, id_, (x, y, z, w) in (f for f in found if f[1] in waypoints):
+            waypoint = waypoints[id_]
+            up = [2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)]
+            yaw_rad = math.atan2(2 * (x * y + w * z), 1 - 2 * (y * y + z * z))
+            off_rad = math.remainder(yaw_rad - waypoint["yaw_rad"], 2 * math.pi)
+            if np.abs(np.subtract(up, waypoint.get("up", UPRIGHT))).max() > 1e-6 or abs(off_rad) > 1e-6:
+                yield "orientation", f"{file} turns waypoint {id_} to {yaw_rad:.4f} rad with {np.round(up, 4)} up"
 
 
 def check_inside(export, w, name):

@@ -69,6 +69,19 @@ class Storey:
         columns, rows = np.floor(self.places(points_m) + 1e-9).astype(int).T
         return self.height_m[rows, columns]
 
+    def normal(self, point_m, radius_m):
+        """Normal of the plane that fits the heights of the free cells under a robot best."""
+        if self.height_m is None:
+            return np.array([0.0, 0.0, 1.0])
+        reach_m = max(radius_m, 1.5 * self.resolution_m)
+        rows, columns = self.cells_around(np.add(point_m, [[-reach_m], [reach_m]]))
+        off_m = self.points_m(np.stack([columns, rows], 1) + 0.5) - point_m
+        height_m = self.height_m[rows, columns]
+        near = (np.hypot(*off_m.T) <= reach_m + 1e-6) & self.free[rows, columns] & ~np.isnan(height_m)
+        plane = np.column_stack([off_m[near], np.ones(near.sum())])
+        gradient = np.linalg.lstsq(plane, height_m[near], rcond=None)[0][:2]
+        return np.array([*-gradient, 1.0]) / math.sqrt(1 + gradient @ gradient)
+
     def cells_around(self, points_m):
         """(rows, columns) of all cells in the box around points."""
         low, high = (self.places(points_m).min(0), self.places(points_m).max(0))

@@ -94,6 +94,9 @@ pub struct ScanOfRoom {
     pub at_m: [f64; 3],
     /// Heading in `map`.
     pub yaw_rad: f64,
+    /// Normal of the ground on which the robot stands, a unit vector in `map`, where the ground is not level. Without it, straight up.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub up: Option<[f64; 3]>,
 }
 
 /// The answer for a space of the site; when `may_enter` changes is for the caller to find out ([`may_enter`] at later times).
@@ -203,6 +206,7 @@ fn scans(mission_plan: &MissionPlan<'_>, space: usize) -> Vec<ScanOfRoom> {
         id: w.id,
         at_m: w.position_in_map_m.map(rounded),
         yaw_rad: w.yaw_rad,
+        up: w.attitude().is_tilted().then_some(w.up_in_map),
     };
     scans_in(mission_plan, space).into_iter().map(scan).collect()
 }

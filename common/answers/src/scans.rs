@@ -39,7 +39,13 @@ pub struct ScanPose {
     pub at_m: [f64; 3],
     /// Height of the sensor in `map`.
     pub sensor_z_m: f64,
-    /// Heading in `map`.
+    /// Place of the sensor in `map`, where the ground is not level: along `up`. Without it, straight above.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sensor_m: Option<[f64; 3]>,
+    /// Normal of the ground on which the robot stands, a unit vector in `map`, where the ground is not level. Without it, straight up.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub up: Option<[f64; 3]>,
+    /// Heading in `map`: the angle in plan of where the robot looks, whatever the slope.
     pub yaw_rad: f64,
     /// Floor that it sees and no scan before it.
     pub covers_m2: f64,
@@ -66,7 +72,9 @@ pub fn scans(situation: &Situation<'_>, space: usize) -> ScansAnswer {
         id: w.id,
         order: w.order,
         at_m: w.position_in_map_m.map(rounded),
-        sensor_z_m: rounded(w.sensor_z_m),
+        sensor_z_m: rounded(w.sensor_in_map_m[2]),
+        sensor_m: w.attitude().is_tilted().then(|| w.sensor_in_map_m.map(rounded)),
+        up: w.attitude().is_tilted().then_some(w.up_in_map),
         yaw_rad: w.yaw_rad,
         covers_m2: rounded(w.covers_m2),
         faces: w.n_faces,

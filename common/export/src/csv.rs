@@ -11,15 +11,15 @@ pub(crate) fn waypoints(input: &ExportInput<'_>) -> String {
         "id,order,kind,storey,x_m,y_m,z_m,sensor_z_m,yaw_rad,qx,qy,qz,qw,space,name,clearance_m,covers_m2,overlap,leg_m\n".to_owned();
     for w in input.mission_plan.waypoints {
         let [x, y, z] = w.position_in_map_m.map(rounded);
-        let (qz, qw) = libm::sincos(w.yaw_rad / 2.0);
+        let [qx, qy, qz, qw] = w.attitude().quaternion();
         let space = quoted(&space_id(input, w.space).unwrap_or_default());
         let line = format!(
-            "{},{},{},{},{x},{y},{z},{},{},0,0,{qz},{qw},{space},{},{},{},{},{}",
+            "{},{},{},{},{x},{y},{z},{},{},{qx},{qy},{qz},{qw},{space},{},{},{},{},{}",
             w.id,
             w.order,
             w.purpose().name(),
             w.map_storey,
-            rounded(w.sensor_z_m),
+            rounded(w.sensor_in_map_m[2]),
             w.yaw_rad,
             quoted(&space_name(input.site, w.space).unwrap_or_default()),
             rounded(w.clearance_m),

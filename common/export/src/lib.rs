@@ -9,7 +9,8 @@
 //! - `semantic.json`: every element and space by GlobalId, in the frame and epoch that it names: class, footprints within
 //!   a tolerance that it says, when it is built and the source of its dates, doors, stairs, property sets.
 //! - `waypoints.{json,csv,geojson}`: centres of open spaces that can be reached; scans with what they see; the order of the
-//!   tour; the other spaces with the reason and the GlobalId of the closed door.
+//!   tour; the other spaces with the reason and the GlobalId of the closed door. On ground that is not level a waypoint has its normal
+//!   (`up`) and the place of the sensor along it (`sensor_m`); quaternions here and in `waypoints.yaml` are turned by the yaw, then tilted.
 //! - `waypoints.wgs84.geojson`: the waypoints by longitude and latitude, if the projected system of the model (EPSG code)
 //!   can be computed without grid files and the shift of its datum is certain; `report.json` says otherwise why not. As
 //!   exact as the published shift of its datum: metres for old national systems.

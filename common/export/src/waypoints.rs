@@ -4,6 +4,7 @@ use crate::coverage_curve::{CurvePoint, coverage_curve};
 use crate::input::ExportInput;
 use crate::scan_summary::ScanSummary;
 use crate::text::{rounded, text_or_null};
+use frames::Attitude;
 use messages::{MissionPlan, MissionPlanStoreyRecord, NoWaypoint, ScanSensor, Site, WaypointRecord};
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -142,7 +143,14 @@ struct Waypoint {
     z_m: f64,
     /// Height of the sensor in `map`.
     sensor_z_m: f64,
-    /// Heading in `map`.
+    /// Place of the sensor in `map`, where the ground is not level: above the waypoint along `up`. Without it, straight above.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    sensor_m: Option<[f64; 3]>,
+    /// Normal of the ground on which the robot stands, a unit vector in `map`, where the ground is not level. Without it, straight up.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    up: Option<[f64; 3]>,
+    /// Heading in `map`: the angle in plan of where the robot looks, whatever the slope. The robot is turned by it, then pitched and
+    /// rolled until its vertical axis is `up`.
     yaw_rad: f64,
     /// Area centroid of the space's floor, not moved; the waypoint itself outside of spaces.
     centroid_m: [f64; 3],
@@ -288,7 +296,9 @@ fn waypoint(input: &ExportInput<'_>, w: &WaypointRecord) -> Waypoint {
         x_m,
         y_m,
         z_m,
-        sensor_z_m: rounded(w.sensor_z_m),
+        sensor_z_m: rounded(w.sensor_in_map_m[2]),
+        sensor_m: w.attitude().is_tilted().then(|| w.sensor_in_map_m.map(rounded)),
+        up: w.attitude().is_tilted().then_some(w.up_in_map),
         yaw_rad: w.yaw_rad,
         centroid_m: w.centroid_in_map_m.map(rounded),
         clearance_m: rounded(w.clearance_m),
@@ -327,24 +337,25 @@ pub(crate) fn geojson(input: &ExportInput<'_>) -> Value {
     json!({"type": "FeatureCollection", "frame": "map", "features": features})
 }
 
-/// The waypoints of one storey as Nav2's RViz panel reads them: z = 0, quaternion w first.
+/// The waypoints of one storey as Nav2's RViz panel reads them: z = 0, quaternion w first, tilted as the ground is.
 pub(crate) fn nav2_yaml(input: &ExportInput<'_>, map_storey: u32) -> String {
     let mut of_storey: Vec<&WaypointRecord> =
         input.mission_plan.waypoints.iter().filter(|w| w.map_storey == map_storey).collect();
     of_storey.sort_by_key(|w| w.order);
     nav2_poses(of_storey.into_iter().map(|w| {
         let [x, y, _] = w.position_in_map_m.map(rounded);
-        ([x, y], w.yaw_rad)
+        ([x, y], w.attitude())
     }))
 }
 
-/// Poses in the plane, in their order, as Nav2 reads waypoints.
-pub fn nav2_poses(poses: impl Iterator<Item = ([f64; 2], f64)>) -> String {
+/// Poses over the plane, in their order, as Nav2 reads waypoints.
+pub fn nav2_poses(poses: impl Iterator<Item = ([f64; 2], Attitude)>) -> String {
     let mut text = String::new();
-    for (order, ([x, y], yaw_rad)) in poses.enumerate() {
-        let (sin, cos) = libm::sincos(yaw_rad / 2.0);
-        let pose =
-            format!("  waypoint{order}:\n    pose: [{x:?}, {y:?}, 0.0]\n    orientation: [{cos:?}, 0.0, 0.0, {sin:?}]");
+    for (order, ([x, y], attitude)) in poses.enumerate() {
+        let [qx, qy, qz, qw] = attitude.quaternion();
+        let pose = format!(
+            "  waypoint{order}:\n    pose: [{x:?}, {y:?}, 0.0]\n    orientation: [{qw:?}, {qx:?}, {qy:?}, {qz:?}]"
+        );
         // Writing to a string does not fail.
         let _ = writeln!(text, "{pose}");
     }

@@ -18,6 +18,7 @@
 //!   `common/messages/src/schedule_dates.rs`
 
 mod angle;
+mod attitude;
 mod bent_motion;
 mod earth;
 mod plan_time;
@@ -28,6 +29,7 @@ mod tenth_mm;
 pub mod written_date;
 
 pub use angle::wrapped;
+pub use attitude::{Attitude, UPRIGHT};
 pub use bent_motion::BentMotion;
 pub use earth::{Earth, EarthFromWorld};
 pub use plan_time::{PlanTime, PlanTimeError, WrittenPlanTime};

@@ -86,8 +86,14 @@ impl<'a> MissionPlan<'a> {
         let optional = |index: u32, length: usize| index == NONE || (index as usize) < length;
         let inside = self.waypoints.iter().all(|w| optional(w.space, spaces) && optional(w.joins, waypoints))
             && self.spaces.iter().all(|s| optional(s.centre, waypoints));
-        // Places that pictures and files are made from are numbers.
-        let finite = self.waypoints.iter().all(|w| w.position_in_map_m.iter().all(|c| c.is_finite()))
+        // Places that pictures and files are made from are numbers, and a pose has a direction that is up.
+        let finite = self
+            .waypoints
+            .iter()
+            .flat_map(|w| [w.position_in_map_m, w.sensor_in_map_m])
+            .flatten()
+            .all(f64::is_finite)
+            && self.waypoints.iter().all(|w| is_up(w.up_in_map))
             && self.tour_points.as_flattened().iter().all(|c| c.is_finite())
             && self.points.as_flattened().iter().all(|c| c.is_finite())
             && self.floor_parts.iter().flat_map(|p| [p.area_m2, p.room_m2, p.at_m[0], p.at_m[1]]).all(f64::is_finite);
@@ -110,6 +116,11 @@ impl<'a> MissionPlan<'a> {
             && self.storeys.iter().map(|s| u64::from(s.n_tour_points)).sum::<u64>() <= self.tour_points.len() as u64;
         if whole { Ok(()) } else { Err(ArchiveError::Index { what: "the route graph" }) }
     }
+}
+
+/// True for a unit vector above the plane, but for rounding.
+fn is_up([x, y, z]: [f64; 3]) -> bool {
+    z > 0.0 && (x * x + y * y + z * z - 1.0).abs() < 1e-9
 }
 
 impl MissionPlanBuilder {

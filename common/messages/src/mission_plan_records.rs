@@ -4,6 +4,7 @@ use crate::archive::{NONE, Text};
 use crate::content_hash::ContentHash;
 use crate::tag::Tag;
 use bytemuck::{CheckedBitPattern, NoUninit, Pod, Zeroable};
+use frames::Attitude;
 
 /// The sensor of scans; lengths in metres, angles in radians.
 #[derive(Debug, Clone, Copy, PartialEq, Zeroable, Pod)]
@@ -95,9 +96,11 @@ pub enum WaypointKind {
 pub struct WaypointRecord {
     /// Position in `map`, on the floor, in metres.
     pub position_in_map_m: [f64; 3],
-    /// Height of the sensor in `map`.
-    pub sensor_z_m: f64,
-    /// Heading in `map`.
+    /// Place of the sensor in `map`: above the position, along `up_in_map`.
+    pub sensor_in_map_m: [f64; 3],
+    /// Normal of the ground on which the robot stands, a unit vector in `map`; straight up on level ground, and for what flies.
+    pub up_in_map: [f64; 3],
+    /// Heading in `map`: the angle in plan of where the robot looks, whatever the slope.
     pub yaw_rad: f64,
     /// Area centroid of the space's floor, not moved, in `map`; the position outside of spaces.
     pub centroid_in_map_m: [f64; 3],
@@ -130,9 +133,14 @@ pub struct WaypointRecord {
     /// Place in the order in which the scans of the storey register, from 0; `NONE` for centres.
     pub registration_order: u32,
 }
-const _: () = assert!(size_of::<WaypointRecord>() == 144);
+const _: () = assert!(size_of::<WaypointRecord>() == 184);
 
 impl WaypointRecord {
+    /// How the robot stands there.
+    pub fn attitude(&self) -> Attitude {
+        Attitude { yaw_rad: self.yaw_rad, up: self.up_in_map }
+    }
+
     /// What it is for, with what only such a waypoint has.
     pub fn purpose(&self) -> WaypointPurpose {
         match self.kind.get() {

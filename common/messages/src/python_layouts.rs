@@ -1,10 +1,10 @@
 //! The layouts that the Python package reads, as a Python module: `common/python/src/groundplan/_layouts.py`.
 
-use crate::archive::{self, LAYOUT_VERSION, Preamble, SectionEntry};
+use crate::archive::{self, LAYOUT_VERSION, NONE, Preamble, SectionEntry};
 use crate::{
     AlignmentHead, ArchiveKind, ContentHash, DecidingPlaceRecord, ElementState, GridHead, GridSlotRecord, GridsHead,
     HintRecord, InputHashes, NO_HEIGHT, NO_SLOPE, PlacedRecord, PoseEvidence, PosePairRecord, PoseRecord, RobotProfile,
-    SampleHeader, ScheduleStateHead, Section, SlamCell, Tag, TagOf, Text, sample_header,
+    SampleHeader, ScheduleStateHead, Section, SlamCell, Tag, TagOf, Text, WaypointKind, WaypointRecord, sample_header,
 };
 use std::any::type_name;
 use std::collections::BTreeMap;
@@ -81,7 +81,7 @@ nested_records!(
     GridSlotRecord => "GRID_SLOT", ScheduleStateHead => "SCHEDULE_STATE_HEAD", Text => "TEXT",
     PoseEvidence => "POSE_EVIDENCE", PoseRecord => "POSE", AlignmentHead => "ALIGNMENT_HEAD",
     DecidingPlaceRecord => "DECIDING_PLACE", PlacedRecord => "PLACED", PosePairRecord => "POSE_PAIR",
-    HintRecord => "HINT"
+    HintRecord => "HINT", WaypointRecord => "WAYPOINT"
 );
 
 /// Records of sections whose fields Python knows: numbers, and what is written out below.
@@ -118,6 +118,7 @@ fn sections(kind: ArchiveKind) -> String {
         PlacedRecord,
         PosePairRecord,
         HintRecord,
+        WaypointRecord,
     );
     let line = |section: Section| {
         known.get(section.record).map(|numpy| format!("\n    \"{}\": ({}, {numpy}),", section.name, section.id))
@@ -138,6 +139,8 @@ fn module() -> String {
     constant("NO_TIME", "int", ScheduleStateHead::NO_TIME.to_string());
     constant("NO_HEIGHT", "int", NO_HEIGHT.to_string());
     constant("NO_SLOPE", "int", NO_SLOPE.to_string());
+    constant("NONE", "int", NONE.to_string());
+    constant("SCAN", "int", (WaypointKind::Scan as u32).to_string());
     let kind = |kind: &ArchiveKind| format!("\n    \"{}\": {},", kind.name(), *kind as u32);
     let kinds: Vec<String> = ArchiveKind::ALL.iter().map(kind).collect();
     constant("KINDS", "dict[str, int]", format!("{{{}\n}}", kinds.concat()));
@@ -181,6 +184,10 @@ fn module() -> String {
     constant("PLACED", fields, placed);
     constant("POSE_PAIR", fields, record!(PosePairRecord: candidates));
     constant("HINT", fields, record!(HintRecord: label, n_excluded, reserved));
+    let waypoint = record!(WaypointRecord: position_in_map_m, sensor_in_map_m, up_in_map, yaw_rad, centroid_in_map_m, clearance_m,
+        covers_m2, overlap, registration_overlap, overlap_without, leg_m, id, order, kind, map_storey, space, joins, n_faces,
+        registration_order);
+    constant("WAYPOINT", fields, waypoint);
 
     for &kind in ArchiveKind::ALL {
         let name = format!("{}_SECTIONS", kind.name().to_uppercase().replace('-', "_"));

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from groundplan import Archive, Grid, GridIndex, Header, LayoutError, ScheduleState, _layouts
+from groundplan import Archive, Grid, GridIndex, Header, LayoutError, MissionPlan, ScheduleState, _layouts
 from groundplan.site import set_of
 
 
@@ -79,6 +79,19 @@ class Archives(unittest.TestCase):
                 Grid(grid(heights=(one,)))
         with self.assertRaises(LayoutError):
             Grid(grid(n_cells=7, heights=HEIGHTS))
+
+    def test_a_waypoint_on_a_slope_is_turned_by_its_yaw_and_stands_along_the_normal(self) -> None:
+        records = np.zeros(2, _layouts.WAYPOINT)
+        records["kind"], records["space"], records["up_in_map"] = (1, _layouts.SCAN), (3, _layouts.NONE), [(0, 0, 1), (-0.6, 0, 0.8)]
+        records["yaw_rad"], records["sensor_in_map_m"][1] = (1.0, np.pi / 2), (-0.6, 0, 0.8)
+        level, sloped = MissionPlan(archive("mission-plan", [(_layouts.MISSION_PLAN_SECTIONS["waypoints"][0], records)])).waypoints
+        self.assertEqual((level.kind, level.space, sloped.kind, sloped.space), ("centre", 3, "scan", None))
+        self.assertEqual((sloped.sensor_m, sloped.up), ((-0.6, 0.0, 0.8), (-0.6, 0.0, 0.8)))
+        np.testing.assert_allclose(level.quaternion, [0, 0, np.sin(0.5), np.cos(0.5)], atol=1e-15)
+        x, y, z, w = sloped.quaternion
+        # The third and first column of its matrix: the normal, and across the slope ahead.
+        np.testing.assert_allclose([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)], sloped.up, atol=1e-12)
+        np.testing.assert_allclose([1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)], [0, 1, 0], atol=1e-12)
 
     def test_another_layout_version_is_refused_with_both(self) -> None:
         with self.assertRaisesRegex(LayoutError, f"version 99, this package reads {_layouts.LAYOUT_VERSION}"):

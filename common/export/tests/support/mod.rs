@@ -2,6 +2,7 @@
 
 use bytemuck::Zeroable;
 use export::ExportInput;
+use frames::UPRIGHT;
 use geometry::{Footprint, LazyFootprint, MultiPolygon, Polygon};
 use grid::Class;
 use messages::*;
@@ -266,7 +267,8 @@ fn mission_plan() -> ArchiveBuffer {
     b.spaces[1] = MissionPlanSpaceRecord { reason, why: NoWaypoint::MetadataOnly.into(), ..b.spaces[1] };
     let centre = WaypointRecord {
         position_in_map_m: [1.75, 1.75, 0.1],
-        sensor_z_m: 1.3,
+        sensor_in_map_m: [1.75, 1.75, 1.3],
+        up_in_map: UPRIGHT,
         centroid_in_map_m: [1.5, 1.5, 0.1],
         clearance_m: 1.25,
         kind: WaypointKind::Centre.into(),

@@ -204,7 +204,12 @@ pub(crate) fn mission_plan() -> ArchiveBuffer {
         why: NoWaypoint::Blocked.into(),
         ..Zeroable::zeroed()
     };
-    b.waypoints.push(WaypointRecord { kind: WaypointKind::Centre.into(), joins: NONE, ..Zeroable::zeroed() });
+    b.waypoints.push(WaypointRecord {
+        kind: WaypointKind::Centre.into(),
+        up_in_map: [0.6, 0.0, 0.8],
+        joins: NONE,
+        ..Zeroable::zeroed()
+    });
     b.tour_points = vec![[0.0, 0.0], [1.0, 0.0]];
     b.storeys.push(MissionPlanStoreyRecord { n_tour_points: 2, ..Zeroable::zeroed() });
     b.nodes = vec![RouteNodeRecord { of: NONE, ..Zeroable::zeroed() }; 2];

@@ -9,6 +9,7 @@ from .archive import Archive, Header, LayoutError
 from .bus import Bus, BusFull, BusGone, Sample, Subscriber
 from .grid import Grid, GridIndex, GridSlot, ScheduleState
 from .map_rule import MapRule, MapVerdict
+from .mission_plan import MissionPlan, Waypoint
 from .site import SiteReader, SiteSet
 
 __all__ = [
@@ -23,9 +24,11 @@ __all__ = [
     "LayoutError",
     "MapRule",
     "MapVerdict",
+    "MissionPlan",
     "Sample",
     "ScheduleState",
     "SiteReader",
     "SiteSet",
     "Subscriber",
+    "Waypoint",
 ]

@@ -13,6 +13,8 @@ SAMPLE_MAGIC: int = 1213419591
 NO_TIME: int = -9223372036854775808
 NO_HEIGHT: int = -2147483648
 NO_SLOPE: int = 65535
+NONE: int = 4294967295
+SCAN: int = 2
 KINDS: dict[str, int] = {
     "site": 1,
     "schedule-state": 2,
@@ -181,6 +183,27 @@ HINT: list[tuple[str, Any]] = [
     ("n_excluded", "<u4"),
     ("reserved", "<u4"),
 ]
+WAYPOINT: list[tuple[str, Any]] = [
+    ("position_in_map_m", ("<f8", (3,))),
+    ("sensor_in_map_m", ("<f8", (3,))),
+    ("up_in_map", ("<f8", (3,))),
+    ("yaw_rad", "<f8"),
+    ("centroid_in_map_m", ("<f8", (3,))),
+    ("clearance_m", "<f8"),
+    ("covers_m2", "<f8"),
+    ("overlap", "<f8"),
+    ("registration_overlap", "<f8"),
+    ("overlap_without", "<f8"),
+    ("leg_m", "<f8"),
+    ("id", "<u4"),
+    ("order", "<u4"),
+    ("kind", "<u4"),
+    ("map_storey", "<u4"),
+    ("space", "<u4"),
+    ("joins", "<u4"),
+    ("n_faces", "<u4"),
+    ("registration_order", "<u4"),
+]
 SITE_SECTIONS: dict[str, tuple[int, Any]] = {
     "vertices": (8, ("<i4", (3,))),
     "triangles": (9, ("<u4", (3,))),
@@ -216,6 +239,7 @@ GRIDS_SECTIONS: dict[str, tuple[int, Any]] = {
     "safety_materials": (8, "u1"),
 }
 MISSION_PLAN_SECTIONS: dict[str, tuple[int, Any]] = {
+    "waypoints": (3, WAYPOINT),
     "tour_points": (6, ("<f8", (2,))),
     "points": (9, ("<f8", (3,))),
     "strings": (2, "u1"),

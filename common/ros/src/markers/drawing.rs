@@ -74,9 +74,9 @@ impl Drawing {
         }
     }
 
-    /// An arrow from a place into a direction.
-    pub(super) fn arrow(&mut self, name: (&str, usize), color: ColorRGBA, at_m: [f64; 2], yaw_rad: f64) {
-        let pose = Pose { position: point(at_m), orientation: Quaternion::of_yaw_rad(yaw_rad) };
+    /// An arrow from a place along the X axis of an orientation.
+    pub(super) fn arrow(&mut self, name: (&str, usize), color: ColorRGBA, at_m: [f64; 2], orientation: Quaternion) {
+        let pose = Pose { position: point(at_m), orientation };
         let [x, y, z] = ARROW_M;
         self.add(name, Marker::ARROW, Marker { pose, scale: Vector3 { x, y, z }, color, ..Marker::default() });
     }

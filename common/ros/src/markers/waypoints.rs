@@ -2,6 +2,7 @@
 
 use super::drawing::{BLOCKED, CHANGING, Drawing, OPEN, WAY, point};
 use crate::msg::builtin_interfaces::Time;
+use crate::msg::geometry_msgs::Quaternion;
 use crate::msg::std_msgs::ColorRGBA;
 use crate::msg::visualization_msgs::MarkerArray;
 use messages::{MissionPlan, NoWaypoint, Site, WaypointPurpose, WaypointRecord, WaypointScan};
@@ -13,7 +14,7 @@ const BALL_M: f64 = 0.3;
 /// How far below the middle of a space the reason stands, in metres: its name and state stand there.
 const REASON_BELOW_M: f64 = 0.8;
 
-/// The waypoints of a map storey: arrows in `waypoints` by id, with their place in the tour in `waypoint_order`; centres green,
+/// The waypoints of a map storey: arrows in `waypoints` by id, tilted as the ground is, with their place in the tour in `waypoint_order`; centres green,
 /// scans violet, scans that only join others orange. `tour` is the way through them. Spaces to which no way leads at this date
 /// are red balls in `not_reached`, with the reason in `not_reached_reasons`, by space.
 pub fn waypoints(
@@ -27,7 +28,7 @@ pub fn waypoints(
     for waypoint in mission_plan.waypoints.iter().filter(|w| w.map_storey == map_storey) {
         let [x, y, _] = waypoint.position_in_map_m;
         let (id, color) = (waypoint.id as usize, colour(waypoint));
-        drawing.arrow(("waypoints", id), color, [x, y], waypoint.yaw_rad);
+        drawing.arrow(("waypoints", id), color, [x, y], Quaternion::of_attitude(&waypoint.attitude()));
         drawing.text(("waypoint_order", id), color, [x, y], waypoint.order.to_string());
     }
     for storey in mission_plan.storeys.iter().filter(|s| s.map_storey == map_storey) {

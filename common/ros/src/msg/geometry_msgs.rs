@@ -2,6 +2,7 @@
 
 use crate::interface::ros_message;
 use crate::msg::std_msgs::Header;
+use frames::Attitude;
 use serde::{Deserialize, Serialize};
 
 /// A point in metres.
@@ -54,6 +55,12 @@ impl Quaternion {
     pub fn of_yaw_rad(yaw_rad: f64) -> Self {
         let (sin, cos) = libm::sincos(yaw_rad / 2.0);
         Self { z: sin, w: cos, ..Self::default() }
+    }
+
+    /// The orientation of a robot.
+    pub fn of_attitude(attitude: &Attitude) -> Self {
+        let [x, y, z, w] = attitude.quaternion();
+        Self { x, y, z, w }
     }
 }
 

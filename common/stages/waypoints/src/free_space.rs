@@ -86,7 +86,7 @@ impl FreeSpace {
             let (column, row) = (column + dx, row + dy);
             let is_inside = is_inside(column, self.spec.width) && is_inside(row, self.spec.height);
             let cell = is_inside.then(|| self.spec.index(Cell { column: column as u32, row: row as u32 }))?;
-            (self.squared[cell] > 0).then(|| metres(self.z_tenths(cell)))
+            self.is_free(cell).then(|| metres(self.z_tenths(cell)))
         };
         match [corner(0.0, 0.0), corner(1.0, 0.0), corner(0.0, 1.0), corner(1.0, 1.0)] {
             [Some(a), Some(b), Some(c), Some(d)] => {
@@ -95,6 +95,11 @@ impl FreeSpace {
             }
             _ => self.z_m(p),
         }
+    }
+
+    /// True for a cell that is free, whether or not the robot can stand on it.
+    pub(crate) fn is_free(&self, cell: usize) -> bool {
+        self.squared[cell] > 0
     }
 
     /// Slope of the ground of a cell.

@@ -28,6 +28,10 @@
 //! - A tour over them, and a route graph: spaces, doors and junctions along the middle of the floor, staging poses before
 //!   stairs, lifts and steps between levels; stairs as a line over their treads and landings.
 //!
+//! On ground that is not level the robot stands along its normal, that of the plane through the heights under the robot: the sensor is
+//! `sensor_height_m` above the ground along it, and sees from its lowest to its highest ray from there. The yaw is the angle in plan of
+//! where the robot looks; the robot is turned by it about Z, then pitched and rolled until its vertical axis is the normal.
+//!
 //! # Ways
 //!
 //! [`WayFinder`] finds the shortest way from a room or point to another, over storeys, on the cells on which this robot can
@@ -71,6 +75,7 @@
 //! - ground outdoors: where the robot comes onto it: `src/ground_crossings.rs`, `src/outdoor_ends.rs`
 //! - reachability, over storeys too: `src/reachability.rs`, `src/portals.rs`, `src/steps.rs`
 //! - scans: coverage curve, budgets: `src/scan_growth.rs`, `src/scan_budget.rs`
+//! - poses on ground that is not level: `src/sensor_place.rs`
 //! - scans: target faces, what a scan sees: `src/target_face.rs`, `src/visible_faces.rs`, `src/mesh_visibility.rs`
 //! - scans: which are made: `src/scan_choice.rs`, `src/set_cover.rs`, `src/tabu_search.rs`, `src/scan_registration.rs`
 //! - stair: levels at which it begins and ends: `src/stair_ends.rs`
@@ -104,6 +109,7 @@ mod scan_growth;
 mod scan_places;
 mod scan_registration;
 mod scan_survey;
+mod sensor_place;
 mod set_cover;
 mod set_cover_instance;
 mod space_centre;

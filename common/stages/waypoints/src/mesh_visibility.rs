@@ -2,9 +2,11 @@
 //! behind furniture.
 
 use crate::scan_survey::ScanSurvey;
-use crate::space_centre::{StoreyInputs, sensor_height_m};
+use crate::sensor_place::{SensorPlace, sensor_place};
+use crate::space_centre::StoreyInputs;
 use crate::tour_stops::{StoreyRequest, TourStop};
-use frames::{Map, Point2, metres};
+use crate::visible_faces::turn_between;
+use frames::{Attitude, Map, Point2, metres};
 use geometry::{SurfacePoint, Surfaces, surface_points};
 use grid::Class;
 use messages::ElementState;
@@ -33,7 +35,7 @@ const END_CLEARANCE_M: f64 = 0.005;
 #[derive(Clone, Copy)]
 struct Viewpoint {
     at_m: [f64; 3],
-    yaw_rad: f64,
+    attitude: Attitude,
     is_chosen: bool,
 }
 
@@ -138,8 +140,7 @@ fn viewpoints(
     scans: &ScanSurvey,
     stops: &[TourStop],
 ) -> Vec<Viewpoint> {
-    let StoreyInputs { site, robot, .. } = *storey;
-    let floor_m = metres(storey.grid.head.floor_z_tenths);
+    let StoreyInputs { site, robot, free_space, .. } = *storey;
     let chosen = stops.iter().filter(|s| s.scan().is_some());
     let chosen = chosen.map(|s| (s.at, s.space, s.yaw_rad, true));
     let others = scans.poses.iter().map(|&(place, yaw_rad)| (scans.places[place].at, None, yaw_rad, false));
@@ -147,13 +148,14 @@ fn viewpoints(
         .chain(others)
         .map(|(at, space, yaw_rad, is_chosen)| {
             let space = space.or_else(|| storey.space_at(at));
-            let z_m = floor_m + sensor_height_m(site, robot, request.options, space);
-            Viewpoint { at_m: [at.x_m(), at.y_m(), z_m], yaw_rad, is_chosen }
+            let SensorPlace { at_m, up } = sensor_place(site, robot, request.options, free_space, at, space);
+            Viewpoint { at_m, attitude: Attitude { yaw_rad, up }, is_chosen }
         })
         .collect()
 }
 
-/// Distance of a point within the sensor's limits from a viewpoint; `None` outside of them. Occlusion is not checked.
+/// Distance of a point within the sensor's limits from a viewpoint, as the sensor is tilted; `None` outside of them. Occlusion is not
+/// checked.
 fn distance_in_view(request: &StoreyRequest<'_>, viewpoint: &Viewpoint, point: &SurfacePoint) -> Option<f64> {
     let sensor = &request.options.sensor;
     let d = [0, 1, 2].map(|k| point.at_m[k] - viewpoint.at_m[k]);
@@ -163,12 +165,22 @@ fn distance_in_view(request: &StoreyRequest<'_>, viewpoint: &Viewpoint, point: &
         return None;
     }
     let along = (d[0] * point.normal[0] + d[1] * point.normal[1] + d[2] * point.normal[2]).abs();
-    let elevation_rad = libm::atan2(d[2], flat);
-    let turn_rad = crate::visible_faces::turn_between(libm::atan2(d[1], d[0]), viewpoint.yaw_rad);
+    let (elevation_rad, turn_rad) = directions(&viewpoint.attitude, d);
     let sees = along >= far * libm::cos(sensor.max_incidence_rad.clamp(0.0, FRAC_PI_2))
         && (sensor.min_elevation_rad..=sensor.max_elevation_rad).contains(&elevation_rad)
         && (sensor.sees_around() || turn_rad <= sensor.field_of_view_rad / 2.0);
     sees.then_some(far)
+}
+
+/// Elevation of a direction over the plane on which the robot stands, and its angle to the heading in that plane.
+fn directions(attitude: &Attitude, d: [f64; 3]) -> (f64, f64) {
+    if attitude.is_tilted() {
+        let [ahead, left, up] = attitude.in_robot(d);
+        (libm::atan2(up, libm::hypot(ahead, left)), libm::atan2(left, ahead).abs())
+    } else {
+        let turn_rad = turn_between(libm::atan2(d[1], d[0]), attitude.yaw_rad);
+        (libm::atan2(d[2], libm::hypot(d[0], d[1])), turn_rad)
+    }
 }
 
 fn is_clear(surfaces: &Surfaces, viewpoint: &Viewpoint, point: &SurfacePoint, far: f64) -> bool {

@@ -7,7 +7,7 @@ use crate::reachability::Reachability;
 use crate::route_graph::NodePlace;
 use crate::scan_budget::{merged, mission_s};
 use crate::scan_growth::GrownScan;
-use crate::space_centre::sensor_height_m;
+use crate::sensor_place::{SensorPlace, sensor_place};
 use crate::spaces::Refusal;
 use crate::stair_traversal::stair_traversal;
 use crate::start_pose::why_blocked;
@@ -242,6 +242,8 @@ fn add_stops(
     };
     for stop in &planned.stops {
         let floor_m = free_space.z_m(stop.at);
+        let SensorPlace { at_m: sensor_in_map_m, up: up_in_map } =
+            sensor_place(input.site, &input.index.head.robot, input.options, free_space, stop.at, stop.space);
         let space = stop.space.map(|s| &input.site.spaces[s]);
         let centroid = space.map_or(stop.at.coordinates_m(), |s| s.centroid_m);
         let id = builder.waypoints.len() as u32;
@@ -252,7 +254,8 @@ fn add_stops(
         let joins = planned.and_then(|planned| planned.scan.joins);
         builder.waypoints.push(WaypointRecord {
             position_in_map_m: [stop.at.x_m(), stop.at.y_m(), floor_m],
-            sensor_z_m: floor_m + sensor_height_m(input.site, &input.index.head.robot, input.options, stop.space),
+            sensor_in_map_m,
+            up_in_map,
             yaw_rad: stop.yaw_rad,
             centroid_in_map_m: [centroid[0], centroid[1], floor_m],
             clearance_m: stop.clearance_m,

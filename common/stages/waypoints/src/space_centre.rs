@@ -2,9 +2,8 @@
 
 use crate::barriers::Obstacle;
 use crate::free_space::FreeSpace;
-use crate::options::MissionPlanOptions;
 use crate::spaces::{Refusal, behind, closed_door};
-use frames::{Map, Point2, TENTHS_PER_M, metres};
+use frames::{Map, Point2, TENTHS_PER_M};
 use grid::{Class, LineOfSight};
 use messages::{DoorPassageRecord, Grid, NoWaypoint, RobotProfile, ScheduleState, Site};
 use std::collections::BTreeSet;
@@ -73,17 +72,6 @@ pub(crate) fn cells_at(grid: &Grid<'_>, free_space: &FreeSpace, robot: &RobotPro
     let (rows, columns) = (around(cell.row, spec.height), around(cell.column, spec.width));
     let cells = rows.flat_map(|row| columns.clone().map(move |column| spec.index(grid::Cell { column, row })));
     cells.filter(|cell| free_space.part(*cell) != 0).collect()
-}
-
-/// Height of the sensor over the floor; half the height of the space for flying robots.
-pub(crate) fn sensor_height_m(
-    site: &Site<'_>,
-    robot: &RobotProfile,
-    options: &MissionPlanOptions,
-    space: Option<usize>,
-) -> f64 {
-    let half = space.map(|s| metres(site.spaces[s].height_tenths) / 2.0);
-    half.filter(|_| options.flies).unwrap_or(robot.sensor_height_m)
 }
 
 /// The cells of each space of a storey.

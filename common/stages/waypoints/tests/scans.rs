@@ -229,11 +229,43 @@ fn what_flies_is_at_half_the_height_of_its_space() {
     let (flies, drives) = (house.planned(&MissionPlanOptions { flies: true, ..quick() }), house.planned(&quick()));
     for waypoint in flies.mission_plan().waypoints.iter().filter(|w| w.space != messages::NONE) {
         let floor_m = f64::from(waypoint.map_storey) * 3.0;
-        assert_eq!((waypoint.position_in_map_m[2], waypoint.sensor_z_m), (floor_m, floor_m + 1.25));
+        assert_eq!((waypoint.position_in_map_m[2], waypoint.sensor_in_map_m[2]), (floor_m, floor_m + 1.25));
     }
     for waypoint in drives.mission_plan().waypoints {
-        assert_eq!(waypoint.sensor_z_m, f64::from(waypoint.map_storey) * 3.0 + 1.2);
+        assert_eq!(waypoint.sensor_in_map_m[2], f64::from(waypoint.map_storey) * 3.0 + 1.2);
     }
+}
+
+#[test]
+fn waypoints_on_a_slope_stand_along_its_normal_and_those_on_level_ground_upright() {
+    let level = flat().planned(&quick());
+    assert!(level.mission_plan().waypoints.iter().all(|w| !w.attitude().is_tilted()));
+    // It rises by 8 % to the east, and by 6 % to the north.
+    let mut house = flat();
+    house.relief = Some(|[x, y]| 0.08 * x + 0.06 * y);
+    let planned = house.planned(&quick());
+    assert_eq!(planned.mission_plan().waypoints.len(), level.mission_plan().waypoints.len());
+    let up = [-0.08, -0.06, 1.0].map(|c| c / libm::sqrt(1.01));
+    for w in planned.mission_plan().waypoints {
+        assert!((0..3).all(|k| (w.up_in_map[k] - up[k]).abs() < 1e-4), "{w:?}");
+        let [x, y, z] = w.position_in_map_m;
+        assert!((z - 0.08 * x - 0.06 * y).abs() < 0.01, "{w:?}");
+        assert!((0..3).all(|k| (w.sensor_in_map_m[k] - w.position_in_map_m[k] - 1.2 * up[k]).abs() < 1e-3), "{w:?}");
+    }
+    let flies = house.planned(&MissionPlanOptions { flies: true, ..quick() });
+    assert!(flies.mission_plan().waypoints.iter().all(|w| !w.attitude().is_tilted()));
+}
+
+#[test]
+fn a_sensor_that_is_tilted_sees_other_parts_of_meshes() {
+    // Rays in the plane of the robot alone: on level ground they meet walls at one height.
+    let sensor = ScanSensor { min_elevation_rad: -0.02, max_elevation_rad: 0.02, ..ScanSensor::DEFAULT };
+    let options = MissionPlanOptions { mesh_check: true, sensor, ..quick() };
+    let mut house = flat();
+    let on_level = house.planned(&options).mission_plan().storeys[0].n_mesh_points;
+    house.relief = Some(|[x, _]| 0.2 * (x - 3.0));
+    let on_slope = house.planned(&options).mission_plan().storeys[0].n_mesh_points;
+    assert!(on_level > 0 && on_slope > 2 * on_level, "{on_level} points, {on_slope} on a slope");
 }
 
 #[test]

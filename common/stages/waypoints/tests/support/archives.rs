@@ -322,10 +322,24 @@ fn grid(house: &House, names: &[char], storey: usize) -> ArchiveBuffer {
     };
     let spaces = drawing.space_of_squares();
     let closed = closed_doors(house, drawing);
-    let mut buffer = ArchiveBuffer::zeroed(GridWriter::len_of(head.spec().n_cells()));
+    let n_cells = head.spec().n_cells();
+    let length =
+        if house.relief.is_some() { GridWriter::len_with_heights(n_cells) } else { GridWriter::len_of(n_cells) };
+    let mut buffer = ArchiveBuffer::zeroed(length);
     let mut writer = GridWriter::new(buffer.bytes_mut(), &head);
     let layers = writer.layers();
     layers.localization.fill(-1);
+    if let Some(relief) = house.relief {
+        for index in 0..n_cells {
+            let middle_m = head.spec().centre_of(head.spec().cell_of(index)).coordinates_m();
+            let rise = |k: usize| {
+                let beside = |by: f64| [0, 1].map(|j| middle_m[j] + if j == k { by } else { 0.0 });
+                (relief(beside(0.01)) - relief(beside(-0.01))) / 0.02
+            };
+            layers.elevation[index] = floor_z_tenths + (relief(middle_m) * 10_000.0).round() as i32;
+            layers.slope[index] = (libm::atan(libm::hypot(rise(0), rise(1))) * 1_000.0).round() as u16;
+        }
+    }
     for index in 0..head.spec().n_cells() {
         let at = head.spec().cell_of(index);
         let [x, y] = [at.column, at.row].map(|c| c as usize / cells);

@@ -71,6 +71,8 @@ pub(crate) struct House {
     pub(crate) robot: RobotProfile,
     /// Distances that the robot keeps.
     pub(crate) safety: SafetyRules,
+    /// How high the ground is above the floor of its storey, in metres, at a place in `map`; level if there is none.
+    pub(crate) relief: Option<fn([f64; 2]) -> f64>,
     /// Side of a cell in tenths of a millimetre; divides that of a character.
     pub(crate) cell_tenths: i32,
     /// Walls, by their digits, and ways up, by their letters, that are not there.
@@ -93,6 +95,7 @@ impl House {
             storeys: storeys.iter().map(|text| Drawing::of(text)).collect(),
             robot: RobotProfile::DEFAULT,
             safety: SafetyRules::default(),
+            relief: None,
             cell_tenths: 1_000,
             absent: BTreeSet::new(),
             finished: BTreeMap::new(),

@@ -3,7 +3,7 @@
 use crate::failure::Failure;
 use crate::input_document::read_document;
 use export::{ExportFile, nav2_poses, rounded, with_manifest};
-use frames::wrapped;
+use frames::{Attitude, Map, Rigid2, Slam, UPRIGHT, wrapped};
 use grid::{FREE, MapMode, MapYaml, MovedGrid, OCCUPIED, UNKNOWN, encode_pgm, pixel_of};
 use messages::SlamFrame;
 use occupancy::OccupancyMap;
@@ -37,7 +37,7 @@ pub(super) fn files(reference: &Path, map: &Path, frame: &SlamFrame) -> Result<V
         all.iter_mut().try_for_each(|w| moved.waypoint(w))?;
         let pose = |w: &Value| {
             let [x, y, yaw_rad] = ["x_m", "y_m", "yaw_rad"].map(|key| w[key].as_f64().unwrap_or_default());
-            ([x, y], yaw_rad)
+            ([x, y], Attitude { yaw_rad, up: direction(&w["up"]).unwrap_or(UPRIGHT) })
         };
         add("waypoints.yaml", nav2_poses(all.iter().map(pose)).into_bytes());
     }
@@ -70,6 +70,12 @@ fn read(path: &Path) -> Result<Value, Failure> {
     serde_json::from_slice(&bytes).map_err(|error| Failure::work(format!("{}: {error}", path.display())))
 }
 
+/// Three numbers; `None` for anything else.
+fn direction(value: &Value) -> Option<[f64; 3]> {
+    let [x, y, z] = value.as_array()?.as_slice() else { return None };
+    Some([x.as_f64()?, y.as_f64()?, z.as_f64()?])
+}
+
 struct Moved<'a> {
     frame: &'a SlamFrame,
 }
@@ -96,13 +102,25 @@ impl Moved<'_> {
 
     fn waypoint(&self, waypoint: &mut Value) -> Result<(), Failure> {
         let number = |key: &str| waypoint[key].as_f64().unwrap_or_default();
-        let [x, y] = self.point([number("x_m"), number("y_m")])?;
-        let yaw = number("yaw_rad") - self.frame.motion.around([x, y]).yaw_rad();
+        let in_map = [number("x_m"), number("y_m")];
+        let [x, y] = self.point(in_map)?;
+        let turn_rad = self.frame.motion.around([x, y]).yaw_rad();
+        let yaw = number("yaw_rad") - turn_rad;
         (waypoint["x_m"], waypoint["y_m"]) = (rounded(x).into(), rounded(y).into());
         waypoint["yaw_rad"] = rounded(wrapped(yaw)).into();
         if let Some([x, y, ..]) = waypoint["centroid_m"].as_array_mut().map(Vec::as_mut_slice) {
             let moved = self.point([&*x, &*y].map(|c| c.as_f64().unwrap_or_default()))?;
             (*x, *y) = (rounded(moved[0]).into(), rounded(moved[1]).into());
+        }
+        // The sensor is off the waypoint as the ground is tilted.
+        if let [Some(up), Some([sensor_x, sensor_y, sensor_z])] =
+            ["up", "sensor_m"].map(|key| direction(&waypoint[key]))
+        {
+            let turned = Rigid2::<Slam, Map>::new([0.0; 2], -turn_rad);
+            let off = turned.rotate([sensor_x - in_map[0], sensor_y - in_map[1]]);
+            let [up_x, up_y] = turned.rotate([up[0], up[1]]);
+            waypoint["sensor_m"] = json!([rounded(x + off[0]), rounded(y + off[1]), sensor_z]);
+            waypoint["up"] = json!([up_x, up_y, up[2]]);
         }
         Ok(())
     }
