@@ -18,7 +18,8 @@ What is proved of each folder:
   are too near, in which order they register, that those which join others are needed, that the plan is not below its curve;
 - tours: each waypoint has its place, a way of the exported length leads to it over floor that the robot can be on;
 - the route graph: nodes clear and named as in semantic.json, edges on floor that the robot can be on and as long as exported, every part connected, ways through
-  doors marked as such, ways between storeys only for robots that can take them; each storey's `route.geojson` says the same.
+  doors marked as such, ways between storeys only for robots that can take them; each storey's `route.geojson` says the same;
+- time and energy of edges, where they are told: by length, rise and climb, and as costs of `route.geojson` where they were asked for.
 
 It judges plans for a robot that drives open tours.
 """
@@ -111,7 +112,7 @@ def corners_m(space):
 
 CHECKS = (
     places.check_numbers, places.check_poses, places.check_orientations, places.check_reach, places.check_spaces, places.check_tours,
-    scans.check_scans, route.check_nodes, route.check_edges, route.check_routes,
+    scans.check_scans, route.check_nodes, route.check_edges, route.check_drive, route.check_routes,
 )
 
 

@@ -333,6 +333,22 @@ def a_stair_for_a_robot_on_wheels(copy):
     return {"portal"}
 
 
+def a_plan_by_time_without_times(copy):
+    with copy.plan() as plan:
+        plan["drive"] = {"cost": "time", "speed_m_s": 0.5, "climb_s_per_m": 10.0, "mass_kg": None}
+    return {"drive"}
+
+
+def an_edge_that_climbs_in_no_time(copy):
+    with copy.plan() as plan, copy.graph() as graph:
+        plan["drive"] = {"cost": "length", "speed_m_s": 0.5, "climb_s_per_m": 10.0, "mass_kg": None}
+        for edge in graph["edges"]:
+            edge["duration_s"] = [edge["length_m"] / 0.5] * 2
+        edge = next(e for e in graph["edges"] if e["class"] == "floor")
+        edge["rise_m"], edge["slope_rad"] = 1.0, 0.5
+    return {"drive"}
+
+
 def a_route_in_one_direction(copy):
     with edited(copy.folder / "route.geojson") as route:
         edges = [feature for feature in route["features"] if "startid" in feature["properties"]]
@@ -350,7 +366,7 @@ DAMAGES = (
     a_node_of_another_name, a_part_that_is_not_reached, a_part_left_out, an_edge_through_a_wall, an_edge_of_a_wrong_length,
     an_edge_left_out,
     an_edge_of_another_door, a_door_closed_to_the_robot, a_door_elsewhere, a_stair_for_a_robot_on_wheels,
-    a_route_in_one_direction,
+    a_plan_by_time_without_times, an_edge_that_climbs_in_no_time, a_route_in_one_direction,
 )
 
 

@@ -210,8 +210,46 @@ def check_connected(export, index):
             yield "connected", f"{len(own - found)} of {len(own)} nodes of storey {index} are not joined with the others"
 
 
+def check_drive(export):
+    """Time and energy of edges over floor: there and back differ by what the rise between the ends takes, and what falls gives nothing."""
+    drive, tour_m = export.plan.get("drive"), sum(s["tour_m"] for s in export.plan["storeys"])
+    speed_m_s = drive["speed_m_s"] if drive else tour_m / (export.plan["driving_s"] or math.inf) or math.inf
+    climb_s_per_m, mass_kg = (drive["climb_s_per_m"], drive["mass_kg"]) if drive else (0, None)
+    if export.plan["driving_s"] < tour_m / speed_m_s - ROUNDED_M * len(export.storeys) / speed_m_s:
+        yield "drive", f"tours of {tour_m:.3f} m take {export.plan['driving_s']} s"
+    if (mass_kg is not None) != ("mission_wh" in export.plan):
+        yield "drive", "energies are told without a mass, or none with one"
+    for edge in export.graph["edges"]:
+        name, is_told = f"edge {edge['id']}", "duration_s" in edge
+        if is_told != (drive is not None or bool(edge["slope_rad"])) or ("energy_wh" in edge) != (mass_kg is not None):
+            yield "drive", f"{name} tells {'a' if is_told else 'no'} time with the slope {edge['slope_rad']}"
+        elif is_told and edge["class"] in ("floor", "door"):
+            level_s, rise_m = edge["length_m"] / speed_m_s, edge["rise_m"] or 0.0
+            # Ends are at the heights of their cells, climbs between the middles of cells.
+            off_m = 2 * export.resolution_m * math.tan(edge["slope_rad"] or 0) + 2 * ROUNDED_M
+            for time_s, energy_wh, up_m in zip(edge["duration_s"], edge.get("energy_wh", (None, None)), (rise_m, -rise_m)):
+                climb_m = edge["length_m"] * math.sin(edge["slope_rad"] or 0) + off_m
+                least_s = level_s + climb_s_per_m * max(up_m - off_m, 0.0) - ROUNDED_M / speed_m_s
+                if not least_s <= time_s <= level_s + climb_s_per_m * climb_m + ROUNDED_M / speed_m_s:
+                    yield "drive", f"{name} rises by {up_m:.3f} m over {edge['length_m']} m in {time_s} s"
+                if energy_wh is not None:
+                    yield from check_energy(drive, edge, name, time_s, energy_wh, (up_m - off_m, climb_m))
+            if abs(edge["duration_s"][0] - edge["duration_s"][1] - climb_s_per_m * rise_m) > climb_s_per_m * off_m + 2 * ROUNDED_M:
+                yield "drive", f"{name} takes {edge['duration_s']} s there and back, and rises by {rise_m} m"
+
+
+def check_energy(drive, edge, name, time_s, energy_wh, climbs_m):
+    """The energy is that of rolling, of at least the rise and at most all climbs, and of what runs all the time."""
+    plan_m = sum(math.dist(a, b) for a, b in zip(edge["line_m"], edge["line_m"][1:]))
+    work_j = [9.80665 * drive["mass_kg"] * (up_m + drive["rolling_resistance"] * plan_m) for up_m in climbs_m]
+    least_wh, most_wh = ((max(w, 0.0) / drive["drive_efficiency"] + drive["idle_w"] * time_s) / 3600 for w in work_j)
+    if not least_wh - ROUNDED_M <= energy_wh <= most_wh + ROUNDED_M:
+        yield "drive", f"{name} takes {energy_wh} Wh, and {least_wh:.4f} to {most_wh:.4f} by its rise"
+
+
 def check_routes(export):
-    """The storeys' files for Nav2 hold the nodes and usable edges of the graph, edges in both directions."""
+    """The storeys' files for Nav2 hold the nodes and usable edges of the graph, edges in both directions, with the costs asked for."""
+    cost_key = {"time": "duration_s", "energy": "energy_wh"}.get(export.plan.get("drive", {}).get("cost"))
     for index, features in export.routes.items():
         ids = [f["properties"]["id"] for f in features]
         if len(set(ids)) != len(ids):
@@ -231,8 +269,9 @@ def check_routes(export):
         wanted = {node["id"]: [node["x_m"], node["y_m"]] for node in nodes}
         for edge in export.graph["edges"]:
             if edge["usable"] and edge["from"] in wanted and edge["to"] in wanted:
-                for a, b, line in ((edge["from"], edge["to"], edge["line_m"]), (edge["to"], edge["from"], edge["line_m"][::-1])):
-                    wanted[a, b, edge["length_m"], str([line])] = edge["class"]
+                ways = (edge["from"], edge["to"], edge["line_m"]), (edge["to"], edge["from"], edge["line_m"][::-1])
+                for (a, b, line), cost in zip(ways, edge.get(cost_key, 2 * [edge["length_m"]])):
+                    wanted[a, b, cost, str([line])] = edge["class"]
             elif (edge["from"] in wanted) != (edge["to"] in wanted):
                 wanted[edge["id"]] = [[*point, z_m] for point, z_m in zip(edge["line_m"], edge["line_z_m"])]
         if exported != wanted:

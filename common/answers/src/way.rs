@@ -7,10 +7,10 @@ use crate::missing::{Missing, missing_of};
 use crate::named::{ElementRef, RoomRef, StoreyRef};
 use crate::situation::Situation;
 use export::rounded;
-use messages::{DoorPassage, DoorPassageRecord, NONE};
+use messages::{DoorPassage, DoorPassageRecord, DriveModel, JOULES_PER_WH, NONE};
 use schemars::JsonSchema;
 use serde::Serialize;
-use waypoints::{FloorLeg, PortalLeg, WayEnd, WayFinder, WayLeg};
+use waypoints::{Driven, FloorLeg, PortalLeg, WayEnd, WayFinder, WayLeg};
 
 /// The way from a place to another for this robot. It exists only if the robot can stand on every cell of it.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
@@ -25,6 +25,15 @@ pub struct WayAnswer {
     pub exists: bool,
     /// Length of all legs, as walked, up stairs and slopes. Null if there is no way.
     pub length_m: Option<f64>,
+    /// By what the way was chosen: `length`, `time` or `energy`. Only beside `duration_s`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub chosen_by: Option<&'static str>,
+    /// Time of all legs, where the options of the waypoints tell what climbing takes, or the way leads over slopes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub duration_s: Option<f64>,
+    /// Energy of all legs in watt-hours, if the options of the waypoints tell the mass of the robot.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub energy_wh: Option<f64>,
     /// Sum of all rises on it, in metres: with the mass of the robot the work to lift it. Null if there is no way.
     pub climb_m: Option<f64>,
     /// Sum of all falls on it, in metres. Null if there is no way.
@@ -68,6 +77,12 @@ pub struct WayLegAnswer {
     pub descent_m: f64,
     /// Slope of the steepest ground on it; 0 for what is no ramp and no ground with a slope.
     pub slope_rad: f64,
+    /// Time, where the options of the waypoints tell what climbing takes, or the leg leads over slopes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub duration_s: Option<f64>,
+    /// Energy in watt-hours, if the options of the waypoints tell the mass of the robot.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub energy_wh: Option<f64>,
     /// The stair, ramp or lift, or the floor above a step; null for a leg over floor, and where only the map is another one.
     pub element: Option<ElementRef>,
     /// Doorways in their order.
@@ -90,15 +105,20 @@ pub struct DoorOnWay {
     pub clear_width_m: f64,
 }
 
-/// The way for the robot of a situation; when there is one is for the caller to find out ([`way_exists`] at later times).
+/// The way for the robot of a situation, the shortest or least costly as its mission plan has it; when there is one is for the caller to find out ([`way_exists`] at later times).
 pub fn way(situation: &Situation<'_>, from: &FoundPlace, to: &FoundPlace) -> WayAnswer {
-    let found = finder(situation).way(from.end, to.end);
+    let finder = finder(situation);
+    let found = finder.way(from.end, to.end);
+    let drive = finder.drive();
     let (legs, length_m, missing) = match &found {
         Ok(way) => {
-            (way.legs.iter().map(|leg| leg_answer(situation, leg)).collect(), Some(rounded(way.length_m)), Vec::new())
+            let legs = way.legs.iter().map(|leg| leg_answer(situation, drive, leg)).collect();
+            (legs, Some(rounded(way.length_m)), Vec::new())
         }
         Err(no_way) => (Vec::new(), None, missing_of(situation, [from, to], no_way)),
     };
+    let is_sloped = |legs: &[WayLegAnswer]| legs.iter().any(|leg| leg.slope_rad > 0.0);
+    let costs = found.as_ref().ok().and_then(|way| Costs::of(drive, is_sloped(&legs), way.driven));
     let ends = |legs: &[WayLegAnswer]| -> Option<[[f64; 3]; 2]> {
         Some([*legs.first()?.points_m.first()?, *legs.last()?.points_m.last()?])
     };
@@ -109,6 +129,9 @@ pub fn way(situation: &Situation<'_>, from: &FoundPlace, to: &FoundPlace) -> Way
         to: PlaceAnswer::of(situation, to, end_m),
         exists: found.is_ok(),
         length_m,
+        chosen_by: costs.map(|_| drive.cost.get().name()),
+        duration_s: costs.map(|costs| costs.duration_s),
+        energy_wh: costs.and_then(|costs| costs.energy_wh),
         climb_m: found.is_ok().then(|| sum(&legs, |leg| leg.climb_m)),
         descent_m: found.is_ok().then(|| sum(&legs, |leg| leg.descent_m)),
         legs,
@@ -156,11 +179,29 @@ impl PlaceAnswer {
     }
 }
 
-fn leg_answer(situation: &Situation<'_>, leg: &WayLeg) -> WayLegAnswer {
-    match leg {
-        WayLeg::Floor(leg) => floor_answer(situation, leg),
-        WayLeg::Portal(leg) => portal_answer(situation, leg),
+/// What is told of time and energy.
+#[derive(Clone, Copy)]
+struct Costs {
+    duration_s: f64,
+    energy_wh: Option<f64>,
+}
+
+impl Costs {
+    /// Of a way or leg, if it leads over slopes or they were asked for.
+    fn of(drive: &DriveModel, is_sloped: bool, driven: Driven) -> Option<Self> {
+        let energy_wh = drive.has_energy().then(|| rounded(driven.energy_j / JOULES_PER_WH));
+        (is_sloped || drive.is_asked_for()).then(|| Self { duration_s: rounded(driven.duration_s), energy_wh })
     }
+}
+
+fn leg_answer(situation: &Situation<'_>, drive: &DriveModel, leg: &WayLeg) -> WayLegAnswer {
+    let (answer, driven) = match leg {
+        WayLeg::Floor(leg) => (floor_answer(situation, leg), leg.driven),
+        WayLeg::Portal(leg) => (portal_answer(situation, leg), leg.driven),
+    };
+    let costs = Costs::of(drive, answer.slope_rad > 0.0, driven);
+    let duration_s = costs.map(|costs| costs.duration_s);
+    WayLegAnswer { duration_s, energy_wh: costs.and_then(|costs| costs.energy_wh), ..answer }
 }
 
 fn floor_answer(situation: &Situation<'_>, leg: &FloorLeg) -> WayLegAnswer {
@@ -178,6 +219,8 @@ fn floor_answer(situation: &Situation<'_>, leg: &FloorLeg) -> WayLegAnswer {
         climb_m: rounded(leg.climb_m),
         descent_m: rounded(leg.descent_m),
         slope_rad: rounded(leg.slope_rad),
+        duration_s: None,
+        energy_wh: None,
         element: None,
         doors: leg.doors.iter().map(door).collect(),
         rooms: leg.spaces.iter().map(|space| RoomRef::of(site, *space)).collect(),
@@ -203,6 +246,8 @@ fn portal_answer(situation: &Situation<'_>, leg: &PortalLeg) -> WayLegAnswer {
         climb_m: rounded(rises().map(|rise_m| rise_m.max(0.0)).sum()),
         descent_m: rounded(rises().map(|rise_m| (-rise_m).max(0.0)).sum()),
         slope_rad: rounded(edge.slope_rad),
+        duration_s: None,
+        energy_wh: None,
         element: (edge.of != NONE).then(|| ElementRef::of(situation.site, edge.of as usize)),
         doors: Vec::new(),
         rooms: Vec::new(),

@@ -13,7 +13,7 @@ impl WayAnswer {
         let _ = match self.length_m {
             Some(length_m) => {
                 let heights = heights(self.climb_m.unwrap_or(0.0), self.descent_m.unwrap_or(0.0));
-                writeln!(out, "way from {from} to {to}: {length_m:.1} m{heights}")
+                writeln!(out, "way from {from} to {to}: {length_m:.1} m{heights}{}", self.costs())
             }
             None => writeln!(out, "no way from {from} to {to}"),
         };
@@ -33,6 +33,19 @@ impl WayAnswer {
         }
         let _ = writeln!(out, "{}", self.circumstances);
         out
+    }
+}
+
+impl WayAnswer {
+    fn costs(&self) -> String {
+        let Some(duration_s) = self.duration_s else { return String::new() };
+        let energy = self.energy_wh.map_or(String::new(), |energy_wh| format!(", {energy_wh:.1} Wh"));
+        let chosen = match self.chosen_by {
+            Some("time") => ", the fastest way",
+            Some("energy") => ", the way of least energy",
+            _ => "",
+        };
+        format!(", {duration_s:.0} s{energy}{chosen}")
     }
 }
 

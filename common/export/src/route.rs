@@ -3,7 +3,7 @@
 use crate::input::ExportInput;
 use crate::text::{rounded, text_or_null};
 use crate::waypoints::{space_id, space_name};
-use messages::{EdgeKind, NONE, NodeKind, RouteEdgeRecord, RouteNodeRecord};
+use messages::{EdgeKind, JOULES_PER_WH, NONE, NodeKind, RouteEdgeRecord, RouteNodeRecord, WayCost};
 use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::{Map, Value, json};
@@ -73,6 +73,13 @@ struct Edge {
     rise_m: Option<f64>,
     /// How steep a ramp, or the ground under the way, is where it is steepest; null for everything else.
     slope_rad: Option<f64>,
+    /// Time from the first end to the second and back, where the way leads over slopes, or the options of the waypoints tell what
+    /// climbing takes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    duration_s: Option<[f64; 2]>,
+    /// Energy there and back in watt-hours, if the options of the waypoints tell the mass of the robot.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    energy_wh: Option<[f64; 2]>,
     /// Number of risers of the stair; null elsewhere and where it is unknown.
     n_risers: Option<u32>,
     /// True if this robot can take it.
@@ -118,6 +125,8 @@ impl SiteGraph {
                 clear_width_m: clear_width_m(input, edge),
                 rise_m: (!is_flat).then(|| rise_m(input, edge)),
                 slope_rad: (class == EdgeKind::Ramp || edge.slope_rad > 0.0).then(|| rounded(edge.slope_rad)),
+                duration_s: duration_s(input, edge),
+                energy_wh: energy_wh(input, edge),
                 n_risers: n_risers(edge),
                 usable: edge.usable == 1,
                 line_m: plan_of(input, edge),
@@ -170,12 +179,13 @@ fn nav2_route(input: &ExportInput<'_>, map_storey: u32, frame_id: &str) -> Value
         metadata.extend(clear_width_m(input, edge).map(|width| ("clear_width_m".to_owned(), json!(width))));
         let mut line = plan_of(input, edge);
         let [a, b] = edge.nodes;
+        let costs = nav2_costs(input, edge);
         for (back, [from, to]) in [(0, [a, b]), (1, [b, a])] {
             features.push(json!({
                 "type": "Feature",
                 "geometry": {"type": "MultiLineString", "coordinates": [line]},
                 "properties": {
-                    "id": edge_id(input, at) + back, "startid": from, "endid": to, "cost": rounded(edge.length_m),
+                    "id": edge_id(input, at) + back, "startid": from, "endid": to, "cost": costs[back as usize],
                     "overridable": true, "metadata": metadata, "operations": {},
                 },
             }));
@@ -220,6 +230,26 @@ fn way_up(input: &ExportInput<'_>, at: usize, edge: &RouteEdgeRecord, frame_id: 
 
 fn plan_of(input: &ExportInput<'_>, edge: &RouteEdgeRecord) -> Vec<[f64; 2]> {
     input.mission_plan.points_of(edge).iter().map(|[x, y, _]| [*x, *y].map(rounded)).collect()
+}
+
+/// Where it is told: over slopes, and where slopes were asked for.
+fn duration_s(input: &ExportInput<'_>, edge: &RouteEdgeRecord) -> Option<[f64; 2]> {
+    let is_told = edge.slope_rad > 0.0 || input.mission_plan.head.drive.is_asked_for();
+    is_told.then(|| edge.duration_s.map(rounded))
+}
+
+fn energy_wh(input: &ExportInput<'_>, edge: &RouteEdgeRecord) -> Option<[f64; 2]> {
+    let is_told = input.mission_plan.head.drive.has_energy();
+    is_told.then(|| edge.energy_j.map(|energy_j| rounded(energy_j / JOULES_PER_WH)))
+}
+
+/// What the edge costs Nav2's route server there and back: metres, seconds or watt-hours.
+fn nav2_costs(input: &ExportInput<'_>, edge: &RouteEdgeRecord) -> [f64; 2] {
+    match input.mission_plan.head.drive.cost.get() {
+        WayCost::Length => [rounded(edge.length_m); 2],
+        WayCost::Time => edge.duration_s.map(rounded),
+        WayCost::Energy => edge.energy_j.map(|energy_j| rounded(energy_j / JOULES_PER_WH)),
+    }
 }
 
 fn n_risers(edge: &RouteEdgeRecord) -> Option<u32> {

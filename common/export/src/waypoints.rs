@@ -5,7 +5,9 @@ use crate::input::ExportInput;
 use crate::scan_summary::ScanSummary;
 use crate::text::{rounded, text_or_null};
 use frames::Attitude;
-use messages::{MissionPlan, MissionPlanStoreyRecord, NoWaypoint, ScanSensor, Site, WaypointRecord};
+use messages::{
+    DriveModel, JOULES_PER_WH, MissionPlan, MissionPlanStoreyRecord, NoWaypoint, ScanSensor, Site, WaypointRecord,
+};
 use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -51,6 +53,12 @@ pub struct Waypoints {
     scanning_s: f64,
     /// Estimated duration of all tours: driving and scanning.
     mission_s: f64,
+    /// Estimated energy of that in watt-hours, if the options tell the mass of the robot.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    mission_wh: Option<f64>,
+    /// How the robot drives, if the options tell what climbing takes, or by what ways are chosen.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    drive: Option<Drive>,
     /// What became of each map storey that is written.
     storeys: Vec<StoreyOutcome>,
     /// Notices.
@@ -59,6 +67,36 @@ pub struct Waypoints {
     waypoints: Vec<Waypoint>,
     /// What became of each space, by GlobalId.
     spaces: BTreeMap<String, SpaceOutcome>,
+}
+
+/// How the robot drives, as the options have it.
+#[derive(Debug, Serialize, JsonSchema)]
+struct Drive {
+    /// By what ways are chosen: `length`, `time` or `energy`. The order of a tour goes by length.
+    cost: &'static str,
+    /// Speed.
+    speed_m_s: f64,
+    /// Seconds that each metre of climb adds.
+    climb_s_per_m: f64,
+    /// Mass with all load; null if it is unknown.
+    mass_kg: Option<f64>,
+    /// Coefficient of rolling resistance.
+    rolling_resistance: f64,
+    /// Share of the energy of the battery that arrives at the wheels.
+    drive_efficiency: f64,
+    /// Power of all that runs while the robot drives or stands.
+    idle_w: f64,
+}
+
+impl Drive {
+    fn of(model: &DriveModel) -> Self {
+        let DriveModel {
+            speed_m_s, climb_s_per_m, mass_kg, rolling_resistance, drive_efficiency, idle_w, cost, ..
+        } = *model;
+        let mass_kg = model.has_energy().then_some(mass_kg);
+        let cost = cost.get().name();
+        Self { cost, speed_m_s, climb_s_per_m, mass_kg, rolling_resistance, drive_efficiency, idle_w }
+    }
 }
 
 /// Lengths in metres, angles in radians.
@@ -232,6 +270,8 @@ impl Waypoints {
             driving_s: rounded(head.mission_s[0]),
             scanning_s: rounded(head.mission_s[1]),
             mission_s: rounded(head.mission_s.iter().sum()),
+            mission_wh: head.drive.has_energy().then(|| rounded(head.mission_j / JOULES_PER_WH)),
+            drive: head.drive.is_asked_for().then(|| Drive::of(&head.drive)),
             storeys: written.map(|record| storey(mission_plan, record)).collect(),
             notices: mission_plan.diagnostics.iter().map(notice).collect(),
             waypoints: mission_plan.waypoints.iter().map(|w| waypoint(input, w)).collect(),

@@ -59,6 +59,7 @@ mod deviation_records;
 mod deviations;
 mod diagnostic_record;
 pub mod door_operations;
+mod drive_model;
 mod grid_archive;
 mod grids;
 mod ground;
@@ -112,6 +113,7 @@ pub use deviation_records::*;
 pub use deviations::{Deviations, DeviationsBuilder};
 pub use diagnostic_record::DiagnosticRecord;
 pub use diagnostics::{Diagnostic, DiagnosticCode, Named, Report, Severity};
+pub use drive_model::{DriveModel, JOULES_PER_WH, WayCost};
 pub use grid_archive::{
     BlockHashes, FLOOR_ASSUMED, FLOOR_BUILT, Grid, GridHead, GridLayers, GridWriter, NO_HEIGHT, NO_SLOPE, copy_changed,
 };

@@ -72,6 +72,7 @@ impl<'a> MissionPlan<'a> {
     }
 
     fn check_tags(&self) -> Result<(), ArchiveError> {
+        check_tags([self.head.drive.cost], "cost of ways")?;
         check_tags(self.waypoints.iter().map(|w| w.kind), "kind of waypoint")?;
         check_tags(self.spaces.iter().map(|s| s.why), "reason for having no waypoint")?;
         check_tags(self.spaces.iter().map(|s| s.access), "access to a space")?;
@@ -94,6 +95,7 @@ impl<'a> MissionPlan<'a> {
             .flatten()
             .all(f64::is_finite)
             && self.waypoints.iter().all(|w| is_up(w.up_in_map))
+            && self.head.drive.is_finite()
             && self.tour_points.as_flattened().iter().all(|c| c.is_finite())
             && self.points.as_flattened().iter().all(|c| c.is_finite())
             && self.floor_parts.iter().flat_map(|p| [p.area_m2, p.room_m2, p.at_m[0], p.at_m[1]]).all(f64::is_finite);

@@ -2,6 +2,7 @@
 
 use crate::archive::{NONE, Text};
 use crate::content_hash::ContentHash;
+use crate::drive_model::DriveModel;
 use crate::tag::Tag;
 use bytemuck::{CheckedBitPattern, NoUninit, Pod, Zeroable};
 use frames::Attitude;
@@ -64,8 +65,12 @@ pub struct MissionPlanHead {
     pub separation_m: f64,
     /// Longest duration of all tours in minutes; infinite without such a budget.
     pub minutes_max: f64,
+    /// How the robot drives, and by what its ways are chosen.
+    pub drive: DriveModel,
     /// Driving time and scanning time of all tours, in seconds.
     pub mission_s: [f64; 2],
+    /// Energy of driving and scanning on all tours, in joules; 0 if the mass of the robot is unknown.
+    pub mission_j: f64,
     /// Faces of elements that changed since this time are targets, civil seconds; [`crate::ScheduleStateHead::NO_TIME`]
     /// if all are.
     pub changed_since_s: i64,
@@ -78,7 +83,7 @@ pub struct MissionPlanHead {
     /// Zero.
     pub reserved: u32,
 }
-const _: () = assert!(size_of::<MissionPlanHead>() == 152);
+const _: () = assert!(size_of::<MissionPlanHead>() == 216);
 
 /// Kind of a waypoint.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, CheckedBitPattern, NoUninit)]
@@ -508,8 +513,12 @@ pub struct RouteEdgeRecord {
     pub length_m: f64,
     /// Least distance to a cell that is not free; 0 between storeys.
     pub clearance_m: f64,
-    /// How steep a ramp between storeys is where it is steepest; 0 for everything else.
+    /// How steep a ramp, or the ground under the way, is where it is steepest; 0 for everything else.
     pub slope_rad: f64,
+    /// Time from the first node to the second and back, in seconds.
+    pub duration_s: [f64; 2],
+    /// Energy there and back, in joules; 0 if the mass of the robot is unknown.
+    pub energy_j: [f64; 2],
     /// Clear width of a flight of stairs where it is narrowest, in metres; 0 if unknown and for everything else.
     pub clear_width_m: f64,
     /// Nodes at its ends.
@@ -528,4 +537,4 @@ pub struct RouteEdgeRecord {
     /// Risers between its ends, for a stair; `NONE` if unknown and for everything else.
     pub n_risers: u32,
 }
-const _: () = assert!(size_of::<RouteEdgeRecord>() == 64);
+const _: () = assert!(size_of::<RouteEdgeRecord>() == 96);

@@ -325,6 +325,7 @@ fn a_plan_with_an_unknown_kind_is_refused() {
     let archive = mission_plan();
     let view = MissionPlan::open(archive.bytes()).unwrap();
     let fields = [
+        (place_of(&archive, &view.head.drive.cost), "cost of ways"),
         (place_of(&archive, &view.waypoints[0].kind), "kind of waypoint"),
         (place_of(&archive, &view.spaces[0].why), "reason for having no waypoint"),
         (place_of(&archive, &view.spaces[0].access), "access to a space"),
@@ -335,6 +336,22 @@ fn a_plan_with_an_unknown_kind_is_refused() {
         (place_of(&archive, &view.diagnostics[0].severity), "severity"),
     ];
     check_tags(&archive, |bytes| MissionPlan::open(bytes).map(|_| ()), &fields);
+}
+
+#[test]
+fn a_plan_whose_poses_have_no_direction_that_is_up_or_whose_drive_has_no_number_is_refused() {
+    let archive = mission_plan();
+    let view = MissionPlan::open(archive.bytes()).unwrap();
+    let [x, _, z] = view.waypoints[0].up_in_map.each_ref().map(|c| place_of(&archive, c));
+    let sensor = place_of(&archive, &view.waypoints[0].sensor_in_map_m[1]);
+    let mass = place_of(&archive, &view.head.drive.mass_kg);
+    for (at, number) in [(x, 0.7), (x, f64::NAN), (z, -0.8), (sensor, f64::INFINITY), (mass, f64::NAN)] {
+        let mut buffer = archive.clone();
+        buffer.bytes_mut()[at..at + 8].copy_from_slice(&number.to_le_bytes());
+        reseal(buffer.bytes_mut());
+        let refused = MissionPlan::open(buffer.bytes()).expect_err("it is refused").to_string();
+        assert!(refused.contains("waypoint"), "{number}: {refused}");
+    }
 }
 
 #[test]

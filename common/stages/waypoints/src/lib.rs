@@ -34,13 +34,18 @@
 //!
 //! # Ways
 //!
-//! [`WayFinder`] finds the shortest way from a room or point to another, over storeys, on the cells on which this robot can
+//! [`WayFinder`] finds the shortest or least costly way from a room or point to another, over storeys, on the cells on which this robot can
 //! stand and through the portals of a mission plan; or what is in the way: closed doors, closed rooms, portals that are not
 //! built or not for this robot, floor that is keep-out or too narrow.
 //!
 //! On ground that is not level lengths are along the slope, and climb, descent and the steepest slope are told. The ground outdoors has a
 //! map of its own: the robot goes onto it where that and the map of a storey show one place (`src/ground_crossings.rs`). Rooms and scans
 //! are planned on storeys alone.
+//!
+//! `[tour] cost` says by what ways are chosen: length, time or energy. Time is that of the length at `speed_m_s`, with `climb_s_per_m` for
+//! each metre of climb; energy is m g (sin s + c cos s) / efficiency for each metre of a slope s, with the coefficient of rolling
+//! resistance c, and `idle_w` all the time, without recuperation. A way that is chosen by one of both takes no more of it than the
+//! shortest. Legs of tours are chosen so, too, and their time and energy told; the order of a tour goes by length.
 //!
 //! `scripts/check_waypoints.py OUT` proves the exported waypoints, their coverage and the route graph anew from the files
 //! alone; it shares no code with this crate.
@@ -75,6 +80,7 @@
 //! - ground outdoors: where the robot comes onto it: `src/ground_crossings.rs`, `src/outdoor_ends.rs`
 //! - reachability, over storeys too: `src/reachability.rs`, `src/portals.rs`, `src/steps.rs`
 //! - scans: coverage curve, budgets: `src/scan_growth.rs`, `src/scan_budget.rs`
+//! - time and energy of ways: `src/drive_cost.rs`
 //! - poses on ground that is not level: `src/sensor_place.rs`
 //! - scans: target faces, what a scan sees: `src/target_face.rs`, `src/visible_faces.rs`, `src/mesh_visibility.rs`
 //! - scans: which are made: `src/scan_choice.rs`, `src/set_cover.rs`, `src/tabu_search.rs`, `src/scan_registration.rs`
@@ -117,12 +123,14 @@ mod tabu_search;
 mod target_face;
 mod visible_faces;
 
+mod drive_cost;
 mod path_search;
 mod place_regions;
 mod random_generator;
 mod tour;
 mod tour_distances;
 mod walked_line;
+mod way_search;
 
 mod route_graph;
 mod skeleton;
@@ -136,6 +144,7 @@ mod tour_stops;
 mod ways;
 
 pub use barriers::portal_text;
+pub use drive_cost::Driven;
 pub use input::MissionPlanInput;
 pub use mission_planner::{MissionPlanner, StoreyInstance};
 pub use name_check::{UnknownName, check_names};

@@ -1,11 +1,12 @@
 //! Assembles the `mission-plan` archive.
 
+use crate::drive_cost::{Driven, driven_line, driven_portal, rise_m};
 use crate::free_space::{FreeSpace, is_planned};
 use crate::input::MissionPlanInput;
 use crate::portal::{Portal, PortalKind};
 use crate::reachability::Reachability;
 use crate::route_graph::NodePlace;
-use crate::scan_budget::{merged, mission_s};
+use crate::scan_budget::{merged, mission_j, mission_s};
 use crate::scan_growth::GrownScan;
 use crate::sensor_place::{SensorPlace, sensor_place};
 use crate::spaces::Refusal;
@@ -172,7 +173,9 @@ fn head(input: &MissionPlanInput<'_>, planned_storeys: &[&PlannedStorey]) -> Mis
         overlap_goal: options.overlap,
         separation_m: options.separation_m,
         minutes_max: options.minutes_max.unwrap_or(f64::INFINITY),
+        drive: options.drive,
         mission_s: mission_s(options, planned_storeys),
+        mission_j: mission_j(options, planned_storeys),
         changed_since_s: options.changed_since_s.unwrap_or(ScheduleStateHead::NO_TIME),
         closed_tours: u32::from(options.closed_tours),
         scans_max: options.scans_max.unwrap_or(NONE),
@@ -322,11 +325,15 @@ fn add_graph(
         for edge in &planned.graph.edges {
             let first_point = builder.points.len() as u32;
             let free_space = free_spaces[at];
+            let back: Vec<Point2<Map>> = edge.line.iter().rev().copied().collect();
+            let driven = [&edge.line, &back].map(|line| driven_line(&input.options.drive, free_space, line));
             builder.points.extend(edge.line.iter().map(|p| [p.x_m(), p.y_m(), free_space.z_m(*p)]));
             builder.edges.push(RouteEdgeRecord {
                 length_m: edge.walked.length_m,
                 clearance_m: edge.clearance_m,
                 slope_rad: edge.walked.slope_rad,
+                duration_s: driven.map(|driven| driven.duration_s),
+                energy_j: driven.map(|driven| driven.energy_j),
                 clear_width_m: 0.0,
                 nodes: edge.nodes.map(|n| (first + n) as u32),
                 kind: edge.door.map_or(EdgeKind::Floor, |_| EdgeKind::Door).into(),
@@ -369,10 +376,16 @@ fn add_graph(
         let line = traversal.as_ref().map_or(ends.as_slice(), |traversal| &traversal.line);
         builder.points.extend_from_slice(line);
         let n_points = line.len() as u32;
+        let length_m = traversal.as_ref().map_or(portal.length_m, |traversal| traversal.length_m);
+        let rise_m = rise_m(free_spaces, portal);
+        let driven: [Driven; 2] =
+            [rise_m, -rise_m].map(|rise_m| driven_portal(&input.options.drive, portal.kind, length_m, rise_m));
         builder.edges.push(RouteEdgeRecord {
-            length_m: traversal.as_ref().map_or(portal.length_m, |traversal| traversal.length_m),
+            length_m,
             clearance_m: 0.0,
             slope_rad: portal.slope_rad(),
+            duration_s: driven.map(|driven| driven.duration_s),
+            energy_j: driven.map(|driven| driven.energy_j),
             clear_width_m: traversal.as_ref().map_or(0.0, |traversal| traversal.clear_width_m),
             nodes,
             kind: portal.kind.edge_kind().into(),

@@ -2,7 +2,7 @@
 
 use frames::PlanTimeError;
 use grid::Class;
-use messages::{ScanSensor, Site};
+use messages::{DriveModel, ScanSensor, Site, WayCost};
 use serde::Deserialize;
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -55,8 +55,8 @@ pub struct MissionPlanOptions {
     pub closed_tours: bool,
     /// Lifts that the robot can take: names or GlobalIds, with `*` and `?`.
     pub lifts: Vec<String>,
-    /// Driving speed in metres per second.
-    pub speed_m_s: f64,
+    /// How the robot drives, and by what its ways are chosen.
+    pub drive: DriveModel,
     /// Duration of a scan.
     pub scan_s: f64,
 }
@@ -129,7 +129,13 @@ struct TourToml {
     start: Option<Start>,
     closed: bool,
     lifts: Vec<String>,
+    cost: Option<String>,
     speed_m_s: Option<f64>,
+    climb_s_per_m: Option<f64>,
+    mass_kg: Option<f64>,
+    rolling_resistance: Option<f64>,
+    drive_efficiency: Option<f64>,
+    idle_w: Option<f64>,
     scan_s: Option<f64>,
 }
 
@@ -158,7 +164,7 @@ impl Default for MissionPlanOptions {
             start: None,
             closed_tours: false,
             lifts: Vec::new(),
-            speed_m_s: 0.5,
+            drive: DriveModel::DEFAULT,
             scan_s: 60.0,
         }
     }
@@ -229,10 +235,6 @@ impl MissionPlanOptions {
 impl OptionsToml {
     fn into_options(self) -> Result<MissionPlanOptions, String> {
         let defaults = MissionPlanOptions::default();
-        let within = |key: &str, value: Option<f64>, defaults: f64, lo: f64, hi: f64| match value.unwrap_or(defaults) {
-            v if (lo..=hi).contains(&v) => Ok(v),
-            v => Err(format!("{key} is {v}, it must be from {lo} to {hi}")),
-        };
         let (s, d) = (&self.sensor, defaults.sensor);
         let sensor = ScanSensor {
             range_m: within("range_m", s.range_m, d.range_m, 0.1, 200.0)?,
@@ -263,6 +265,7 @@ impl OptionsToml {
             return Err("start is no place".to_owned());
         }
         let minutes = self.scan.minutes.map(|minutes| within("minutes", Some(minutes), 0.0, 0.0, 1e6));
+        let drive = self.tour.drive()?;
         // A budget is used up, unless a share is written beside it.
         let usual = if self.scan.scans.is_some() || minutes.is_some() {
             MissionPlanOptions { coverage: 1.0, min_gain_m: 0.0, ..defaults.clone() }
@@ -292,9 +295,51 @@ impl OptionsToml {
             start,
             closed_tours: self.tour.closed,
             lifts: self.tour.lifts,
-            speed_m_s: within("speed_m_s", self.tour.speed_m_s, defaults.speed_m_s, 0.01, 10.0)?,
+            drive,
             scan_s: within("scan_s", self.tour.scan_s, defaults.scan_s, 0.0, 86_400.0)?,
         })
+    }
+}
+
+impl TourToml {
+    fn drive(&self) -> Result<DriveModel, String> {
+        let d = DriveModel::DEFAULT;
+        let cost = match &self.cost {
+            None => d.cost.get(),
+            Some(name) => WayCost::ALL
+                .into_iter()
+                .find(|cost| cost.name() == name)
+                .ok_or_else(|| format!("cost is {name:?}, it may be \"length\", \"time\" or \"energy\""))?,
+        };
+        if cost == WayCost::Energy && self.mass_kg.is_none() {
+            return Err("cost is \"energy\", which needs mass_kg".to_owned());
+        }
+        Ok(DriveModel {
+            speed_m_s: within("speed_m_s", self.speed_m_s, d.speed_m_s, 0.01, 10.0)?,
+            climb_s_per_m: within("climb_s_per_m", self.climb_s_per_m, d.climb_s_per_m, 0.0, 1000.0)?,
+            mass_kg: self
+                .mass_kg
+                .map_or(Ok(d.mass_kg), |mass_kg| within("mass_kg", Some(mass_kg), 0.0, 0.1, 10_000.0))?,
+            rolling_resistance: within(
+                "rolling_resistance",
+                self.rolling_resistance,
+                d.rolling_resistance,
+                0.001,
+                1.0,
+            )?,
+            drive_efficiency: within("drive_efficiency", self.drive_efficiency, d.drive_efficiency, 0.01, 1.0)?,
+            idle_w: within("idle_w", self.idle_w, d.idle_w, 0.0, 10_000.0)?,
+            cost: cost.into(),
+            reserved: 0,
+        })
+    }
+}
+
+/// The value of a key, or the usual one.
+fn within(key: &str, value: Option<f64>, usual: f64, lo: f64, hi: f64) -> Result<f64, String> {
+    match value.unwrap_or(usual) {
+        v if (lo..=hi).contains(&v) => Ok(v),
+        v => Err(format!("{key} is {v}, it must be from {lo} to {hi}")),
     }
 }
 
@@ -344,6 +389,11 @@ mod tests {
             ("waypoints = [\"center\"]", "center"),
             ("[tour]\nstart = { storey = 0, x_m = nan, y_m = 0.0 }", "start"),
             ("[tour]\nclose = true", "close"),
+            ("[tour]\ncost = \"distance\"", "distance"),
+            ("[tour]\ncost = \"energy\"", "mass_kg"),
+            ("[tour]\nmass_kg = 0.0", "mass_kg"),
+            ("[tour]\nclimb_s_per_m = -1.0", "climb_s_per_m"),
+            ("[tour]\nrolling_resistance = 0.0", "rolling_resistance"),
         ] {
             let error = MissionPlanOptions::parse(text).unwrap_err();
             let text =

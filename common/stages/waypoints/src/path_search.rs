@@ -112,6 +112,13 @@ impl PathGrid {
         self.spec.centre_of(self.spec.cell_of(cell))
     }
 
+    /// The same cell in the whole grid of the storey.
+    pub(crate) fn cell_in(&self, whole: &GridSpec, cell: usize) -> usize {
+        let at = [cell % self.width, cell / self.width];
+        let [column, row] = [0, 1].map(|k| at[k] + (self.spec.first_cell[k] - whole.first_cell[k]) as usize);
+        row * whole.width as usize + column
+    }
+
     /// True for a cell within a distance that the robot keeps.
     pub(crate) fn is_kept_off(&self, cell: usize) -> bool {
         self.kept_off.as_ref().is_some_and(|kept_off| kept_off.cells[cell])

@@ -69,7 +69,16 @@ pub(crate) fn mission_s(options: &MissionPlanOptions, planned_storeys: &[&Planne
     let stops = planned_storeys.iter().flat_map(|planned| &planned.stops);
     let n_scans = stops.filter(|stop| stop.scan().is_some()).count();
     let driven_m: f64 = planned_storeys.iter().map(|planned| planned.tour_m).sum();
-    [driven_m / options.speed_m_s, n_scans as f64 * options.scan_s]
+    let climbed_m: f64 = planned_storeys.iter().map(|planned| planned.tour_climb_m).sum();
+    let drive = &options.drive;
+    [driven_m / drive.speed_m_s + climbed_m * drive.climb_s_per_m, n_scans as f64 * options.scan_s]
+}
+
+/// Energy of driving and scanning on all tours, in joules; 0 if the mass of the robot is unknown.
+pub(crate) fn mission_j(options: &MissionPlanOptions, planned_storeys: &[&PlannedStorey]) -> f64 {
+    let [_, scanning_s] = mission_s(options, planned_storeys);
+    let driving_j: f64 = planned_storeys.iter().map(|planned| planned.tour_j).sum();
+    if options.drive.has_energy() { driving_j + scanning_s * options.drive.idle_w } else { 0.0 }
 }
 
 /// The plans of all storeys with as many scans as the budget allows. `plan` makes them for numbers of scans by storey.

@@ -1,9 +1,10 @@
 //! Plans one storey: centres, scans, tours and route graph from map, reachability and options.
 
+use crate::drive_cost::{Driven, driven_line};
 use crate::free_space::FreeSpace;
 use crate::mesh_visibility::{MeshCoverage, mesh_check};
 use crate::options::MissionPlanOptions;
-use crate::path_search::{PathGrid, length_m};
+use crate::path_search::PathGrid;
 use crate::route_graph::{Anchor, NodePlace, RouteGraph, graph};
 use crate::scan_choice::{best_scans, fewest_scans};
 use crate::scan_growth::GrownScan;
@@ -16,6 +17,7 @@ use crate::spaces::Refusal;
 use crate::target_face::TargetFaces;
 use crate::tour_distances::{StoreyPlaces, legs};
 use crate::tour_stops::{PlannedScan, StopPurpose, StopScan, StoreyRequest, TourGoal, TourStop};
+use crate::walked_line::walked;
 use frames::{Map, Point2};
 use grid::Class;
 use messages::FloorKind;
@@ -37,7 +39,12 @@ pub(crate) struct PlannedStorey {
     /// All waypoints, in the order of the tour.
     pub(crate) stops: Vec<TourStop>,
     pub(crate) tour: Vec<Point2<Map>>,
+    /// Along the slope.
     pub(crate) tour_m: f64,
+    /// Sum of all rises on the tour.
+    pub(crate) tour_climb_m: f64,
+    /// Energy of driving it, in joules; 0 if the mass of the robot is unknown.
+    pub(crate) tour_j: f64,
     pub(crate) bound_m: f64,
     pub(crate) n_parts: u32,
     /// Number of scans that do not register with the others.
@@ -237,7 +244,7 @@ fn tours(inputs: &TourInputs<'_>, goals: &[TourGoal], planned: &mut PlannedStore
     }
     let pairs: Vec<[Point2<Map>; 2]> =
         tours.iter().flat_map(|tour| tour.points.windows(2).map(|pair| [pair[0], pair[1]])).collect();
-    let mut legs = legs(path_grid, &pairs).into_iter();
+    let mut legs = legs(path_grid, storey.free_space, &request.options.drive, &pairs).into_iter();
     let mut seen_so_far = SeenSoFar {
         floor: vec![false; if scans.is_some() { storey.free_space.spec.n_cells() } else { 0 }],
         faces: vec![false; scans.map_or(0, |s| s.faces.all.len())],
@@ -333,14 +340,17 @@ fn add_tour(
             space: goal.space,
             yaw_rad,
             clearance_m: storey.free_space.clearance_m(goal.at),
-            leg_m: leg.map_or(0.0, |leg| length_m(leg)),
+            leg_m: leg.map_or(0.0, |leg| walked(storey.free_space, leg).length_m),
         };
         if let (Some(scans), Some(planned)) = (scans, goal.scan) {
             scan_stop(storey, request.options, scans, planned, seen_so_far, &mut stop);
         }
         planned.stops.push(stop);
     }
-    planned.tour_m += legs.iter().map(|leg| length_m(leg)).sum::<f64>();
+    planned.tour_m += legs.iter().map(|leg| walked(storey.free_space, leg).length_m).sum::<f64>();
+    planned.tour_climb_m += legs.iter().map(|leg| walked(storey.free_space, leg).climb_m).sum::<f64>();
+    let driven = |leg: &Vec<Point2<Map>>| driven_line(&request.options.drive, storey.free_space, leg);
+    planned.tour_j += legs.iter().map(driven).sum::<Driven>().energy_j;
     // The lines of several parts are joined to one; lengths do not include the gaps between them.
     if points.len() == 1 {
         planned.tour.extend(points);

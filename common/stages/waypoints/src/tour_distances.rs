@@ -1,10 +1,14 @@
 //! Path lengths between the places of a tour: paths over the borders of neighbouring regions, shorter lines near each place,
 //! and sums of both for places that are far apart.
 
+use crate::drive_cost::{cheapest_line, line_cost, step_cost};
+use crate::free_space::FreeSpace;
 use crate::path_search::{KEPT_OFF_FACTOR, NO_PATH, PathGrid, SIDE, SearchBuffers, length_m};
 use crate::place_regions::{Border, PlaceRegions};
 use crate::tour::TourProblem;
+use crate::way_search::{WayCosts, WayStretch, least_costly};
 use frames::{Map, Point2};
+use messages::{DriveModel, WayCost};
 use rayon::prelude::*;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -253,15 +257,27 @@ impl TourDistances {
     }
 }
 
-/// The shortest lines over the free space between pairs of points.
-pub(crate) fn legs(path_grid: &PathGrid, pairs: &[[Point2<Map>; 2]]) -> Vec<Vec<Point2<Map>>> {
-    let leg = |buffers: &mut SearchBuffers, &[from, to]: &[Point2<Map>; 2]| {
+/// The lines over the free space between pairs of points that are the shortest, or take the least time or energy.
+pub(crate) fn legs(
+    path_grid: &PathGrid,
+    free_space: &FreeSpace,
+    drive: &DriveModel,
+    pairs: &[[Point2<Map>; 2]],
+) -> Vec<Vec<Point2<Map>>> {
+    let shortest = |buffers: &mut SearchBuffers, &[from, to]: &[Point2<Map>; 2]| {
         if let [Some(first), Some(last)] = [from, to].map(|p| path_grid.cell_near(p))
             && !path_grid.is_clear(from, to)
         {
             path_grid.pull_string(&path_grid.shortest_path(first, last, buffers), from, to)
         } else {
             vec![from, to]
+        }
+    };
+    let leg = |buffers: &mut SearchBuffers, pair: &[Point2<Map>; 2]| {
+        let shortest = shortest(buffers, pair);
+        match cheap_leg(path_grid, free_space, drive, *pair) {
+            Some(cheap) if line_cost(drive, free_space, &cheap) < line_cost(drive, free_space, &shortest) => cheap,
+            _ => shortest,
         }
     };
     // Buffers are as large as the storey: one for each thread.
@@ -271,4 +287,22 @@ pub(crate) fn legs(path_grid: &PathGrid, pairs: &[[Point2<Map>; 2]]) -> Vec<Vec<
         pairs.iter().map(|pair| leg(&mut buffers, pair)).collect::<Vec<_>>()
     };
     pairs.par_chunks(chunk).flat_map_iter(legs_of).collect()
+}
+
+/// The line between two points that takes the least time or energy; `None` where that is the shortest by itself.
+fn cheap_leg(
+    path_grid: &PathGrid,
+    free_space: &FreeSpace,
+    drive: &DriveModel,
+    [from, to]: [Point2<Map>; 2],
+) -> Option<Vec<Point2<Map>>> {
+    if drive.cost == WayCost::Length || free_space.is_level() {
+        return None;
+    }
+    let [first, last] = [path_grid.cell_near(from)?, path_grid.cell_near(to)?];
+    let step = |_, cells: [usize; 2], step: u32| step_cost(drive, free_space, path_grid, cells, step);
+    let costs = WayCosts { step: &step, portal: &|_, _| NO_PATH };
+    let found = least_costly(&[Some(path_grid)], &[], &costs, |_| [None; 2], (0, first), (0, last))?;
+    let [WayStretch::Floor(_, cells)] = &found[..] else { return None };
+    Some(cheapest_line(drive, free_space, path_grid, cells, [from, to]))
 }

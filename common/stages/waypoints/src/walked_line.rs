@@ -24,25 +24,46 @@ pub(crate) fn walked(free_space: &FreeSpace, line: &[Point2<Map>]) -> WalkedLine
     }
     let spec = &free_space.spec;
     let mut walked = WalkedLine::default();
-    for pair in line.windows(2) {
-        let plan_m = pair[1].distance_m(&pair[0]);
-        let n_steps = (plan_m / spec.resolution_m()).ceil().max(1.0) as u32;
-        let ([x0, y0], [x1, y1]) = (pair[0].coordinates_m(), pair[1].coordinates_m());
-        let at = |k: u32| {
-            let t = f64::from(k) / f64::from(n_steps);
-            Point2::<Map>::new(x0 + t * (x1 - x0), y0 + t * (y1 - y0))
-        };
-        for k in 0..n_steps {
-            let rise_m = free_space.z_between_m(at(k + 1)) - free_space.z_between_m(at(k));
-            walked.length_m += libm::hypot(plan_m / f64::from(n_steps), rise_m);
-            walked.climb_m += rise_m.max(0.0);
-            walked.descent_m += (-rise_m).max(0.0);
-        }
-        for cell in (0..=n_steps).filter_map(|k| spec.cell_at(at(k))) {
-            walked.slope_rad = walked.slope_rad.max(free_space.slope_rad(spec.index(cell)));
-        }
+    for Stretch { plan_m, rise_m } in stretches(free_space, line) {
+        walked.length_m += libm::hypot(plan_m, rise_m);
+        walked.climb_m += rise_m.max(0.0);
+        walked.descent_m += (-rise_m).max(0.0);
+    }
+    for cell in line.windows(2).flat_map(|pair| once_a_cell(free_space, pair)).filter_map(|at| spec.cell_at(at)) {
+        walked.slope_rad = walked.slope_rad.max(free_space.slope_rad(spec.index(cell)));
     }
     walked
+}
+
+/// A stretch of a line, of even slope.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Stretch {
+    /// Its length in plan.
+    pub(crate) plan_m: f64,
+    /// How much higher it ends.
+    pub(crate) rise_m: f64,
+}
+
+/// The stretches of a line: one a cell, between two corners one on a level storey.
+pub(crate) fn stretches(free_space: &FreeSpace, line: &[Point2<Map>]) -> impl Iterator<Item = Stretch> {
+    line.windows(2).flat_map(move |pair| {
+        let points = if free_space.is_level() { pair.to_vec() } else { once_a_cell(free_space, pair) };
+        let plan_m = pair[1].distance_m(&pair[0]) / (points.len() - 1) as f64;
+        let z_m: Vec<f64> = points.iter().map(|at| free_space.z_between_m(*at)).collect();
+        let rises_m: Vec<f64> = z_m.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        rises_m.into_iter().map(move |rise_m| Stretch { plan_m, rise_m })
+    })
+}
+
+/// Points between two corners, from the one to the other, no farther apart than the side of a cell.
+fn once_a_cell(free_space: &FreeSpace, pair: &[Point2<Map>]) -> Vec<Point2<Map>> {
+    let n_steps = (pair[1].distance_m(&pair[0]) / free_space.spec.resolution_m()).ceil().max(1.0) as u32;
+    let ([x0, y0], [x1, y1]) = (pair[0].coordinates_m(), pair[1].coordinates_m());
+    let at = |k: u32| {
+        let t = f64::from(k) / f64::from(n_steps);
+        Point2::<Map>::new(x0 + t * (x1 - x0), y0 + t * (y1 - y0))
+    };
+    (0..=n_steps).map(at).collect()
 }
 
 #[cfg(test)]

@@ -7,23 +7,9 @@ use frames::{Map, Point2};
 use messages::{DoorPassage, EdgeKind, Grid, MissionPlan, NoWaypoint, RobotProfile};
 use proptest::prelude::*;
 use std::collections::BTreeSet;
+use support::planned::with_finder;
 use support::{Archives, GROUND, House, UPPER, quick};
-use waypoints::{MissionPlanOptions, MissionPlanner, NoWay, Way, WayEnd, WayFinder, WayLeg, WayObstacle};
-
-/// Calls `work` with the finder of a house.
-fn with_finder<T>(
-    house: &House,
-    options: &MissionPlanOptions,
-    work: impl FnOnce(&WayFinder<'_>, &Archives, &MissionPlan<'_>) -> T,
-) -> T {
-    let archives = Archives::of(house);
-    archives.with(options, |input| {
-        let bytes = MissionPlanner::default().plan(input);
-        let mission_plan = MissionPlan::open(bytes.bytes()).unwrap();
-        let finder = WayFinder::new(input.site, input.schedule_state, input.index, input.grids, &mission_plan);
-        work(&finder, &archives, &mission_plan)
-    })
-}
+use waypoints::{MissionPlanOptions, NoWay, Way, WayEnd, WayLeg, WayObstacle};
 
 fn room(archives: &Archives, name: char) -> WayEnd {
     WayEnd::Space(archives.names.iter().position(|n| *n == name).unwrap())

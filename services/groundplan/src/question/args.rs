@@ -23,8 +23,8 @@ pub(crate) struct QuestionArgs {
     #[arg(long)]
     pub(super) only_now: bool,
 
-    /// Options of waypoints, as for `convert`: where the robot starts, and the lifts that it takes [default: see
-    /// config/waypoints.toml; of the running daemons, the lifts of their mission plan]
+    /// Options of waypoints, as for `convert`: where the robot starts, the lifts that it takes, and by what its ways are
+    /// chosen [default: see config/waypoints.toml; of the running daemons, those of their mission plan]
     #[arg(long, value_name = "FILE")]
     waypoints: Option<PathBuf>,
 

@@ -164,11 +164,11 @@ fn map_use(set: &SiteSet<'_>, config: &SiteConfig) -> Result<MapUse, Failure> {
     Ok(MapUse::of(freshness.state(now, Timestamp::now().as_millisecond()).why_not()))
 }
 
-/// The options of a mission plan that say what it says: the lifts that the robot takes.
+/// The options of a mission plan that say what it says: the lifts that the robot takes, and how it drives.
 fn options_of(site: &Site<'_>, mission_plan: &MissionPlan<'_>) -> MissionPlanOptions {
     let lifts = mission_plan.edges.iter().filter(|edge| edge.kind == EdgeKind::Lift && edge.usable == 1);
     let lifts = lifts.map(|edge| site.text(site.elements[edge.of as usize].global_id).to_owned()).collect();
-    MissionPlanOptions { lifts, ..MissionPlanOptions::default() }
+    MissionPlanOptions { lifts, drive: mission_plan.head.drive, ..MissionPlanOptions::default() }
 }
 
 /// Whether it is known where the robot starts, if that matters.

@@ -3,11 +3,11 @@
 mod floor_between;
 mod obstacles;
 mod places;
-mod search;
 mod way;
 
 pub use way::{FloorLeg, NoPlace, NoWay, PortalLeg, Way, WayEnd, WayLeg, WayObstacle};
 
+use crate::drive_cost::{Driven, cheapest_line, driven_line, driven_portal, measured, portal_cost, rise_m, step_cost};
 use crate::free_space::FreeSpace;
 use crate::input::MissionPlanInput;
 use crate::options::MissionPlanOptions;
@@ -16,13 +16,13 @@ use crate::portal::{Portal, PortalKind, Staging};
 use crate::reachability::Reachability;
 use crate::route_graph::is_same_doorway;
 use crate::walked_line::{WalkedLine, walked};
+use crate::way_search::{Place, WayCosts, WayStretch, least_costly};
 use frames::{Point2, TENTHS_PER_M};
 use geometry::OrientedBox;
 use grid::GridSpec;
-use messages::{DoorPassageRecord, EdgeKind, Grids, MapGrids, MissionPlan, ScheduleState, Site};
+use messages::{DoorPassageRecord, DriveModel, EdgeKind, Grids, MapGrids, MissionPlan, ScheduleState, Site, WayCost};
 use obstacles::ObstacleSearch;
 use places::{places_at, reached_from};
-use search::{Place, Stretch, shortest};
 
 /// Finds ways on the grids of a site for the robot of their index, with the portals of their mission plan.
 ///
@@ -34,6 +34,8 @@ pub struct WayFinder<'a> {
     index: &'a Grids<'a>,
     grids: &'a dyn MapGrids,
     options: MissionPlanOptions,
+    /// That of the mission plan.
+    drive: DriveModel,
     /// By grid.
     free_spaces: Vec<FreeSpace>,
     portals: Vec<PlannedPortal>,
@@ -67,10 +69,15 @@ impl<'a> WayFinder<'a> {
                 Some(PlannedPortal { edge, portal })
             })
             .collect();
-        Self { site, schedule_state, index, grids, options, free_spaces, portals }
+        Self { site, schedule_state, index, grids, options, drive: mission_plan.head.drive, free_spaces, portals }
     }
 
-    /// The shortest way between two places.
+    /// How the robot drives, and by what its ways are chosen.
+    pub fn drive(&self) -> &DriveModel {
+        &self.drive
+    }
+
+    /// The way between two places that is the shortest, or takes the least time or energy, as the mission plan asks for.
     ///
     /// # Errors
     /// What is in the way.
@@ -100,7 +107,8 @@ impl<'a> WayFinder<'a> {
         MissionPlanInput { site, schedule_state, index, grids, options: &self.options }
     }
 
-    /// The shortest way from a place to another one in a part that is reached from it.
+    /// The way from a place to another one in a part that is reached from it. One that is chosen by time or energy never takes more of it
+    /// than the shortest.
     fn way_between(&self, reached: &Reachability, start: Staging, end: Staging) -> Option<Way> {
         let path_grid = |(free_space, parts): (&FreeSpace, &Vec<bool>)| {
             parts.contains(&true).then(|| PathGrid::of(free_space, |part| parts[part as usize])).flatten()
@@ -110,18 +118,55 @@ impl<'a> WayFinder<'a> {
             let at = self.free_spaces[staging.storey].middle(staging.cell);
             Some((staging.storey, path_grids[staging.storey].as_ref()?.cell_at(at)?))
         };
+        let path_grids: Vec<Option<&PathGrid>> = path_grids.iter().map(Option::as_ref).collect();
+        let ends = [place(start)?, place(end)?];
+        let way_by = |cost: WayCost| self.way_by(cost, &path_grids, ends, |portal| portal.ends.map(place));
+        let shortest = way_by(WayCost::Length);
+        let cost = self.drive.cost.get();
+        if cost == WayCost::Length {
+            return shortest;
+        }
+        let measure = |way: &Way| measured(cost, way.length_m, way.driven);
+        let all = [shortest, way_by(cost)].into_iter().flatten();
+        // Of ways that take the same the shortest.
+        all.min_by(|a, b| measure(a).total_cmp(&measure(b)))
+    }
+
+    /// The way over path grids that is least by a cost.
+    fn way_by(
+        &self,
+        cost: WayCost,
+        path_grids: &[Option<&PathGrid>],
+        [from, to]: [Place; 2],
+        places: impl Fn(&Portal) -> [Option<Place>; 2],
+    ) -> Option<Way> {
+        let drive = &DriveModel { cost: cost.into(), ..self.drive };
+        let free_spaces: Vec<&FreeSpace> = self.free_spaces.iter().collect();
         let planned: Vec<&PlannedPortal> = self.portals.iter().filter(|planned| planned.portal.usable).collect();
         let portals: Vec<&Portal> = planned.iter().map(|planned| &planned.portal).collect();
-        let stretches = shortest(&path_grids, &portals, |p| p.ends.map(place), place(start)?, place(end)?)?;
-        let legs: Vec<WayLeg> = stretches
+        let rises = |portal: &Portal, is_forward: bool| {
+            let rise_m = rise_m(&free_spaces, portal);
+            if is_forward { rise_m } else { -rise_m }
+        };
+        let step = |storey: usize, cells: [usize; 2], step: u32| {
+            path_grids[storey].map_or(step, |path_grid| step_cost(drive, free_spaces[storey], path_grid, cells, step))
+        };
+        let portal = |k: usize, is_forward: bool| {
+            let portal = portals[k];
+            let resolution_m = free_spaces[portal.ends[0].storey].spec.resolution_m();
+            portal_cost(drive, portal.kind, portal.length_m, rises(portal, is_forward), resolution_m)
+        };
+        let costs = WayCosts { step: &step, portal: &portal };
+        let legs: Vec<WayLeg> = least_costly(path_grids, &portals, &costs, places, from, to)?
             .into_iter()
             .filter_map(|stretch| match stretch {
-                Stretch::Floor(storey, cells) => {
-                    Some(WayLeg::Floor(self.floor_leg(storey, path_grids[storey].as_ref()?, &cells)))
+                WayStretch::Floor(storey, cells) => {
+                    Some(WayLeg::Floor(self.floor_leg(drive, storey, path_grids[storey]?, &cells)))
                 }
-                Stretch::Portal(k, is_forward) => {
+                WayStretch::Portal(k, is_forward) => {
                     let PlannedPortal { edge, portal } = planned[k];
-                    Some(WayLeg::Portal(PortalLeg { edge: *edge, is_forward, length_m: portal.length_m }))
+                    let driven = driven_portal(drive, portal.kind, portal.length_m, rises(portal, is_forward));
+                    Some(WayLeg::Portal(PortalLeg { edge: *edge, is_forward, length_m: portal.length_m, driven }))
                 }
             })
             .collect();
@@ -129,17 +174,22 @@ impl<'a> WayFinder<'a> {
             WayLeg::Floor(leg) => leg.length_m,
             WayLeg::Portal(leg) => leg.length_m,
         };
-        Some(Way { length_m: legs.iter().map(length_m).sum(), legs })
+        let driven = |leg: &WayLeg| match leg {
+            WayLeg::Floor(leg) => leg.driven,
+            WayLeg::Portal(leg) => leg.driven,
+        };
+        Some(Way { length_m: legs.iter().map(length_m).sum(), driven: legs.iter().map(driven).sum::<Driven>(), legs })
     }
 
-    fn floor_leg(&self, storey: usize, path_grid: &PathGrid, path: &[usize]) -> FloorLeg {
+    fn floor_leg(&self, drive: &DriveModel, storey: usize, path_grid: &PathGrid, path: &[usize]) -> FloorLeg {
         let spec = &self.free_spaces[storey].spec;
         let cell_of =
             |cell: &usize| spec.index(spec.cell_at(path_grid.middle(*cell)).expect("it is a part of the grid"));
         let cells: Vec<usize> = path.iter().map(cell_of).collect();
         let [first, last] = [0, path.len() - 1].map(|k| path_grid.middle(path[k]));
-        let line = path_grid.pull_string(path, first, last);
         let free_space = &self.free_spaces[storey];
+        let line = cheapest_line(drive, free_space, path_grid, path, [first, last]);
+        let driven = driven_line(drive, free_space, &line);
         let WalkedLine { length_m, climb_m, descent_m, slope_rad } = walked(free_space, &line);
         let z_m = line.iter().map(|corner| free_space.z_m(*corner)).collect();
         let map_storey = self.grids.head(storey).map_storey;
@@ -153,7 +203,7 @@ impl<'a> WayFinder<'a> {
             self.input().passages(grid)
         });
         let doors = doors_on(passages, &cells, spec);
-        FloorLeg { map_storey, line, z_m, length_m, climb_m, descent_m, slope_rad, doors, spaces, cells }
+        FloorLeg { map_storey, line, z_m, length_m, climb_m, descent_m, slope_rad, driven, doors, spaces, cells }
     }
 }
 

@@ -1,5 +1,6 @@
 //! A way from a place to another over storeys, and what is in the way where there is none.
 
+use crate::drive_cost::Driven;
 use frames::{Map, Point2};
 use messages::{DoorPassageRecord, EdgeKind, NoWaypoint};
 
@@ -24,6 +25,8 @@ pub struct Way {
     pub legs: Vec<WayLeg>,
     /// Length of all legs in metres, as walked, up the slope.
     pub length_m: f64,
+    /// Time and energy of all legs.
+    pub driven: Driven,
 }
 
 /// A leg of a way.
@@ -54,6 +57,8 @@ pub struct FloorLeg {
     pub descent_m: f64,
     /// Slope of the steepest ground under it.
     pub slope_rad: f64,
+    /// Time and energy of the line.
+    pub driven: Driven,
     /// Doorways in their order, each once: passages that the robot can pass, or openings where a door will hang.
     pub doors: Vec<DoorPassageRecord>,
     /// Spaces in the order in which the leg enters them.
@@ -69,6 +74,8 @@ pub struct PortalLeg {
     pub is_forward: bool,
     /// Length in metres, as walked.
     pub length_m: f64,
+    /// Time and energy.
+    pub driven: Driven,
 }
 
 /// Why there is no way.

@@ -21,7 +21,7 @@
 
 mod archives;
 pub(crate) mod brute_force;
-mod planned;
+pub(crate) mod planned;
 
 pub(crate) use archives::Archives;
 pub(crate) use planned::Planned;

@@ -1,12 +1,12 @@
 //! Accessors of a mission plan for assertions.
 
-use super::Archives;
+use super::{Archives, House};
 use export::ExportInput;
 use frames::{Map, Point2};
 use geometry::LazyFootprint;
 use messages::*;
 use std::path::{Path, PathBuf};
-use waypoints::{MissionPlanInput, MissionPlanOptions, MissionPlanner};
+use waypoints::{MissionPlanInput, MissionPlanOptions, MissionPlanner, WayFinder};
 
 /// A building and its mission plan.
 pub(crate) struct Planned {
@@ -124,4 +124,19 @@ impl Planned {
         std::fs::write(&path, &picture.bytes).unwrap();
         path
     }
+}
+
+/// Calls `work` with the finder of a house.
+pub(crate) fn with_finder<T>(
+    house: &House,
+    options: &MissionPlanOptions,
+    work: impl FnOnce(&WayFinder<'_>, &Archives, &MissionPlan<'_>) -> T,
+) -> T {
+    let archives = Archives::of(house);
+    archives.with(options, |input| {
+        let bytes = MissionPlanner::default().plan(input);
+        let mission_plan = MissionPlan::open(bytes.bytes()).unwrap();
+        let finder = WayFinder::new(input.site, input.schedule_state, input.index, input.grids, &mission_plan);
+        work(&finder, &archives, &mission_plan)
+    })
 }
