@@ -76,6 +76,10 @@ def check_level_edge(export, edge, ends):
     length_m = sum(math.dist(a, b) for a, b in zip(edge["line_m"], edge["line_m"][1:]))
     # Over slopes it is longer than in plan, but for steps that the robot takes by no more than the steepest makes it.
     longest_m = length_m / math.cos(edge["slope_rad"] or 0)
+    rows, columns = np.floor(along(storey.places(edge["line_m"])) + 1e-9).astype(int)[:, ::-1].T
+    if storey.stairs[rows, columns].any():
+        # Up risers and along treads.
+        longest_m += np.nansum(np.abs(np.diff(storey.height_m[rows, columns])))
     if not length_m - ROUNDED_M <= edge["length_m"] <= longest_m * (1 if storey.height_m is None else 1.02) + ROUNDED_M:
         yield "edge", f"{name} is {length_m:.4f} to {longest_m:.4f} m long, the export has {edge['length_m']} m"
     if edge["line_z_m"]:

@@ -55,7 +55,7 @@ def seen(storey, sensor, faces, which, places, yaws_rad=None):
 
 def seen_from_anywhere(storey, sensor, faces, known, parts, places):
     """Which faces can be seen from the places or from any other in the parts; `known` ones can."""
-    is_there = np.isin(storey.part, parts) & (storey.part > 0)
+    is_there = np.isin(storey.part, parts) & (storey.part > 0) & ~storey.stairs
     rows, columns = np.nonzero(is_there)
     every = max(1, round(PLACES_M / storey.resolution_m))
     on = (rows % every == 0) & (columns % every == 0)
@@ -89,6 +89,9 @@ def check_scans(export):
         seen_by = [pairs[pairs[:, 0] == k, 1] for k in range(len(scans))]
         yield from check_registration(plan, index, scans, seen_by, len(everything))
         yield from check_distances(plan, index, storey, scans, places)
+        for w in scans:
+            if storey.stairs[storey.cell(w["place"])]:
+                yield "stair", f"the scan {w['id']} stands on a stair"
         for k, (w, own) in enumerate(zip(scans, seen_by)):
             overlap = known[own].sum() / max(1, len(own))
             known[own] = True

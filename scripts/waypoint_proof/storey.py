@@ -43,7 +43,10 @@ class Storey:
             there, height_m, _, _ = elevation(folder)
             self.height_m = np.pad(np.where(there, height_m, np.nan)[cut], 1, constant_values=np.nan)
         self.keep_out = np.pad(image(folder / "keepout.pgm", entry)[cut], 1) == 0
-        self.classes = np.where(self.occupied, np.pad(image(folder / "classes.png", entry)[cut], 1), 0)
+        classes = np.pad(image(folder / "classes.png", entry)[cut], 1)
+        self.classes = np.where(self.occupied, classes, 0)
+        # Treads on which the robot drives.
+        self.stairs = self.free & (classes == CLASSES.index("stair"))
         # Distance of the map's free cells to what is not free; the ring counts for lines only.
         limit = max(16, math.ceil(radius_m / resolution_m) + 1)
         clear = np.pad(distances(self.free[1:-1, 1:-1], limit), 1)
