@@ -28,6 +28,8 @@ mod slab;
 mod slopes;
 mod surfaces;
 mod treads;
+mod triangle_distance;
+mod triangle_tree;
 mod triangulated;
 
 pub use body_shape::BodyShape;
@@ -46,4 +48,5 @@ pub use slab::{Slab, clip_to_slab};
 pub use slopes::ramp_faces;
 pub use surfaces::{SurfacePoint, Surfaces, surface_points};
 pub use treads::{Tread, treads};
+pub use triangle_tree::{NearestBody, TriangleTree};
 pub use triangulated::triangulated;
