@@ -243,6 +243,10 @@ codes! {
     // Planning missions with distances to keep: `waypoints`.
     /// A waypoint within a distance that the robot is to keep from an element: no other place serves.
     WithinSafetyDistance = "within_safety_distance",
+
+    // Planning flights: `waypoints`.
+    /// More places in the air, or more flight waypoints, than are planned.
+    FlightTooLarge = "flight_too_large",
 }
 
 #[cfg(test)]

@@ -60,6 +60,7 @@ mod deviations;
 mod diagnostic_record;
 pub mod door_operations;
 mod drive_model;
+mod flight;
 mod grid_archive;
 mod grids;
 mod ground;
@@ -114,6 +115,7 @@ pub use deviations::{Deviations, DeviationsBuilder};
 pub use diagnostic_record::DiagnosticRecord;
 pub use diagnostics::{Diagnostic, DiagnosticCode, Named, Report, Severity};
 pub use drive_model::{DriveModel, JOULES_PER_WH, WayCost};
+pub use flight::{Flight, FlightHead, FlightRecords, FlightSpaceRecord, FlightWaypointRecord, NoFlight};
 pub use grid_archive::{
     BlockHashes, FLOOR_ASSUMED, FLOOR_BUILT, Grid, GridHead, GridLayers, GridWriter, NO_HEIGHT, NO_SLOPE, copy_changed,
 };

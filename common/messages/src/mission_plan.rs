@@ -3,6 +3,7 @@
 use crate::archive::{ArchiveError, NONE};
 use crate::declaration::declare_archive;
 use crate::diagnostic_record::{DiagnosticRecord, check_diagnostics};
+use crate::flight::{Flight, FlightRecords};
 use crate::mission_plan_records::*;
 use crate::tag::check_tags;
 
@@ -34,6 +35,8 @@ declare_archive! {
         pub floor_parts: many(11, FloorPartRecord),
         /// Scans in the order in which a plan grows, from the first to all that see anything new.
         pub growth: many(12, GrownScanRecord),
+        /// Flight waypoints, where they were asked for.
+        pub flight: optional_group(32, Flight, FlightRecords),
         /// All texts.
         texts: texts(2),
     }
@@ -43,7 +46,9 @@ impl<'a> MissionPlan<'a> {
     fn check(&self) -> Result<(), ArchiveError> {
         self.check_tags()?;
         self.check_waypoints()?;
-        self.check_graph()
+        self.check_graph()?;
+        let is_whole = self.flight.as_ref().is_none_or(|flight| flight.is_whole(self.spaces.len()));
+        if is_whole { Ok(()) } else { Err(ArchiveError::Index { what: "a flight waypoint" }) }
     }
 
     /// Why a space has no waypoint; empty if it has one.

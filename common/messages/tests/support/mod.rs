@@ -219,6 +219,14 @@ pub(crate) fn mission_plan() -> ArchiveBuffer {
     b.diagnostics.push(diagnostic);
     b.growth.push(Zeroable::zeroed());
     b.edges.push(RouteEdgeRecord { nodes: [0, 1], n_points: 2, ..Zeroable::zeroed() });
+    let waypoint = FlightWaypointRecord { space: 0, element: 0, terrain: NONE, ..Zeroable::zeroed() };
+    b.flight = Some(FlightRecords {
+        head: FlightHead { clearance_m: 0.8, spacing_m: 4.0, step_m: 0.2, n_parts: 1, reserved: 0 },
+        heights_m: vec![1.5],
+        waypoints: vec![waypoint; 2],
+        edges: vec![[0, 1]],
+        spaces: vec![FlightSpaceRecord { n_waypoints: 2, ..Zeroable::zeroed() }],
+    });
     b.finish()
 }
 
@@ -455,7 +463,15 @@ fn walk_mission_plan(mission_plan: &MissionPlan<'_>) -> usize {
     let is_door = |node: u32| mission_plan.nodes[node as usize].kind == NodeKind::Door;
     let edges = mission_plan.edges.iter();
     n += edges.map(|e| mission_plan.points_of(e).len() + usize::from(is_door(e.nodes[0]))).sum::<usize>();
+    n += mission_plan.flight.iter().map(|flight| walk_flight(flight, mission_plan.spaces.len())).sum::<usize>();
     n + mission_plan.diagnostics.iter().map(|d| mission_plan.text(d.message).len()).sum::<usize>()
+}
+
+fn walk_flight(flight: &Flight<'_>, n_spaces: usize) -> usize {
+    let height = |k: u32| flight.heights_m[flight.waypoints[k as usize].height as usize];
+    let n_level = flight.edges.iter().filter(|[a, b]| height(*a).to_bits() == height(*b).to_bits()).count();
+    let spaces = (0..n_spaces).flat_map(|space| flight.of_space(space));
+    n_level + spaces.filter(|space| space.why.get() != NoFlight::Has || space.n_waypoints > 0).count()
 }
 
 fn walk_alignment(alignment: &Alignment<'_>) -> usize {

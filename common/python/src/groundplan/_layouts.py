@@ -242,6 +242,7 @@ MISSION_PLAN_SECTIONS: dict[str, tuple[int, Any]] = {
     "waypoints": (3, WAYPOINT),
     "tour_points": (6, ("<f8", (2,))),
     "points": (9, ("<f8", (3,))),
+    "flight_edges": (35, ("<u4", (2,))),
     "strings": (2, "u1"),
 }
 SLAM_MAP_SECTIONS: dict[str, tuple[int, Any]] = {
