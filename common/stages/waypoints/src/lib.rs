@@ -50,6 +50,24 @@
 //! `scripts/check_waypoints.py OUT` proves the exported waypoints, their coverage and the route graph anew from the files
 //! alone; it shares no code with this crate.
 //!
+//! # Flight waypoints
+//!
+//! With [`FlightOptions`] places in the air are planned too, from bodies and not from cells: grids say where floor is and how high.
+//!
+//! - Distances are those from the triangles of all elements that are built, being built or being removed (doors are closed, glass counts),
+//!   of terrain, and of the bodies of blocked rooms; every waypoint and every place of every edge keeps the clearance, but for the rounding
+//!   of double precision. None lies within a closed body. An element whose body could not be made is kept no distance from: `flight.json`
+//!   names it.
+//! - Heights are above the highest ground of the storey that the cells within the clearance show: on slopes, to a cell's part of the slope.
+//!   Furniture and keep-out are flown over; a place that has another floor below it is none. Ground outdoors is that of the map storey of
+//!   the ground where no storey shows it as its floor, and faces of terrain and roads that are too steep for the robot.
+//! - Places are tried on one lattice for all storeys. From each that is clear a waypoint over the same space at the same height is within
+//!   half of the spacing, along clear steps, so that a space has a waypoint wherever a place over it is clear.
+//! - Waypoints hang together, over heights and storeys, as clear steps on the lattice do: where those lead from one to a neighbour, edges
+//!   do, on ways at most twice as long.
+//! - At most 2 million places are tried, for which the lattice becomes coarser, and there are at most 100,000 waypoints; else none, with
+//!   the diagnostic `flight_too_large`.
+//!
 //! # Guarantees
 //!
 //! - Every waypoint lies in its space, is clear by the radius of the robot, and can be reached through the doors that are
@@ -77,6 +95,8 @@
 //!
 //! # Where
 //!
+//! - flight: distances: `src/flight/air.rs`; places and heights: `src/flight/places.rs`, `src/flight/outdoor_ground.rs`; waypoints and
+//!   edges: `src/flight/choice.rs`, `src/flight/edges.rs`
 //! - ground outdoors: where the robot comes onto it: `src/ground_crossings.rs`, `src/outdoor_ends.rs`
 //! - reachability, over storeys too: `src/reachability.rs`, `src/portals.rs`, `src/steps.rs`
 //! - scans: coverage curve, budgets: `src/scan_growth.rs`, `src/scan_budget.rs`
@@ -89,6 +109,7 @@
 //! - start of a robot that is put nowhere: `src/floor_parts.rs`
 //! - tour: order of waypoints: `src/place_regions.rs`, `src/tour_distances.rs`, `src/tour.rs`
 
+mod flight_options;
 mod input;
 mod options;
 
@@ -143,8 +164,11 @@ mod tour_stops;
 
 mod ways;
 
+mod flight;
+
 pub use barriers::portal_text;
 pub use drive_cost::Driven;
+pub use flight_options::FlightOptions;
 pub use input::MissionPlanInput;
 pub use mission_planner::{MissionPlanner, StoreyInstance};
 pub use name_check::{UnknownName, check_names};

@@ -1,6 +1,7 @@
 //! Assembles the `mission-plan` archive.
 
 use crate::drive_cost::{Driven, driven_line, driven_portal, rise_m};
+use crate::flight::FlightPlan;
 use crate::free_space::{FreeSpace, is_planned};
 use crate::input::MissionPlanInput;
 use crate::portal::{Portal, PortalKind};
@@ -82,6 +83,14 @@ pub(crate) fn assemble(
         unseen_element(&mut builder, input.site, &input.site.elements[element as usize]);
     }
     builder
+}
+
+/// Adds flight waypoints, with a notice if none are planned.
+pub(crate) fn add_flight(builder: &mut MissionPlanBuilder, flight: &FlightPlan) {
+    builder.flight = Some(flight.records.clone());
+    if let Some(refusal) = &flight.refusal {
+        warn(builder, Severity::Error, DiagnosticCode::FlightTooLarge, refusal.clone());
+    }
 }
 
 /// Notices about scans: those that do not register, a budget that driving alone uses up, storeys without target faces.

@@ -2,11 +2,12 @@
 
 use crate::barriers::{BarriersOfParts, Obstacle, barriers};
 use crate::changed_elements::{cells_of, changed_elements};
+use crate::flight::{FlightPlan, flight_plan};
 use crate::floor_parts::{PartProperties, first_part, floor_parts, part_properties};
 use crate::free_space::FreeSpace;
 use crate::ground_crossings::ground_crossings;
 use crate::input::MissionPlanInput;
-use crate::mission_plan_archive::assemble;
+use crate::mission_plan_archive::{add_flight, assemble};
 use crate::portal::Portal;
 use crate::portals::portals;
 use crate::reachability::Reachability;
@@ -35,6 +36,8 @@ pub struct MissionPlanner {
     /// Each with the hash of its inputs.
     free_spaces: Vec<(ContentHash, FreeSpace)>,
     storeys: Vec<(ContentHash, PlannedStorey)>,
+    /// With the hash of its inputs.
+    flight: Option<(ContentHash, FlightPlan)>,
 }
 
 /// The set-cover instance of a storey, for comparing solvers.
@@ -108,7 +111,13 @@ impl MissionPlanner {
         };
         let planned_storeys: Vec<&PlannedStorey> = kept.iter().map(|k| &k.1).collect();
         let parts = floor_parts(input, &free_spaces, &reached, &properties);
-        assemble(input, &free_spaces, &planned_storeys, refusals, &reached, &portals, parts).finish()
+        let mut builder = assemble(input, &free_spaces, &planned_storeys, refusals, &reached, &portals, parts);
+        self.flight = self.flight.take().filter(|(of, _)| *of == flight_hash(input));
+        if let Some(options) = &options.flight {
+            let (_, flight) = self.flight.get_or_insert_with(|| (flight_hash(input), flight_plan(input, options)));
+            add_flight(&mut builder, flight);
+        }
+        builder.finish()
     }
 
     fn update_free_spaces(&mut self, input: &MissionPlanInput<'_>) {
@@ -126,6 +135,17 @@ impl MissionPlanner {
         };
         self.free_spaces = at_each_storey(grids, old.into_iter().enumerate().collect(), free_space);
     }
+}
+
+/// Hash of all that flight waypoints depend on.
+fn flight_hash(input: &MissionPlanInput<'_>) -> ContentHash {
+    let MissionPlanInput { site, schedule_state, grids, options, .. } = *input;
+    let mut hash = Xxh3::new();
+    let archives = [site.content_hash(), schedule_state.content_hash()].into_iter();
+    let archives = archives.chain((0..grids.count()).map(|at| grids.content_hash(at)));
+    archives.for_each(|of| hash.update(&of.to_bits().to_le_bytes()));
+    hash.update(format!("{:?}", (&options.flight, &options.spaces, &options.storeys)).as_bytes());
+    ContentHash::from_bits(hash.digest())
 }
 
 /// The results of work on each storey: on all threads, or one after the other if they are large, because a storey takes up to

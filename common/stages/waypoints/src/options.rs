@@ -1,5 +1,6 @@
 //! Waypoint options from TOML; `config/waypoints.toml` documents every key.
 
+use crate::flight_options::{FlightOptions, FlightToml};
 use frames::PlanTimeError;
 use grid::Class;
 use messages::{DriveModel, ScanSensor, Site, WayCost};
@@ -21,8 +22,10 @@ pub struct MissionPlanOptions {
     pub storeys: Vec<u32>,
     /// Scan only elements built since this time, in civil seconds.
     pub changed_since_s: Option<i64>,
-    /// Place waypoints at half the height of their space, for flying robots.
+    /// Place waypoints at half the height of their space, for flying robots. Nothing looks at the air there: [`Self::flight`] does.
     pub flies: bool,
+    /// Plan flight waypoints, which keep a distance from the bodies in all directions.
+    pub flight: Option<FlightOptions>,
     /// Sensor of the scans.
     pub sensor: ScanSensor,
     /// Share of the visible target faces that the scans must see.
@@ -90,6 +93,7 @@ struct OptionsToml {
     waypoints: Option<Vec<String>>,
     spaces: Vec<String>,
     flies: bool,
+    flight: Option<FlightToml>,
     sensor: SensorToml,
     scan: ScanToml,
     tour: TourToml,
@@ -148,6 +152,7 @@ impl Default for MissionPlanOptions {
             storeys: Vec::new(),
             changed_since_s: None,
             flies: false,
+            flight: None,
             sensor: ScanSensor::DEFAULT,
             coverage: 0.99,
             space_coverage: 0.8,
@@ -279,6 +284,7 @@ impl OptionsToml {
             storeys: defaults.storeys,
             changed_since_s: changed_since.transpose()?.map(|t| t.civil_seconds()),
             flies: self.flies,
+            flight: self.flight.map(FlightToml::into_options).transpose()?,
             sensor,
             coverage: within("coverage", self.scan.coverage, usual.coverage, 0.0, 1.0)?,
             space_coverage: within("space_coverage", self.scan.space_coverage, defaults.space_coverage, 0.0, 1.0)?,
@@ -394,6 +400,8 @@ mod tests {
             ("[tour]\nmass_kg = 0.0", "mass_kg"),
             ("[tour]\nclimb_s_per_m = -1.0", "climb_s_per_m"),
             ("[tour]\nrolling_resistance = 0.0", "rolling_resistance"),
+            ("[flight]\nheights_m = [0.5]\nclearance_m = 0.8", "heights_m"),
+            ("[flight]\nheight_m = [0.5]", "height_m"),
         ] {
             let error = MissionPlanOptions::parse(text).unwrap_err();
             let text =

@@ -72,9 +72,10 @@ impl QuestionArgs {
         ModelArgs::new(self.models.clone(), self.allow_boxes)
     }
 
-    /// The options of waypoints that are given, if any.
+    /// The options of waypoints that are given, if any. No answer tells of flight waypoints.
     pub(super) fn waypoint_options(&self) -> Result<Option<MissionPlanOptions>, Failure> {
         let read = |path| daemon::read_parsed("options of waypoints", path, MissionPlanOptions::parse);
-        self.waypoints.as_deref().map(read).transpose().map_err(Failure::usage)
+        let options = self.waypoints.as_deref().map(read).transpose().map_err(Failure::usage)?;
+        Ok(options.map(|options| MissionPlanOptions { flight: None, ..options }))
     }
 }
