@@ -11,6 +11,8 @@
 //! - `waypoints.{json,csv,geojson}`: centres of open spaces that can be reached; scans with what they see; the order of the
 //!   tour; the other spaces with the reason and the GlobalId of the closed door. On ground that is not level a waypoint has its normal
 //!   (`up`) and the place of the sensor along it (`sensor_m`); quaternions here and in `waypoints.yaml` are turned by the yaw, then tilted.
+//! - `flight.json`, if flight waypoints were asked for: places in the air with height above the ground, measured clearance and
+//!   the nearest element; edges along which the clearance is kept; what became of each space at each height, with the reason.
 //! - `waypoints.wgs84.geojson`: the waypoints by longitude and latitude, if the projected system of the model (EPSG code)
 //!   can be computed without grid files and the shift of its datum is certain; `report.json` says otherwise why not. As
 //!   exact as the published shift of its datum: metres for old national systems.
@@ -82,6 +84,7 @@ mod csv;
 mod deviations;
 mod diagnostics;
 mod door_report;
+mod flight;
 mod folders;
 mod geographic;
 mod ground;
@@ -119,6 +122,7 @@ pub use deviations::{
     DeviationExport, DeviationsDocument, ProgressDate, TaskProgress, deviation_files, progress_mspdi,
 };
 pub use door_report::{each_door, reason_text};
+pub use flight::FlightDocument;
 pub use folders::{storey_folder, sums};
 pub use ground::{GroundDocument, ground_files};
 pub use input::{ExportFile, ExportInput, ProbabilityInput};
@@ -186,6 +190,9 @@ fn site_files<E>(input: &ExportInput<'_>, add: &mut impl FnMut(ExportFile) -> Re
     add(ExportFile::new("waypoints.json", json::text(&Waypoints::of(input))))?;
     add(ExportFile::new("waypoints.csv", csv::waypoints(input)))?;
     add(ExportFile::new("waypoints.geojson", json::text(&waypoints::geojson(input))))?;
+    if let Some(flight) = FlightDocument::of(input) {
+        add(ExportFile::new("flight.json", json::text(&flight)))?;
+    }
     add(ExportFile::new("site-graph.json", json::text(&SiteGraph::of(input))))?;
     match Geographic::of(input.site) {
         Ok(geographic) => add(ExportFile::new(geographic::FILE, json::text(&geographic.geojson(input)))),

@@ -8,6 +8,7 @@ use schema::check;
 
 #[test]
 fn schemas_are_current() {
+    check::<export::FlightDocument>("flight");
     check::<export::GroundDocument>("ground");
     check::<export::Manifest>("manifest");
     check::<export::DatesManifest>("dates-manifest");

@@ -116,6 +116,7 @@ Files in OUT (written whole or not at all, the same bytes for the same input):
   report.json                   what was counted, assumed, replaced by a box, left out; doors, regions
   semantic.json                 every element and space by GlobalId, with its footprints
   waypoints.{json,csv,geojson}  centres of spaces and scans that cover them, as a tour; why a space has none
+  flight.json                   with [flight] in --waypoints: places in the air for drones
   waypoints.wgs84.geojson       the same by longitude and latitude, where the model's projected system can be computed
   site-graph.json               spaces, doors and junctions of all storeys, with stairs and lifts between them
   site-frame.json               the map frame; a later run into the same OUT keeps it
