@@ -8,7 +8,7 @@ use super::outdoor_ground::{CellGround, OutdoorGround};
 use crate::flight_options::FlightOptions;
 use crate::input::MissionPlanInput;
 use crate::options::MissionPlanOptions;
-use messages::{FloorKind, Grid, Site};
+use messages::{FloorKind, Grid, NONE, Site};
 use rayon::prelude::*;
 
 /// Places that are tried, at most; more make the step larger.
@@ -20,6 +20,9 @@ const MIN_STEPS: i32 = 4;
 /// Ground within this of another is the same, in tenths of a millimetre: ground outdoors and the floor of a storey, a floor and what lies
 /// on it.
 const SAME_GROUND: i32 = 3_000;
+
+/// Coordinates of places are below this: beyond it archives may say what they like. In tenths of a millimetre.
+const MAX_COORDINATE: i64 = 1 << 30;
 
 /// Row and column of the lattice.
 pub(crate) type LatticePlace = [i32; 2];
@@ -106,11 +109,16 @@ impl Lattice {
         at * self.step + self.offset
     }
 
-    /// Rows or columns whose places lie in `n` cells from the first.
-    fn range(&self, first: i32, n: u32, cell: i32) -> std::ops::RangeInclusive<i32> {
+    /// Rows or columns whose places lie in `n` cells from the first; none of cells too far from the origin.
+    fn range(&self, first: i32, n: u32, cell: i32) -> std::ops::Range<i32> {
         let (first, n, cell, step) = (i64::from(first), i64::from(n), i64::from(cell), i64::from(self.step));
-        let [low, high] = [first * cell, (first + n) * cell - 1].map(|z| z - i64::from(self.offset));
-        (-(-low).div_euclid(step)) as i32..=high.div_euclid(step) as i32
+        let [low, end] = [first * cell, (first + n) * cell];
+        if low < -MAX_COORDINATE || end > MAX_COORDINATE {
+            return 0..0;
+        }
+        // The first place at or beyond a coordinate.
+        let from = |z: i64| -(i64::from(self.offset) - z).div_euclid(step);
+        from(low) as i32..from(end) as i32
     }
 }
 
@@ -134,15 +142,16 @@ impl<'a> Wanted<'a> {
         (0..input.grids.count()).filter(|&at| self.options.wants_storey(input.grids.head(at).map_storey)).collect()
     }
 
-    fn has(&self, grid: &Grid<'_>, cell: usize) -> bool {
-        self.is_wanted[usize::from(grid.space[cell])]
+    /// True of the number of a space, plus 1, or of 0.
+    fn has(&self, space: u32) -> bool {
+        self.is_wanted.get(space as usize).is_some_and(|is_wanted| *is_wanted)
     }
 }
 
 /// True if flight waypoints over a space are asked for.
 pub(crate) fn is_asked_for(options: &MissionPlanOptions, site: &Site<'_>, space: usize) -> bool {
-    options.wants_space(site, space)
-        && (options.storeys.is_empty() || options.wants_storey(site.spaces[space].map_storey))
+    let map_storey = site.spaces[space].map_storey;
+    options.wants_space(site, space) && (map_storey == NONE || options.wants_storey(map_storey))
 }
 
 /// The lattice of a site.
@@ -158,7 +167,9 @@ pub(crate) fn lattice(
     let count = |at: &usize| {
         input.grids.with(*at, |grid| {
             let ground = outdoors.of_grid(*at, grid);
-            (0..grid.floor.len()).filter(|&cell| ground.at(cell).is_some() && wanted.has(grid, cell)).count()
+            (0..grid.floor.len())
+                .filter(|&cell| ground.at(cell).is_some() && wanted.has(u32::from(grid.space[cell])))
+                .count()
         })
     };
     let grids = wanted.grids(input);
@@ -230,8 +241,7 @@ pub(crate) fn floor_places(
         let mut here = on_levels[first..].iter().take_while(|(at, _)| *at == place.at);
         here.any(|(_, ground)| ground.abs_diff(place.ground) <= SAME_GROUND.unsigned_abs())
     };
-    let is_kept =
-        |place: &FloorPlace| wanted.is_wanted[place.space as usize] && !(is_outdoors(place.grid) && is_on_level(place));
+    let is_kept = |place: &FloorPlace| wanted.has(place.space) && !(is_outdoors(place.grid) && is_on_level(place));
     by_grid.iter_mut().for_each(|places| places.retain(is_kept));
     by_grid
 }
@@ -318,6 +328,7 @@ mod tests {
             let expected: Vec<i32> = (-100..100).filter(|at| is_in(*at)).collect();
             assert_eq!(lattice.range(first, n, 500).collect::<Vec<_>>(), expected);
         }
+        assert_eq!(lattice.range(i32::MIN, 1 << 20, 500).count() + lattice.range(0, u32::MAX, 500).count(), 0);
     }
 
     #[test]
