@@ -80,6 +80,7 @@ class Bodies:
                 self.rooms.append((space.GlobalId, self.corners(shape)))
         self.of = np.concatenate([np.full(len(mesh), k) for k, mesh in enumerate(meshes)])
         self.triangles = np.concatenate(meshes)
+        self.low, self.high = self.triangles.min(axis=1), self.triangles.max(axis=1)
         ground = np.array([self.types[k].startswith(GROUND) for k in range(len(self.ids))])
         normals = np.cross(self.triangles[:, 1] - self.triangles[:, 0], self.triangles[:, 2] - self.triangles[:, 0])
         length = np.linalg.norm(normals, axis=1)
@@ -125,21 +126,20 @@ def distances(places, triangles):
 
 def nearest(places, bodies, reach):
     """Distance to the nearest triangle, at most `reach`, and by body as near as within 2 cm of it, of each place."""
-    low, high = bodies.triangles.min(axis=1), bodies.triangles.max(axis=1)
     least, found = np.full(len(places), reach), [set() for _ in places]
+    # Places near each other look at the same triangles.
     order = np.lexsort(np.floor(places / 4.0).T)
     for start in range(0, len(order), 200):
         part = order[start : start + 200]
-        around = ((high >= places[part].min(axis=0) - reach) & (low <= places[part].max(axis=0) + reach)).all(axis=1)
-        near = np.flatnonzero(around)
-        for place in part:
-            at = places[place]
-            off = np.maximum(np.maximum(low[near] - at, at - high[near]), 0)
-            candidates = near[dot(off, off) < reach * reach]
-            if len(candidates):
-                far = distances(np.broadcast_to(at, (len(candidates), 3)), bodies.triangles[candidates])
-                least[place] = min(reach, far.min())
-                found[place] = {bodies.ids[k] for k in bodies.of[candidates[far <= least[place] + MEASURED_M]]}
+        at = places[part]
+        around = (bodies.high >= at.min(axis=0) - reach) & (bodies.low <= at.max(axis=0) + reach)
+        near = np.flatnonzero(around.all(axis=1))
+        off = np.maximum(np.maximum(bodies.low[near] - at[:, None], at[:, None] - bodies.high[near]), 0)
+        place, candidate = np.nonzero(dot(off, off) < reach * reach)
+        far = distances(at[place], bodies.triangles[near[candidate]])
+        np.minimum.at(least, part[place], far)
+        for k in np.flatnonzero((far <= least[part[place]] + MEASURED_M) & (far < reach)):
+            found[part[place[k]]].add(bodies.ids[bodies.of[near[candidate[k]]]])
     return least, found
 
 
@@ -156,8 +156,8 @@ def heights_over(at, triangles):
 def disc(radius):
     """Places over a disc, its rim included."""
     places = [(0.0, 0.0)]
-    for share in (0.25, 0.5, 0.75, 1.0):
-        places += [(share * radius * math.cos(a), share * radius * math.sin(a)) for a in np.arange(0, 2 * math.pi, math.pi / 12)]
+    for share in (1 / 3, 2 / 3, 1.0):
+        places += [(share * radius * math.cos(a), share * radius * math.sin(a)) for a in np.arange(0, 2 * math.pi, math.pi / 8)]
     return np.array(places)
 
 
@@ -202,6 +202,8 @@ class Judge:
             closed[k] = is_closed(self.bodies.triangles[self.bodies.of == k])
         self.closed = closed
         self.drawn, self.drawn_outdoors = {}, []
+        # What was found of places before they were damaged.
+        self.bodies_around, self.over_ground, self.along = {}, {}, {}
 
     def places(self, space, height, ground_m):
         """Places drawn over a room."""
@@ -242,7 +244,12 @@ class Judge:
         expect(not within, f"waypoints lie within bodies: {within[:5]}")
         blocked = [w["id"] for w, place in zip(waypoints, at) if self.is_blocked(w, place)]
         expect(not blocked, f"waypoints lie in rooms that are blocked: {blocked[:5]}")
-        off = [w["id"] for w, place in zip(waypoints, at) if not self.is_over_ground(flight, w, place)]
+        off = []
+        for waypoint, place in zip(waypoints, at):
+            key = (*place, waypoint["height_above_ground_m"], waypoint["storey"])
+            if key not in self.over_ground:
+                self.over_ground[key] = self.is_over_ground(flight, waypoint, place)
+            off += [] if self.over_ground[key] else [waypoint["id"]]
         expect(not off, f"waypoints are not as high above the ground as they say: {off[:5]} of {len(off)}")
         self.judge_edges(flight, at, expect)
         self.judge_rooms(flight, at, step, expect)
@@ -251,7 +258,10 @@ class Judge:
         return wrong
 
     def around(self, place):
-        return bodies_around(place, self.bodies.triangles, self.bodies.of)
+        key = tuple(place)
+        if key not in self.bodies_around:
+            self.bodies_around[key] = bodies_around(place, self.bodies.triangles, self.bodies.of)
+        return self.bodies_around[key]
 
     def is_blocked(self, waypoint, place):
         space = self.bodies.spaces.get(waypoint["space"])
@@ -285,8 +295,7 @@ class Judge:
         return [heights_over(place[:2] + off, near) for off in disc(radius)]
 
     def judge_edges(self, flight, at, expect):
-        clearance = flight["clearance_m"]
-        samples, long = [], 0
+        clearance, long, new = flight["clearance_m"], 0, {}
         part = list(range(len(at)))
 
         def first(k):
@@ -297,16 +306,21 @@ class Judge:
 
         for a, b in flight["edges"]:
             long += np.linalg.norm(at[a, :2] - at[b, :2]) > flight["spacing_m"] + 1e-6
-            n = max(2, math.ceil(np.linalg.norm(at[a] - at[b]) / SAMPLE_M) + 1)
-            samples.append(at[a] + np.linspace(0, 1, n)[:, None] * (at[b] - at[a]))
+            key = (*at[a], *at[b])
+            if key not in self.along:
+                n = max(2, math.ceil(np.linalg.norm(at[a] - at[b]) / SAMPLE_M) + 1)
+                new[key] = at[a] + np.linspace(0, 1, n)[:, None] * (at[b] - at[a])
             part[max(first(a), first(b))] = min(first(a), first(b))
         expect(long == 0, f"{long} edges are longer than the spacing")
-        if samples:
-            places = np.concatenate(samples)
-            least, _ = nearest(places, self.bodies, clearance + 0.1)
-            expect((least >= clearance - BODY_M).all(), f"edges come nearer than {clearance} m to a body: {least.min():.3f} m")
+        if new:
+            places = np.concatenate(list(new.values()))
+            distance, _ = nearest(places, self.bodies, clearance + 0.1)
+            ends = np.cumsum([len(line) for line in new.values()])
+            self.along.update((key, of.min()) for key, of in zip(new, np.split(distance, ends[:-1])))
             inside = [1 for _, corners in self.bodies.rooms for p in places[::3] if bodies_around(p, corners, np.zeros(len(corners), int))]
             expect(not inside, "edges lead through rooms that are blocked")
+        least = min((self.along[(*at[a], *at[b])] for a, b in flight["edges"]), default=math.inf)
+        expect(least >= clearance - BODY_M, f"edges come nearer than {clearance} m to a body: {least:.3f} m")
         numbers = defaultdict(set)
         for k, waypoint in enumerate(flight["waypoints"]):
             numbers[waypoint["part"]].add(first(k))
@@ -392,13 +406,15 @@ def damages(flight, judge):
         return document
 
     def toward_a_wall(document):
-        waypoint = document["waypoints"][chosen["id"]]
-        place = at[chosen["id"]]
-        best = min(
-            (place + [0.5 * math.cos(a), 0.5 * math.sin(a), 0] for a in np.arange(0, 2 * math.pi, math.pi / 18)),
-            key=lambda p: nearest(p[None], judge.bodies, 5.0)[0][0],
-        )
-        waypoint["x_m"], waypoint["y_m"] = best[:2]
+        # The first of those with the least clearance that comes too near to something so: others have it below them.
+        turns = np.arange(0, 2 * math.pi, math.pi / 18)
+        moves = 0.5 * np.stack([np.cos(turns), np.sin(turns), np.zeros(len(turns))], axis=1)
+        for waypoint in sorted(document["waypoints"], key=lambda w: (w["clearance_m"], w["id"])):
+            least, _ = nearest(at[waypoint["id"]] + moves, judge.bodies, 1.0)
+            if least.min() < document["clearance_m"] - 0.1:
+                waypoint["x_m"], waypoint["y_m"] = (at[waypoint["id"]] + moves[least.argmin()])[:2]
+                return
+        raise ValueError("no waypoint has a wall within half a metre more than its clearance")
 
     def higher(document):
         document["waypoints"][chosen["id"]]["z_m"] += 0.2
