@@ -2,6 +2,7 @@
 
 use crate::grid_archive::Grid;
 use crate::robot::RobotProfile;
+use grid::Class;
 
 /// Of a cell that the robot can drive on, on the steepest ground that it takes: 0 alone means that it must not be there.
 const LEAST: f64 = 0.01;
@@ -11,7 +12,8 @@ impl Grid<'_> {
     ///
     /// - 0 where its centre must not be: the planning map is occupied, or the keep-out mask is set.
     /// - Else `None` where the planning map is unknown.
-    /// - Else it is free: `1 - slope / max_slope_rad`, at least 0.01. That is 1 on level ground.
+    /// - Else it is free: `1 - slope / max_slope_rad`, at least 0.01. That is 1 on level ground. On a tread the share is the cost of stairs
+    ///   in the robot's profile, because a tread is level and a flight is not.
     ///
     /// As in the planning map, obstacles are not inflated by the radius of the robot.
     ///
@@ -23,7 +25,11 @@ impl Grid<'_> {
             return Some(0.0);
         }
         let slope_rad = self.slope_rad(cell).filter(|_| self.planning[cell] == 0)?;
-        let share = if slope_rad > 0.0 { slope_rad / robot.max_slope_rad } else { 0.0 };
+        let share = match self.class_of(cell) {
+            Class::Stair => f64::from(robot.stair_cost) / 100.0,
+            _ if slope_rad > 0.0 => slope_rad / robot.max_slope_rad,
+            _ => 0.0,
+        };
         Some((1.0 - share).max(LEAST))
     }
 }
@@ -34,20 +40,32 @@ mod tests {
     use crate::archive::ArchiveBuffer;
     use crate::grid_archive::{GridHead, GridLayers, GridWriter, NO_SLOPE};
 
-    /// Traversability of cells of planning, keep-out and slope, for a robot that takes 200 mrad.
+    /// Traversability of cells of planning, keep-out and slope, for a robot that takes some slope.
     fn check<const N: usize>(cells: [(i8, i8, u16); N], max_slope_rad: f64) -> [Option<f64>; N] {
+        check_class(cells, Class::None, RobotProfile { max_slope_rad, ..RobotProfile::DEFAULT })
+    }
+
+    /// The same of cells of a class.
+    fn check_class<const N: usize>(cells: [(i8, i8, u16); N], shown: Class, robot: RobotProfile) -> [Option<f64>; N] {
         let head = GridHead { cell_tenths: 500, width: N as u32, height: 1, ..GridHead::EMPTY };
         let mut buffer = ArchiveBuffer::zeroed(GridWriter::len_with_heights(N));
         let mut writer = GridWriter::new(buffer.bytes_mut(), &head);
-        let GridLayers { planning, keepout, slope, floor, .. } = writer.layers();
+        let GridLayers { class, planning, keepout, slope, floor, .. } = writer.layers();
+        class.fill(shown.id());
         for (k, cell) in cells.into_iter().enumerate() {
             (planning[k], keepout[k], slope[k]) = cell;
             floor[k] = u8::from(cell.2 != NO_SLOPE);
         }
         writer.seal();
         let grid = Grid::open(buffer.bytes()).unwrap();
-        let robot = RobotProfile { max_slope_rad, ..RobotProfile::DEFAULT };
         std::array::from_fn(|cell| grid.traversability(cell, &robot))
+    }
+
+    #[test]
+    fn on_a_tread_it_is_what_the_cost_of_stairs_leaves() {
+        let robot = RobotProfile { climbs_stairs: 1, stair_cost: 60, ..RobotProfile::DEFAULT };
+        let found = check_class([(0, -1, 0), (100, -1, 0)], Class::Stair, robot);
+        assert_eq!(found, [0.4, 0.0].map(Some));
     }
 
     #[test]
