@@ -201,6 +201,47 @@ fn work_that_ends_while_there_is_no_floor_leaves_no_margin_behind() {
 }
 
 /// Layer by layer, so that a failure names the first cell.
+/// The floor of a house in a hole of the terrain, and a passage below it that begins elsewhere.
+#[test]
+fn what_a_hole_of_the_terrain_shows_follows_the_terrain_beside_it_when_that_is_removed() {
+    let mut house = House { floor: FloorKind::Ground, bounds_m: [0.0, 0.0, 60.0, 10.0], ..House::empty() };
+    house.terrain([0.0, 0.0], [30.0, 10.0], [0.0, 0.0]);
+    let earth: Vec<usize> = [
+        ([30.0, 0.0], [50.0, 10.0], 0.0),
+        ([50.0, 0.0], [60.0, 2.0], 1.6),
+        ([50.0, 8.0], [60.0, 10.0], 1.6),
+        ([50.0, 2.0], [52.0, 8.0], 1.6),
+    ]
+    .into_iter()
+    .map(|(min, max, from)| house.ramp(min, max, [from, 1.6]))
+    .collect();
+    for &piece in &earth {
+        let element = &mut house.builder.elements[piece];
+        (element.flags, element.ground) = (0, GroundClass::Terrain.into());
+    }
+    house.slab([52.0, 2.0], [60.0, 8.0], 1.6);
+    house.slab([28.0, 4.0], [58.0, 6.0], 0.0);
+    let site = house.site();
+    let site = Site::open(site.bytes()).unwrap();
+    let mut incremental = Rasterizer::new(&site, &RobotProfile::DEFAULT, 0.1).unwrap();
+    let mut heights = Vec::new();
+    for state in [ElementState::Built, ElementState::Removed] {
+        let mut states = ScheduleStateBuilder::everything_built(site.content_hash(), site.elements.len(), 0);
+        states.head.plan_time_s = 7;
+        earth.iter().for_each(|&piece| states.effective[piece] = state.into());
+        let states = states.finish();
+        let states = ScheduleState::open(states.bytes()).unwrap();
+        incremental.draw(&site, &states);
+        let mut full = Rasterizer::new(&site, &RobotProfile::DEFAULT, 0.1).unwrap();
+        full.draw(&site, &states);
+        compare(&incremental, &full).unwrap();
+        let drawn = Grid::open(incremental.drawn().next().unwrap().archive).unwrap();
+        let cell = drawn.spec().cell_at(frames::Point2::new(55.05, 5.05)).unwrap();
+        heights.push(drawn.height_tenths(drawn.spec().index(cell)));
+    }
+    assert_eq!(heights, [Some(16_000), Some(0)]);
+}
+
 fn compare(incremental: &Rasterizer, full: &Rasterizer) -> Result<(), TestCaseError> {
     for (redrawn, drawn) in incremental.drawn().zip(full.drawn()) {
         let [a, b] = [redrawn, drawn].map(|d| Grid::open(d.archive).unwrap());

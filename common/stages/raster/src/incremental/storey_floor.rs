@@ -58,6 +58,11 @@ impl StoreyFloor {
             if std::mem::replace(&mut self.has_assumed, plan.has_assumed) != plan.has_assumed {
                 difference.floor_cells.push(whole);
             }
+            if storey.floor_kind == FloorKind::Ground {
+                // What a hole of the terrain shows goes by the terrain beside it, wherever that is.
+                let others = storey.ground.iter().filter(|patch| !patch.is_outdoors);
+                difference.floor_cells.extend(others.map(|patch| patch.rect));
+            }
             join_rects(&mut difference.floor_cells);
             for rect in &difference.floor_cells {
                 rect.rows(whole.width()).for_each(|row| flags[row].iter_mut().for_each(|f| *f &= !BASE_FLOOR));
