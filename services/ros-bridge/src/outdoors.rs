@@ -22,7 +22,7 @@ pub(crate) struct OutdoorFollower {
 
 impl OutdoorFollower {
     /// Takes where a robot is now that was on a storey, with the grids of all storeys: the storey that it has come to, if it is another
-    /// one. Heights are one that differ by `step_m` at most.
+    /// one; `None` for a storey that is not among them. Heights are one that differ by `step_m` at most.
     pub(crate) fn update(
         &mut self,
         grids: &[Grid<'_>],
@@ -31,6 +31,9 @@ impl OutdoorFollower {
         step_m: f64,
     ) -> Option<usize> {
         let ground = grids.iter().position(|grid| grid.head.floor == FloorKind::Ground)?;
+        if storey >= grids.len() {
+            return None;
+        }
         let is_one = |a: f64, b: f64| (a - b).abs() <= step_m;
         let on_ground = floor_m(&grids[ground], robot);
         let is_on_both = |&level: &usize| {
@@ -130,6 +133,11 @@ mod tests {
         assert_eq!(storeys(2, 0, &back_m), [2, 2, 2, 2, 0, 0, 0]);
         let there_and_back_m = [3.0, 4.2, 3.8, 4.3, 3.6];
         assert_eq!(storeys(0, 0, &there_and_back_m), [0; 5]);
+    }
+
+    #[test]
+    fn a_storey_that_a_revision_took_away_is_left_to_others() {
+        assert_eq!(storeys(3, 0, &[3.0, 4.6]), [3; 2]);
     }
 
     #[test]
