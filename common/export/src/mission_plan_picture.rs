@@ -51,9 +51,10 @@ fn colour(grid: &Grid<'_>, index: usize, is_seen: bool) -> Rgb {
         (Class::Door, 0) => DOOR,
         (Class::Door, 100) => CLOSED,
         (Class::None, 100) => CLOSED,
-        (Class::None, 0) if is_seen => SEEN,
-        (Class::None, 0) if grid.is_keepout(index) => KEEPOUT,
-        (Class::None, 0) => FREE,
+        // Treads on which the robot drives, too.
+        (_, 0) if is_seen => SEEN,
+        (_, 0) if grid.is_keepout(index) => KEEPOUT,
+        (_, 0) => FREE,
         (Class::None, _) => UNKNOWN,
         _ => SOLID,
     }

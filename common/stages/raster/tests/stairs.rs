@@ -59,6 +59,38 @@ fn for_other_robots_a_stair_is_an_obstacle() {
 }
 
 #[test]
+fn a_lidar_on_the_floor_meets_the_risers_of_a_stair_on_which_the_robot_drives() {
+    let drawn = flight(0.17).map_at(|_| {}, &CLIMBER);
+    let seen: Vec<i8> = (0..12).map(|k| drawn.localization(5.55 + f64::from(k) * 0.1, 3.05)).collect();
+    // The second riser, at x = 6.3, is the first above the lidar's 0.3 m.
+    assert_eq!(seen, [0, 0, 0, 0, 0, 0, 0, 0, 100, 100, -1, -1]);
+}
+
+#[test]
+fn treads_of_a_closed_room_are_no_obstacles_that_show_a_stair() {
+    let mut house = flight(0.17);
+    house.space([6.0, 0.0], [9.6, 6.0]);
+    let closed = |state: &mut ScheduleStateBuilder| state.spaces[0].state = SpaceState::Blocked.into();
+    let drawn = house.map_at(closed, &CLIMBER);
+    assert!(along(&drawn).iter().all(|&(planning, class, _)| (planning, class) == (OCCUPIED, Class::None)));
+}
+
+#[test]
+fn a_door_before_a_flight_stays_open() {
+    // The door of the house leads south onto treads that go down along the whole wall.
+    let planned = |robot: &RobotProfile| {
+        let mut house = House::new();
+        house.door(0.8, DoorCapability::Swing);
+        for k in 0..5 {
+            let (y, top) = (-0.2 - f64::from(k) * GOING_M, -f64::from(k + 1) * 0.17);
+            house.tread([0.0, y - GOING_M, top - 0.3], [4.0, y, top]);
+        }
+        house.map_at(|_| {}, robot).passage()
+    };
+    assert_eq!(planned(&CLIMBER), DoorPassage::Passable);
+}
+
+#[test]
 fn risers_that_are_too_high_lead_nowhere() {
     let drawn = flight(0.26).map_at(|_| {}, &CLIMBER);
     assert!(along(&drawn).iter().take(4).all(|&(planning, ..)| planning == OCCUPIED));

@@ -239,10 +239,7 @@ impl StoreyGrid {
         }
         if !storey_floor.patch_of.is_empty() {
             let patch_of = storey_floor.patch_of.as_slice();
-            cells.clear_patches(patch_of);
-            for (k, stair) in (0..).zip(&storey.ground).filter(|(_, p)| p.is_tread && p.rect.meets(rect)) {
-                cells.show_stair(&stair.cells, |cell| patch_of[cell] == k);
-            }
+            cells.clear_patches(patch_of, |patch| storey.ground[patch as usize].is_tread);
             for (k, patch) in (0..).zip(&storey.ground).filter(|(_, p)| p.rect.meets(rect) && is_built(p.element)) {
                 let applies = |cell: usize, flags: u8| stands_on(storey, robot, [k, patch_of[cell]], cell, flags);
                 for obstacle in patch.obstacles.iter().filter(|o| meets(o.rect)) {
@@ -255,6 +252,11 @@ impl StoreyGrid {
         }
         for space in storey.spaces.iter().filter(|s| meets(s.rect) && schedule_state.is_blocked(s.space as usize)) {
             cells.set_runs(&space.runs, BLOCKED, |_, _| true);
+        }
+        if !storey_floor.patch_of.is_empty() {
+            for (k, stair) in (0..).zip(&storey.ground).filter(|(_, p)| p.is_tread && p.rect.meets(rect)) {
+                cells.show_stair(&stair.cells, |cell| storey_floor.patch_of[cell] == k);
+            }
         }
         for &index in &difference.worked_on {
             cells.set_runs(storey.overhead_runs(site, index), WORK, |_, _| true);
@@ -327,7 +329,7 @@ impl StoreyGrid {
         let Self { archive, flags, doors, nearby, seen_cells, difference, .. } = self;
         let mut writer = GridWriter::resume(archive.bytes_mut(), flags.len());
         let GridLayers { class, floor, .. } = writer.layers();
-        let layers = DoorLayers { class, floor };
+        let layers = DoorLayers { class, floor, flags };
         let obstacles = storey.obstacles.iter().filter(|o| o.class == Class::Door);
         let at_doors = obstacles.filter_map(|o| Some((o.element, o.door.as_ref().filter(|d| d.stands_here)?)));
         for (index, (element, door)) in at_doors.enumerate() {
@@ -417,19 +419,23 @@ impl DrawnCells<'_> {
         }
     }
 
-    /// Takes what stands above the level of the storey out of the cells that show a patch.
-    fn clear_patches(&mut self, patch_of: &[u32]) {
+    /// Takes what stands above the level of the storey out of the cells that show a patch. A lidar on the level meets the risers of a
+    /// stair all the same.
+    fn clear_patches(&mut self, patch_of: &[u32], is_tread: impl Fn(u32) -> bool) {
         for cell in self.rect.rows(self.width).flatten().filter(|&cell| patch_of[cell] != LEVEL) {
             self.class[cell] = Class::None.id();
-            self.flags[cell] &= BASE_FLOOR | FLOOR | OUTLINE;
+            let seen = if is_tread(patch_of[cell]) { STRUCTURE } else { 0 };
+            self.flags[cell] &= BASE_FLOOR | FLOOR | OUTLINE | seen;
         }
     }
 
-    /// Shows the class of stairs in cells of a tread that are floor.
+    /// Shows the class of stairs in free cells of a tread.
     fn show_stair(&mut self, tread: &[Run], shows: impl Fn(usize) -> bool) {
         let Self { class, flags, rect, width } = self;
-        for cell in rect.clip(tread, *width).flatten().filter(|&cell| shows(cell) && flags[cell] & FLOOR != 0) {
-            class[cell] = Class::Stair.id();
+        for cell in rect.clip(tread, *width).flatten().filter(|&cell| shows(cell)) {
+            if flags[cell] & (FLOOR | OCCUPIED | DOOR | BLOCKED) == FLOOR {
+                class[cell] = Class::Stair.id();
+            }
         }
     }
 

@@ -1,5 +1,6 @@
 //! Decides whether a robot can pass a door on a map, with every reason against it.
 
+use super::cell_flags::OCCUPIED;
 use super::doorway_clearance::{CoveredSamples, DoorwayClearance, doorway_clearance};
 use super::doorway_connection::{SeenCells, joins_sides, outline_of_passage};
 use super::floor::sides_with_floor;
@@ -22,6 +23,18 @@ const CELLS_LOST: [f64; 2] = [2.2, 3.1];
 pub(crate) struct DoorLayers<'a> {
     pub(crate) class: &'a [u8],
     pub(crate) floor: &'a [u8],
+    /// A byte of [`cell_flags`](super::cell_flags) per cell.
+    pub(crate) flags: &'a [u8],
+}
+
+impl DoorLayers<'_> {
+    /// True for a cell without an obstacle, also in a blocked space: a tread that is floor is none.
+    fn is_open(&self, cell: usize) -> bool {
+        match self.class[cell] {
+            class if class == Class::Stair.id() => self.flags[cell] & OCCUPIED == 0,
+            class => [Class::None.id(), Class::Door.id()].contains(&class),
+        }
+    }
 }
 
 /// The passage of a door on a map with these layers, where its element has this presence.
@@ -41,7 +54,7 @@ pub(crate) fn door_passage(
         map_storey: storey.map_storey,
         passage: DoorPassage::Passable.into(),
         sides_with_floor: sides_with_floor(&way.plan, &storey.spec, |i| layers.floor[i] != 0),
-        width_in_map_m: free_width_m(&way.plan, &storey.spec, layers.class),
+        width_in_map_m: free_width_m(&way.plan, &storey.spec, |cell| layers.is_open(cell)),
         clear_width_m: way.clear_width_m,
         width_between_obstacles_m: 0.0,
         needed_resolution_m: 0.0,
@@ -65,7 +78,9 @@ pub(crate) fn door_passage(
     let outline = outline_of_passage(&way.plan, robot, &storey.spec);
     let is_narrow_in_map = record.width_in_map_m < 2.0 * robot.radius_m;
     let joins = |seen| {
-        joins_sides([&way.plan, &outline], record.sides_with_floor, &storey.spec, [layers.class, layers.floor], seen)
+        let has_floor = |cell: usize| layers.floor[cell] != 0;
+        let is_open = |cell| layers.is_open(cell);
+        joins_sides([&way.plan, &outline], record.sides_with_floor, &storey.spec, (is_open, has_floor), seen)
     };
     if !is_narrow && (is_narrow_in_map || !joins(seen)) {
         // The way alone first: what stands beside it matters only where nothing stands in it.
@@ -126,12 +141,11 @@ fn needed_resolution_m(way: &OrientedBox, spare_m: f64) -> f64 {
 
 /// Width of the narrowest line across a passage over cells without an obstacle, in metres. Blocked spaces beside a door do
 /// not make it narrower.
-fn free_width_m(plan: &OrientedBox, spec: &GridSpec, class: &[u8]) -> f64 {
+fn free_width_m(plan: &OrientedBox, spec: &GridSpec, is_open: impl Fn(usize) -> bool) -> f64 {
     let cell = f64::from(spec.cell_tenths);
     let is_open = |at: [f64; 2]| {
         let [x, y] = at.map(|c| c / f64::from(TENTHS_PER_M));
-        spec.cell_at(Point2::<Map>::new(x, y))
-            .is_some_and(|c| [Class::None.id(), Class::Door.id()].contains(&class[spec.index(c)]))
+        spec.cell_at(Point2::<Map>::new(x, y)).is_some_and(|c| is_open(spec.index(c)))
     };
     // Ten samples per cell along the line: the width is right to a tenth of a cell.
     let step = cell / 10.0;

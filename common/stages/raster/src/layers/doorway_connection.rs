@@ -3,7 +3,7 @@
 use crate::model::cell_area::reach_beside;
 use frames::{Map, Point2, TENTHS_PER_M};
 use geometry::OrientedBox;
-use grid::{Class, GridSpec};
+use grid::GridSpec;
 use messages::RobotProfile;
 
 /// The cells at the far end of a side are those within this many cells of it: more than the diagonal of one.
@@ -32,7 +32,7 @@ pub(crate) fn joins_sides(
     [way, outline]: [&OrientedBox; 2],
     n_sides: u32,
     spec: &GridSpec,
-    [class, floor]: [&[u8]; 2],
+    (is_open, has_floor): (impl Fn(usize) -> bool, impl Fn(usize) -> bool),
     buffer: &mut SeenCells,
 ) -> bool {
     let SeenCells { is_seen, open } = buffer;
@@ -52,12 +52,12 @@ pub(crate) fn joins_sides(
                 continue;
             }
             let Some((v, index)) = cells.cell_within(at, outline, spec) else { continue };
-            if index.is_some_and(|i| ![Class::None.id(), Class::Door.id()].contains(&class[i])) {
+            if index.is_some_and(|i| !is_open(i)) {
                 continue;
             }
             let side = usize::from(v > 0.0);
             ends[side] |= v.abs() >= end;
-            floors[side] |= v.abs() > way.half[1] && index.is_some_and(|i| floor[i] != 0);
+            floors[side] |= v.abs() > way.half[1] && index.is_some_and(&has_floor);
             open.extend(cells.neighbours(at));
         }
         if ends == [true; 2] && floors.map(u32::from).iter().sum::<u32>() >= n_sides {
