@@ -358,7 +358,7 @@ class Judge:
                 free = places[least >= clearance + 1.5 * step + 0.05]
                 if len(here):
                     off = np.linalg.norm(free[:, None, :2] - at[here][None, :, :2], axis=2).min(axis=1) if len(free) else np.zeros(0)
-                    bare += [global_id] * int((off > flight["spacing_m"]).sum())
+                    bare += [global_id] * int((off > flight["spacing_m"] / 2 + 1.5 * step).sum())
                 elif len(free):
                     bare.append(global_id)
                 if entry["largest_clearance_m"] is not None and len(least):

@@ -186,11 +186,16 @@ fn height(
             let why = input.schedule_state.why(space).collect::<Vec<_>>().join(", ");
             Some(format!("it is blocked: {why}"))
         }
-        NoFlight::NoFloor => Some("no map shows floor of it".to_owned()),
-        NoFlight::TooNarrow => Some(format!("no place keeps {clearance_m} m: {largest_m} m are the most")),
+        NoFlight::NoFloor => Some("no place that was tried lies over floor of it".to_owned()),
+        NoFlight::TooNarrow => {
+            Some(format!("no place that was tried keeps {clearance_m} m: {largest_m} m are the most"))
+        }
         NoFlight::WithinBody => Some(format!("all places that keep {clearance_m} m lie within a body")),
         NoFlight::OtherFloor => Some("another floor lies between its own and that height".to_owned()),
-        NoFlight::TooLarge => Some("no flight waypoints are planned: the site has too many places".to_owned()),
+        NoFlight::TooLarge => Some(
+            "no flight waypoints are planned: the site has too many places, or cells too large for the spacing"
+                .to_owned(),
+        ),
     };
     FlightHeight {
         height_m,

@@ -64,9 +64,9 @@ pub enum NoFlight {
     NotAsked = 1,
     /// The space is blocked at the plan time.
     Blocked = 2,
-    /// No cell of a map shows floor of it.
+    /// No place that was tried lies over floor of it.
     NoFloor = 3,
-    /// No place keeps the clearance.
+    /// No place that was tried keeps the clearance.
     TooNarrow = 4,
     /// All places that keep the clearance lie within a body.
     WithinBody = 5,

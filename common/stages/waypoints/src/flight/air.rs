@@ -2,13 +2,14 @@
 
 use crate::input::MissionPlanInput;
 use geometry::{MeshView, TriangleTree, triangulated};
+use grid::Class;
 use messages::{GroundClass, NONE, Site, SpaceRecord, space_flags};
 
 /// Triangles of all that flight waypoints keep a distance from.
 pub(crate) struct Air {
     /// Elements that are built, being built or being removed, and terrain.
     standing: TriangleTree,
-    /// Rooms that are blocked: as bodies, so that nothing flies through an open side of them either.
+    /// The bodies of rooms that are blocked.
     rooms: TriangleTree,
     bodies: [Vec<Body>; 2],
 }
@@ -19,7 +20,7 @@ struct Body {
     owner: Owner,
     /// True if it encloses something.
     is_solid: bool,
-    /// True if it carries somebody.
+    /// True if it carries somebody or is a roof: what is above it is not in the room below.
     is_ground: bool,
 }
 
@@ -58,7 +59,7 @@ impl Air {
         let (mut standing, mut rooms) = (Bodies::default(), Bodies::default());
         for (k, element) in site.elements.iter().enumerate() {
             if schedule_state.effective(k).is_obstacle() {
-                let is_ground = element.ground != GroundClass::None;
+                let is_ground = element.ground != GroundClass::None || element.class() == Class::Slab;
                 standing.add(Owner::Element(k as u32), is_ground, site.element_meshes(element));
             }
         }
@@ -98,7 +99,7 @@ impl Air {
         self.standing.is_clear(ends, distance) && self.rooms.is_clear(ends, distance)
     }
 
-    /// True if something that carries somebody lies between a place and one so high above it.
+    /// True if something that carries somebody, or a roof, lies between a place and one so high above it.
     pub(crate) fn has_ground_above(&self, place: [i32; 3], height: f64) -> bool {
         let mut is_between = false;
         self.standing.each_above(place, |body, _, above| {

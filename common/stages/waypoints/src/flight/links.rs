@@ -22,7 +22,7 @@ const FORWARD: [LatticePlace; 4] = [[0, 1], [1, -1], [1, 0], [1, 1]];
 const AROUND: [LatticePlace; 8] = [[-1, -1], [-1, 0], [-1, 1], [0, -1], [0, 1], [1, -1], [1, 0], [1, 1]];
 
 impl Links {
-    /// Of nodes by layer, row and column. No link is longer than `longest` in height.
+    /// Of nodes by layer, row and column. No link along the layers climbs more than `longest`; upright ones join the heights of a place.
     pub(crate) fn of(nodes: &[AirNode], air: &Air, clearance: i32, longest: i32) -> Self {
         let search = Search { nodes, air, clearance: f64::from(clearance), longest, columns: columns_of(nodes) };
         let pairs: Vec<[u32; 2]> =
