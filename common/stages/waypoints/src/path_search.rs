@@ -115,8 +115,9 @@ impl PathGrid {
     /// The same cell in the whole grid of the storey.
     pub(crate) fn cell_in(&self, whole: &GridSpec, cell: usize) -> usize {
         let at = [cell % self.width, cell / self.width];
-        let [column, row] = [0, 1].map(|k| at[k] + (self.spec.first_cell[k] - whole.first_cell[k]) as usize);
-        row * whole.width as usize + column
+        // The border around the cells may lie outside of the whole grid; what is asked for does not.
+        let [column, row] = [0, 1].map(|k| at[k] as i64 + i64::from(self.spec.first_cell[k] - whole.first_cell[k]));
+        (row * i64::from(whole.width) + column) as usize
     }
 
     /// True for a cell within a distance that the robot keeps.
