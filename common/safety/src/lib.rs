@@ -12,7 +12,7 @@
 //! - What is near is told by its height above the ground there: on a ramp and outdoors above that of the cells around, at least as much
 //!   as a robot meets that stands in any of them (`src/local_ground.rs`). Terrain is what is driven on, and nothing to keep a distance
 //!   from, where a map has heights; edges from which it breaks off are passed by distances.
-//! - Cells of a stair on which the robot drives have the cost of its profile, whatever rules there are.
+//! - Cells of a stair on which the robot drives have at least the cost of its profile, whatever rules there are.
 //! - A cost is never lethal: from 90 per cent beside the element to 10 at the end of the distance.
 //! - What is not there at the plan time has neither distance nor limit. Of work what is below it is a part, up to the next floor.
 //! - A door whose model does not say how it hangs swings on both sides from both jambs.

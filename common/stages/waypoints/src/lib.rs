@@ -43,7 +43,7 @@
 //! are planned on storeys alone.
 //!
 //! `[tour] cost` says by what ways are chosen: length, time or energy. Time is that of the length at `speed_m_s`, with `climb_s_per_m` for
-//! each metre of climb; energy is m g (sin s + c cos s) / efficiency for each metre of a slope s, with the coefficient of rolling
+//! each metre of climb, but on stairs and in lifts; energy is m g (sin s + c cos s) / efficiency for each metre of a slope s, with the coefficient of rolling
 //! resistance c, and `idle_w` all the time, without recuperation. A way that is chosen by one of both takes no more of it than the
 //! shortest. Legs of tours are chosen so, too, and their time and energy told; the order of a tour goes by length.
 //!
@@ -59,7 +59,7 @@
 //!   of double precision. None lies within a closed body. An element whose body could not be made is kept no distance from: `flight.json`
 //!   names it.
 //! - Heights are above the highest ground of the storey that the cells within the clearance show: on slopes, to a cell's part of the slope.
-//!   Furniture and keep-out are flown over; a place that has another floor below it is none. Ground outdoors is that of the map storey of
+//!   Furniture and keep-out are flown over; a place that has another floor or a roof below it is none. Ground outdoors is that of the map storey of
 //!   the ground where no storey shows it as its floor, and faces of terrain and roads that are too steep for the robot.
 //! - Places are tried on one lattice for all storeys. From each that is clear a waypoint over the same space at the same height is within
 //!   half of the spacing, along clear steps, so that a space has a waypoint wherever a place over it is clear.

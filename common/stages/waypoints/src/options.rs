@@ -322,7 +322,7 @@ impl TourToml {
         }
         Ok(DriveModel {
             speed_m_s: within("speed_m_s", self.speed_m_s, d.speed_m_s, 0.01, 10.0)?,
-            climb_s_per_m: within("climb_s_per_m", self.climb_s_per_m, d.climb_s_per_m, 0.0, 1000.0)?,
+            climb_s_per_m: within("climb_s_per_m", self.climb_s_per_m, d.climb_s_per_m, 0.0, 100.0)?,
             mass_kg: self
                 .mass_kg
                 .map_or(Ok(d.mass_kg), |mass_kg| within("mass_kg", Some(mass_kg), 0.0, 0.1, 10_000.0))?,

@@ -23,8 +23,9 @@ pub(crate) struct QuestionArgs {
     #[arg(long)]
     pub(super) only_now: bool,
 
-    /// Options of waypoints, as for `convert`: where the robot starts, the lifts that it takes, and by what its ways are
-    /// chosen [default: see config/waypoints.toml; of the running daemons, those of their mission plan]
+    /// Options of waypoints, as for `convert`, of maps that are drawn for the answer: where the robot starts, the lifts that
+    /// it takes, and by what its ways are chosen; the running daemons answer for now by those of their mission plan
+    /// [default: see config/waypoints.toml]
     #[arg(long, value_name = "FILE")]
     waypoints: Option<PathBuf>,
 
