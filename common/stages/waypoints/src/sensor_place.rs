@@ -39,6 +39,9 @@ fn sensor_height_m(site: &Site<'_>, robot: &RobotProfile, options: &MissionPlanO
 /// Cells around the place that decide at least, whatever the radius.
 const LEAST_CELLS: f64 = 1.5;
 
+/// Cells at the distance of the radius count, whatever its last digits are; in cells.
+const ROUNDING: f64 = 1e-6;
+
 /// Normal of the ground under a robot: that of the plane through the heights of the free cells whose middles lie within its radius,
 /// by least squares. Across a break of the ground the robot stands as between its sides.
 fn ground_normal(free_space: &FreeSpace, at: Point2<Map>, radius_m: f64) -> [f64; 3] {
@@ -56,7 +59,7 @@ fn ground_normal(free_space: &FreeSpace, at: Point2<Map>, radius_m: f64) -> [f64
         for column in around(x, spec.width) {
             let cell = spec.index(Cell { column, row });
             let far = libm::hypot(f64::from(column) + 0.5 - x, f64::from(row) + 0.5 - y);
-            if far <= reach && free_space.is_free(cell) {
+            if far <= reach + ROUNDING && free_space.is_free(cell) {
                 let [along, across] =
                     [(column, own.column), (row, own.row)].map(|(to, from)| i64::from(to) - i64::from(from));
                 moments.add(along, across, i64::from(free_space.z_tenths(cell)) - z);
