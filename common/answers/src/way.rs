@@ -105,7 +105,8 @@ pub struct DoorOnWay {
     pub clear_width_m: f64,
 }
 
-/// The way for the robot of a situation, the shortest or least costly as its mission plan has it; when there is one is for the caller to find out ([`way_exists`] at later times).
+/// The way for the robot of a situation, the shortest or least costly as its mission plan has it; when there is one is for the caller to
+/// find out ([`way_exists`] at later times).
 pub fn way(situation: &Situation<'_>, from: &FoundPlace, to: &FoundPlace) -> WayAnswer {
     let finder = finder(situation);
     let found = finder.way(from.end, to.end);

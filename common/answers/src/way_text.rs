@@ -34,9 +34,7 @@ impl WayAnswer {
         let _ = writeln!(out, "{}", self.circumstances);
         out
     }
-}
 
-impl WayAnswer {
     fn costs(&self) -> String {
         let Some(duration_s) = self.duration_s else { return String::new() };
         let energy = self.energy_wh.map_or(String::new(), |energy_wh| format!(", {energy_wh:.1} Wh"));

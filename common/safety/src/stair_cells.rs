@@ -6,7 +6,7 @@ use grid::{CellRect, Class, Run, overlapped_cells};
 use messages::GroundClass;
 
 /// Treads whose heights differ by less are one: heights are whole tenths of a millimetre.
-const SAME_HEIGHT: i32 = 5;
+const SAME_HEIGHT: u32 = 5;
 
 /// The stairs that are there, each with the cells in which the map shows a tread of it.
 pub(crate) fn stair_cells(storey: StoreyElements<'_>) -> Vec<(u32, Vec<Run>)> {
@@ -19,9 +19,9 @@ pub(crate) fn stair_cells(storey: StoreyElements<'_>) -> Vec<(u32, Vec<Run>)> {
         let mut runs = Vec::new();
         for tread in treads(storey.site.element_meshes(record)) {
             let shows = |cell: usize| {
-                grid.class[cell] == Class::Stair.id()
+                grid.class_of(cell) == Class::Stair
                     && grid.planning[cell] == 0
-                    && grid.height_tenths(cell).is_some_and(|z| z.abs_diff(tread.z) <= SAME_HEIGHT.unsigned_abs())
+                    && grid.height_tenths(cell).is_some_and(|z| z.abs_diff(tread.z) <= SAME_HEIGHT)
             };
             let plan = overlapped_cells(&tread.plan, &[], &spec);
             let cells = whole.clip(&plan, spec.width as usize).flatten();

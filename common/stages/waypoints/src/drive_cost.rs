@@ -1,7 +1,7 @@
 //! Time and energy of driving: over a stretch of ground with a slope, along a line, through a portal.
 
 use crate::free_space::FreeSpace;
-use crate::path_search::{PathGrid, SIDE};
+use crate::path_search::{PathGrid, SIDE, pulled};
 use crate::portal::{Portal, PortalKind};
 use crate::walked_line::{Stretch, stretches};
 use frames::{Map, Point2, metres};
@@ -136,9 +136,9 @@ pub(crate) fn cheapest_line(
     if model.cost == WayCost::Length || free_space.is_level() {
         return tight;
     }
-    let pulled = pulled_where_cheaper(model, free_space, path_grid, cells, [from, to]);
+    let cheap = pulled_where_cheaper(model, free_space, path_grid, cells, [from, to]);
     let cost = |line: &[Point2<Map>]| line_cost(model, free_space, line);
-    if cost(&pulled) < cost(&tight) { pulled } else { tight }
+    if cost(&cheap) < cost(&tight) { cheap } else { tight }
 }
 
 /// What a line costs by time or energy.
@@ -162,32 +162,10 @@ fn pulled_where_cheaper(
     for pair in points.windows(2) {
         so_far.push(so_far[so_far.len() - 1] + line_cost(model, free_space, pair));
     }
-    let last = points.len() - 1;
-    let mut line = vec![from];
-    let mut at = 0;
-    while at < last {
-        let is_cheap = |to: usize| {
-            path_grid.is_clear(points[at], points[to])
-                && line_cost(model, free_space, &[points[at], points[to]]) <= so_far[to] - so_far[at]
-        };
-        // As in string pulling: doubling, then bisection.
-        let (mut good, mut step) = (at + 1, 1);
-        while good < last && is_cheap((good + step).min(last)) {
-            good = (good + step).min(last);
-            step *= 2;
-        }
-        let mut bad = (good + step).min(last + 1);
-        while good + 1 < bad {
-            let middle = good.midpoint(bad);
-            if is_cheap(middle) { good = middle } else { bad = middle }
-        }
-        at = good;
-        line.push(points[at]);
-    }
-    if line.len() == 1 {
-        line.push(to);
-    }
-    line
+    pulled(&points, |at, to| {
+        path_grid.is_clear(points[at], points[to])
+            && line_cost(model, free_space, &[points[at], points[to]]) <= so_far[to] - so_far[at]
+    })
 }
 
 #[cfg(test)]

@@ -216,31 +216,9 @@ impl PathGrid {
         let mut points = vec![from];
         points.extend(cells.iter().map(|&cell| self.middle(cell)).chain([to]));
         points.dedup();
-        let last = points.len() - 1;
-        let mut line = vec![from];
-        let mut at = 0;
-        while at < last {
-            // Doubling, then bisection finds the farthest cell in a straight line.
-            let clear = |to: usize| {
-                if is_kept_off { self.is_open(points[at], points[to]) } else { self.is_clear(points[at], points[to]) }
-            };
-            let (mut good, mut step) = (at + 1, 1);
-            while good < last && clear((good + step).min(last)) {
-                good = (good + step).min(last);
-                step *= 2;
-            }
-            let mut bad = (good + step).min(last + 1);
-            while good + 1 < bad {
-                let middle = good.midpoint(bad);
-                if clear(middle) { good = middle } else { bad = middle }
-            }
-            at = good;
-            line.push(points[at]);
-        }
-        if line.len() == 1 {
-            line.push(to);
-        }
-        line
+        pulled(&points, |at, to| {
+            if is_kept_off { self.is_open(points[at], points[to]) } else { self.is_clear(points[at], points[to]) }
+        })
     }
 
     /// True if the straight line between two points stays over reachable cells, and off distances that the robot keeps.
@@ -345,4 +323,30 @@ impl SearchBuffers {
         path.reverse();
         path
     }
+}
+
+/// The points of a line that are left when those between two are left out, by their places, wherever `may_skip` them; at least two.
+pub(crate) fn pulled(points: &[Point2<Map>], may_skip: impl Fn(usize, usize) -> bool) -> Vec<Point2<Map>> {
+    let last = points.len() - 1;
+    let mut line = vec![points[0]];
+    let mut at = 0;
+    while at < last {
+        // Doubling, then bisection finds the farthest point.
+        let (mut good, mut step) = (at + 1, 1);
+        while good < last && may_skip(at, (good + step).min(last)) {
+            good = (good + step).min(last);
+            step *= 2;
+        }
+        let mut bad = (good + step).min(last + 1);
+        while good + 1 < bad {
+            let middle = good.midpoint(bad);
+            if may_skip(at, middle) { good = middle } else { bad = middle }
+        }
+        at = good;
+        line.push(points[at]);
+    }
+    if line.len() == 1 {
+        line.push(points[last]);
+    }
+    line
 }

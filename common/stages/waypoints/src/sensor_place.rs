@@ -1,4 +1,4 @@
-//! Where the sensor of a robot is that stands at a place: above the ground along the normal of the ground.
+//! Places the sensor of a robot that stands at a place: above the ground along the normal of the ground.
 
 use crate::free_space::FreeSpace;
 use crate::options::MissionPlanOptions;

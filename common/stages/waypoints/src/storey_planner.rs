@@ -17,7 +17,7 @@ use crate::spaces::Refusal;
 use crate::target_face::TargetFaces;
 use crate::tour_distances::{StoreyPlaces, legs};
 use crate::tour_stops::{PlannedScan, StopPurpose, StopScan, StoreyRequest, TourGoal, TourStop};
-use crate::walked_line::walked;
+use crate::walked_line::{WalkedLine, walked};
 use frames::{Map, Point2};
 use grid::Class;
 use messages::FloorKind;
@@ -331,24 +331,25 @@ fn add_tour(
 ) {
     let TourInputs { storey, request, scans, .. } = *inputs;
     let PartTour { goals, start, points, .. } = tour;
+    let walks: Vec<WalkedLine> = legs.iter().map(|leg| walked(storey.free_space, leg)).collect();
     for (k, goal) in goals.iter().enumerate() {
-        let leg = (k + usize::from(start.is_some())).checked_sub(1).and_then(|at| legs.get(at));
-        let yaw_rad = heading(leg.map_or(&[], Vec::as_slice), legs.first().map_or(&[], Vec::as_slice));
+        let leg = (k + usize::from(start.is_some())).checked_sub(1).filter(|at| *at < legs.len());
+        let yaw_rad = heading(leg.map_or(&[], |at| legs[at].as_slice()), legs.first().map_or(&[], Vec::as_slice));
         let mut stop = TourStop {
             at: goal.at,
             purpose: StopPurpose::Centre,
             space: goal.space,
             yaw_rad,
             clearance_m: storey.free_space.clearance_m(goal.at),
-            leg_m: leg.map_or(0.0, |leg| walked(storey.free_space, leg).length_m),
+            leg_m: leg.map_or(0.0, |at| walks[at].length_m),
         };
         if let (Some(scans), Some(planned)) = (scans, goal.scan) {
             scan_stop(storey, request.options, scans, planned, seen_so_far, &mut stop);
         }
         planned.stops.push(stop);
     }
-    planned.tour_m += legs.iter().map(|leg| walked(storey.free_space, leg).length_m).sum::<f64>();
-    planned.tour_climb_m += legs.iter().map(|leg| walked(storey.free_space, leg).climb_m).sum::<f64>();
+    planned.tour_m += walks.iter().map(|walk| walk.length_m).sum::<f64>();
+    planned.tour_climb_m += walks.iter().map(|walk| walk.climb_m).sum::<f64>();
     let driven = |leg: &Vec<Point2<Map>>| driven_line(&request.options.drive, storey.free_space, leg);
     planned.tour_j += legs.iter().map(driven).sum::<Driven>().energy_j;
     // The lines of several parts are joined to one; lengths do not include the gaps between them.

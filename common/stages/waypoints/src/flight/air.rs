@@ -1,4 +1,5 @@
-//! What stands in the air at the plan time, as triangles: elements, doors and glass included, terrain, and rooms that are closed.
+//! Holds the triangles of all that stands at the plan time (elements, doors and glass included, terrain) and of closed rooms, and measures
+//! distances from them.
 
 use crate::input::MissionPlanInput;
 use geometry::{MeshView, TriangleTree, triangulated};

@@ -1,4 +1,4 @@
-//! Which nodes are waypoints: so many that from every node one over the same space at the same height is near.
+//! Chooses the nodes that are waypoints: so many that from every node one over the same space at the same height is near.
 
 use super::links::Links;
 use super::places::AirNode;
