@@ -17,7 +17,7 @@ fn root() -> PathBuf {
 }
 
 /// Crates of the workspace that each crate may depend on.
-const ALLOWED: [(&str, &[&str]); 37] = [
+const ALLOWED: [(&str, &[&str]); 41] = [
     ("diagnostics", &[]),
     ("input-files", &[]),
     ("frames", &[]),
@@ -29,7 +29,9 @@ const ALLOWED: [(&str, &[&str]); 37] = [
     ("messages", &["diagnostics", "frames", "geometry", "grid"]),
     ("bus", &["messages"]),
     ("site-view", &["bus", "messages"]),
-    ("daemon", &["bus", "input-files", "messages", "site-view"]),
+    ("daemon", &["bus", "diagnostics", "input-files", "messages", "site-view"]),
+    ("replica", &["messages"]),
+    ("store", &[]),
     ("safety", &["frames", "geometry", "grid", "messages"]),
     ("export", &["diagnostics", "frames", "geometry", "grid", "input-files", "messages", "safety"]),
     ("world", &["convex", "diagnostics", "export", "frames", "geometry", "grid", "messages"]),
@@ -49,6 +51,11 @@ const ALLOWED: [(&str, &[&str]); 37] = [
     ("schedule-eval", &["bus", "daemon", "diagnostics", "frames", "messages", "schedule", "tasks"]),
     ("rasterize", &["bus", "daemon", "grid", "messages", "raster"]),
     ("waypoint-gen", &["bus", "daemon", "messages", "site-view", "waypoints"]),
+    ("site-follow", &["bus", "daemon", "frames", "messages", "replica", "store"]),
+    (
+        "site-server",
+        &["bus", "daemon", "messages", "raster", "replica", "schedule", "site-view", "store", "waypoints"],
+    ),
     (
         "ros-bridge",
         &[
@@ -111,6 +118,7 @@ const ALLOWED: [(&str, &[&str]); 37] = [
             "messages",
             "occupancy",
             "raster",
+            "replica",
             "ros",
             "safety",
             "schedule",
@@ -123,7 +131,7 @@ const ALLOWED: [(&str, &[&str]); 37] = [
 ];
 
 /// Foreign crates, and the crates that alone may name each.
-const FENCED: [(&str, &[&str]); 20] = [
+const FENCED: [(&str, &[&str]); 26] = [
     ("ifc-lite-core", &["ifc"]),
     ("ifc-lite-geometry", &["ifc"]),
     ("ifc-lite-processing", &["ifc"]),
@@ -138,7 +146,13 @@ const FENCED: [(&str, &[&str]); 20] = [
     ("mcap", &["groundplan"]),
     ("ros2-client", &["ros-bridge"]),
     ("foxglove", &["ros-bridge"]),
-    ("tokio", &["ros-bridge", "web"]),
+    ("tokio", &["ros-bridge", "store", "web"]),
+    ("object_store", &["store"]),
+    ("reqwest", &["store"]),
+    ("rustls", &["store"]),
+    ("url", &["store"]),
+    ("ring", &["replica"]),
+    ("zstd", &["replica"]),
     ("axum", &["web"]),
     ("axum-server", &["web"]),
     ("hyper-util", &["web"]),

@@ -1,0 +1,388 @@
+//! Recipes: of which blocks an archive consists, in which packs they lie, and which of them are to be fetched.
+
+use crate::blocks::{block_bytes, pack_block};
+use crate::index::{ArchiveEntry, BlobEntry};
+use messages::ContentId;
+use serde::{Deserialize, Serialize};
+use std::collections::{BTreeMap, HashMap};
+use std::ops::Range;
+
+/// Packs that an archive may be spread over. With one more it is packed anew: who comes late fetches few objects.
+const MAX_PACKS: usize = 16;
+
+/// An archive that uses less than this share of its packs is packed anew, so that packs of long ago can go.
+const MIN_SHARE_USED: u64 = 4;
+
+/// Parts of a pack that lie closer together are fetched at once, with what is between them.
+const MAX_GAP: u64 = 16 << 10;
+
+/// Most bytes of one fetch, so that one that breaks off loses little.
+const MAX_FETCH: u64 = 8 << 20;
+
+/// Largest archive that is followed, as `messages` bounds it for a bus.
+const MAX_ARCHIVE: u64 = 64 << 30;
+
+/// How an archive is put together.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Recipe {
+    /// sha256 of the archive.
+    pub id: ContentId,
+    /// Length of the archive.
+    pub bytes: u64,
+    /// Length of its blocks, but for the last one.
+    block_bytes: u64,
+    /// Packs.
+    packs: Vec<BlobEntry>,
+    /// Blocks in their order.
+    blocks: Vec<BlockPlace>,
+}
+
+/// A block, and where it lies.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+struct BlockPlace(
+    /// sha256 of what it holds.
+    ContentId,
+    /// Place of the pack in the recipe.
+    u32,
+    /// Where it begins there.
+    u64,
+    /// How many bytes it has there.
+    u64,
+);
+
+/// A recipe with the pack that it needs, where blocks are new.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct PackedArchive {
+    /// The recipe.
+    pub recipe: Recipe,
+    /// The new pack.
+    pub pack: Option<Vec<u8>>,
+}
+
+/// A part of a pack, and the blocks that it has.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Fetch {
+    /// The pack.
+    pub pack: BlobEntry,
+    /// Which of its bytes.
+    pub range: Range<u64>,
+    /// Places of the blocks in the archive.
+    pub blocks: Vec<usize>,
+}
+
+/// A recipe that cannot be.
+#[derive(Debug, thiserror::Error)]
+pub enum BadRecipe {
+    /// Not a recipe.
+    #[error("the recipe of an archive cannot be read")]
+    Json(#[from] serde_json::Error),
+    /// Numbers that do not fit.
+    #[error("the recipe of an archive is wrong: {0}")]
+    Numbers(&'static str),
+}
+
+/// Packs an archive: blocks that the earlier recipe of its topic has are named there, all others are in a new pack.
+pub fn pack(archive: &[u8], earlier: Option<&Recipe>) -> PackedArchive {
+    let id = ContentId::of(archive);
+    let block_bytes = block_bytes(archive.len() as u64);
+    let size = usize::try_from(block_bytes).expect("blocks are small");
+    let ids: Vec<ContentId> = archive.chunks(size).map(ContentId::of).collect();
+    let known = earlier.map(Recipe::places).unwrap_or_default();
+    let known = if is_worth_keeping(&ids, &known) { known } else { HashMap::new() };
+
+    let mut packs: Vec<BlobEntry> = Vec::new();
+    let mut place_of_pack: BTreeMap<ContentId, u32> = BTreeMap::new();
+    let mut new_pack = Vec::new();
+    let mut new_blocks: HashMap<ContentId, (u64, u64)> = HashMap::new();
+    let mut blocks = Vec::new();
+    // The new pack has the last place; its blocks get it when it is known.
+    const NEW: u32 = u32::MAX;
+    for (id, block) in ids.iter().zip(archive.chunks(size)) {
+        if let Some((pack, offset, length)) = known.get(id) {
+            let place = *place_of_pack.entry(pack.id).or_insert_with(|| {
+                packs.push(*pack);
+                (packs.len() - 1) as u32
+            });
+            blocks.push(BlockPlace(*id, place, *offset, *length));
+            continue;
+        }
+        let (offset, length) = *new_blocks.entry(*id).or_insert_with(|| {
+            let (packed, offset) = (pack_block(block), new_pack.len() as u64);
+            new_pack.extend_from_slice(&packed);
+            (offset, packed.len() as u64)
+        });
+        blocks.push(BlockPlace(*id, NEW, offset, length));
+    }
+    let pack = (!new_pack.is_empty()).then_some(new_pack);
+    if let Some(pack) = &pack {
+        packs.push(BlobEntry { id: ContentId::of(pack), bytes: pack.len() as u64 });
+    }
+    let last = packs.len().saturating_sub(1) as u32;
+    for block in blocks.iter_mut().filter(|block| block.1 == NEW) {
+        block.1 = last;
+    }
+    PackedArchive { recipe: Recipe { id, bytes: archive.len() as u64, block_bytes, packs, blocks }, pack }
+}
+
+/// True if the packs of the known blocks are few, and used enough.
+fn is_worth_keeping(ids: &[ContentId], known: &HashMap<ContentId, (BlobEntry, u64, u64)>) -> bool {
+    let mut used: BTreeMap<ContentId, (u64, u64)> = BTreeMap::new();
+    for (pack, _, length) in ids.iter().filter_map(|id| known.get(id)) {
+        used.entry(pack.id).or_insert((0, pack.bytes)).0 += length;
+    }
+    let (bytes_used, bytes) = used.values().fold((0, 0), |(u, b), (used, bytes)| (u + used, b + bytes));
+    used.len() < MAX_PACKS && bytes_used * MIN_SHARE_USED >= bytes
+}
+
+impl Recipe {
+    /// Its bytes as a blob.
+    pub fn to_bytes(&self) -> Vec<u8> {
+        serde_json::to_vec(self).expect("a recipe has no keys but texts")
+    }
+
+    /// The entry of its archive in an index.
+    pub fn entry(&self) -> ArchiveEntry {
+        let bytes = self.to_bytes();
+        let recipe = BlobEntry { id: ContentId::of(&bytes), bytes: bytes.len() as u64 };
+        ArchiveEntry { id: self.id, bytes: self.bytes, recipe }
+    }
+
+    /// The recipe that an index names; that the bytes are those that it names was looked at before.
+    ///
+    /// # Errors
+    /// Bytes that are no recipe of this archive.
+    pub fn parse(bytes: &[u8], of: &ArchiveEntry) -> Result<Self, BadRecipe> {
+        let recipe: Self = serde_json::from_slice(bytes)?;
+        recipe.check(of).map_err(BadRecipe::Numbers)?;
+        Ok(recipe)
+    }
+
+    fn check(&self, of: &ArchiveEntry) -> Result<(), &'static str> {
+        if (self.id, self.bytes) != (of.id, of.bytes) || self.bytes > MAX_ARCHIVE {
+            return Err("it is of another archive");
+        }
+        if self.block_bytes != block_bytes(self.bytes) {
+            return Err("its blocks have another length");
+        }
+        if self.blocks.len() as u64 != self.bytes.div_ceil(self.block_bytes) {
+            return Err("its blocks are not as many as the archive has");
+        }
+        if self.packs.len() > MAX_PACKS + 1 {
+            return Err("it has too many packs");
+        }
+        for BlockPlace(_, pack, offset, length) in &self.blocks {
+            let pack = self.packs.get(*pack as usize).ok_or("a block is in no pack")?;
+            // What zstd cannot make smaller gets a little larger.
+            let is_inside = offset.checked_add(*length).is_some_and(|end| end <= pack.bytes);
+            if !is_inside || *length > self.block_bytes + (self.block_bytes >> 7) + 512 {
+                return Err("a block lies outside of its pack");
+            }
+        }
+        Ok(())
+    }
+
+    /// Number of blocks.
+    pub fn n_blocks(&self) -> usize {
+        self.blocks.len()
+    }
+
+    /// sha256 of a block, and where it lies in the archive.
+    ///
+    /// # Panics
+    /// There are fewer blocks.
+    pub fn block(&self, place: usize) -> (ContentId, Range<u64>) {
+        let begin = place as u64 * self.block_bytes;
+        (self.blocks[place].0, begin..self.bytes.min(begin + self.block_bytes))
+    }
+
+    /// What is to be fetched for the blocks that are not there, in the order of the packs.
+    pub fn missing(&self, is_there: impl Fn(usize) -> bool) -> Vec<Fetch> {
+        let mut places: Vec<usize> = (0..self.blocks.len()).filter(|place| !is_there(*place)).collect();
+        places.sort_by_key(|place| (self.blocks[*place].1, self.blocks[*place].2));
+        let mut fetches: Vec<Fetch> = Vec::new();
+        for place in places {
+            let BlockPlace(_, pack, offset, length) = self.blocks[place];
+            let (pack, end) = (self.packs[pack as usize], offset + length);
+            match fetches.last_mut() {
+                Some(last)
+                    if last.pack == pack
+                        && offset <= last.range.end + MAX_GAP
+                        && end.max(last.range.end) - last.range.start <= MAX_FETCH =>
+                {
+                    last.range.end = last.range.end.max(end);
+                    last.blocks.push(place);
+                }
+                _ => fetches.push(Fetch { pack, range: offset..end, blocks: vec![place] }),
+            }
+        }
+        fetches
+    }
+
+    /// The bytes of a block among those that were fetched.
+    ///
+    /// # Panics
+    /// The fetch is not of this recipe, or does not have the block.
+    pub fn part<'a>(&self, fetch: &Fetch, fetched: &'a [u8], place: usize) -> &'a [u8] {
+        let BlockPlace(_, _, offset, length) = self.blocks[place];
+        let begin = usize::try_from(offset - fetch.range.start).expect("a fetch is small");
+        &fetched[begin..begin + usize::try_from(length).expect("a fetch is small")]
+    }
+
+    /// Blobs that it needs.
+    pub fn packs(&self) -> &[BlobEntry] {
+        &self.packs
+    }
+
+    /// Where each of its blocks lies.
+    fn places(&self) -> HashMap<ContentId, (BlobEntry, u64, u64)> {
+        let place = |block: &BlockPlace| (block.0, (self.packs[block.1 as usize], block.2, block.3));
+        self.blocks.iter().map(place).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::blocks::unpack_block;
+    use proptest::prelude::*;
+
+    const BLOCK: usize = 256 << 10;
+
+    /// Bytes that zstd cannot make small.
+    fn noise(seed: u64, length: usize) -> Vec<u8> {
+        let mut state = seed.wrapping_mul(2).wrapping_add(1);
+        let mut next = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 33) as u8
+        };
+        (0..length).map(|_| next()).collect()
+    }
+
+    /// A store of packs, and an archive put together from what is fetched of them and of what is held.
+    fn fetched(
+        recipe: &Recipe,
+        store: &HashMap<ContentId, Vec<u8>>,
+        held: &HashMap<ContentId, Vec<u8>>,
+    ) -> (Vec<u8>, u64) {
+        let mut archive = vec![0; recipe.bytes as usize];
+        let (mut n_bytes, mut n_blocks) = (0, 0);
+        for place in 0..recipe.n_blocks() {
+            let (id, range) = recipe.block(place);
+            if let Some(block) = held.get(&id) {
+                archive[range.start as usize..range.end as usize].copy_from_slice(block);
+                n_blocks += 1;
+            }
+        }
+        for fetch in recipe.missing(|place| held.contains_key(&recipe.block(place).0)) {
+            let pack = &store[&fetch.pack.id];
+            let bytes = &pack[fetch.range.start as usize..fetch.range.end as usize];
+            n_bytes += bytes.len() as u64;
+            for place in &fetch.blocks {
+                let (id, range) = recipe.block(*place);
+                let block = unpack_block(recipe.part(&fetch, bytes, *place), range.end - range.start, id).unwrap();
+                archive[range.start as usize..range.end as usize].copy_from_slice(&block);
+                n_blocks += 1;
+            }
+        }
+        assert_eq!(n_blocks, recipe.n_blocks());
+        (archive, n_bytes)
+    }
+
+    #[test]
+    fn a_small_change_is_a_small_pack() {
+        let mut archive = noise(1, 10 * BLOCK + 77);
+        let first = pack(&archive, None);
+        archive[3 * BLOCK + 5] ^= 1;
+        let second = pack(&archive, Some(&first.recipe));
+        let length = second.pack.as_ref().unwrap().len();
+        assert!((BLOCK..2 * BLOCK).contains(&length), "{length}");
+        let third = pack(&archive, Some(&second.recipe));
+        assert_eq!((third.pack, &third.recipe), (None, &second.recipe), "the same again needs nothing");
+    }
+
+    #[test]
+    fn an_archive_of_many_dates_is_packed_anew_before_its_packs_are_many() {
+        let mut archive = noise(2, 40 * BLOCK);
+        let mut recipe = pack(&archive, None).recipe;
+        let mut most = 0;
+        for date in 0..60 {
+            let at = (date * 7 % 40) * BLOCK;
+            archive[at..at + 64].copy_from_slice(&noise(100 + date as u64, 64));
+            recipe = pack(&archive, Some(&recipe)).recipe;
+            recipe.check(&recipe.entry()).unwrap();
+            most = most.max(recipe.packs().len());
+        }
+        assert!((2..=MAX_PACKS).contains(&most), "{most}");
+    }
+
+    #[test]
+    fn a_recipe_with_wrong_numbers_is_refused() {
+        let good = pack(&noise(3, 3 * BLOCK), None).recipe;
+        let entry = good.entry();
+        assert_eq!(Recipe::parse(&good.to_bytes(), &entry).unwrap(), good);
+        let refused = |change: &dyn Fn(&mut Recipe)| {
+            let mut wrong = good.clone();
+            change(&mut wrong);
+            Recipe::parse(&wrong.to_bytes(), &entry).unwrap_err().to_string()
+        };
+        let cases: [&dyn Fn(&mut Recipe); 7] = [
+            &|r| r.bytes += 1,
+            &|r| r.block_bytes = 1,
+            &|r| r.blocks.truncate(2),
+            &|r| r.blocks[0].1 = 9,
+            &|r| r.blocks[0].2 = u64::MAX,
+            &|r| r.blocks[0].3 = r.packs[0].bytes + 1,
+            &|r| r.packs = vec![r.packs[0]; 40],
+        ];
+        for (k, change) in cases.iter().enumerate() {
+            assert!(refused(*change).contains("is wrong"), "{k}");
+        }
+        assert!(matches!(Recipe::parse(b"{}", &entry), Err(BadRecipe::Json(_))));
+    }
+
+    #[test]
+    fn an_empty_archive_has_no_pack() {
+        let PackedArchive { recipe, pack } = pack(&[], None);
+        assert_eq!((recipe.n_blocks(), pack), (0, None));
+        assert!(recipe.missing(|_| false).is_empty());
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(24))]
+
+        /// Dates follow each other; who has any of them, and some blocks of others, puts the newest together.
+        #[test]
+        fn whoever_fetches_what_is_missing_has_the_archive(
+            changes in prop::collection::vec((0..5 * BLOCK, any::<u8>()), 1..6),
+            lost in prop::collection::vec(any::<bool>(), 6),
+        ) {
+            let mut archive = noise(4, 5 * BLOCK + 9);
+            let mut store = HashMap::new();
+            let mut held = HashMap::new();
+            let mut recipe = None;
+            for (at, value) in changes {
+                archive[at] = value;
+                let packed = pack(&archive, recipe.as_ref());
+                if let (Some(bytes), Some(entry)) = (packed.pack, packed.recipe.packs().last()) {
+                    store.insert(entry.id, bytes);
+                }
+                let (whole, _) = fetched(&packed.recipe, &store, &held);
+                prop_assert_eq!(&whole, &archive);
+                held = (0..packed.recipe.n_blocks())
+                    .filter(|place| !lost[*place % lost.len()])
+                    .map(|place| {
+                        let (id, range) = packed.recipe.block(place);
+                        (id, archive[range.start as usize..range.end as usize].to_vec())
+                    })
+                    .collect();
+                let (again, n_bytes) = fetched(&packed.recipe, &store, &held);
+                prop_assert_eq!(&again, &archive);
+                if lost.iter().all(|lost| !lost) {
+                    prop_assert_eq!(n_bytes, 0);
+                }
+                recipe = Some(packed.recipe);
+            }
+        }
+    }
+}
