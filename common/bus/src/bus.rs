@@ -82,7 +82,7 @@ impl Bus {
     ///
     /// # Errors
     /// A robot that the site does not have.
-    pub(crate) fn meaning(&self, robot: Option<RobotName>) -> Result<Self, DomainError> {
+    pub fn meaning(&self, robot: Option<RobotName>) -> Result<Self, DomainError> {
         Ok(Self { robots: self.robots.meaning(robot)?, ..self.clone() })
     }
 
@@ -102,7 +102,7 @@ impl Bus {
     /// The topic is another daemon's, or its publisher lives already; the bus is another user's.
     pub fn publisher<T: Topic>(&self, topic: T, length: usize) -> Result<Publisher<T>, PortError> {
         let name = topic.name();
-        if name.producer() != self.daemon {
+        if !name.is_published_by(self.daemon) {
             return Err(PortError::NotTheProducer { daemon: self.daemon, topic: name });
         }
         Ok(Publisher::new(topic, self.link.topic_target(self.robots.find(name, || name.to_string())?, length)?))

@@ -25,11 +25,15 @@ pub enum Daemon {
     RosBridge = 7,
     /// Shows the site in browsers.
     Web = 8,
+    /// Publishes what the server of a site has drawn, on the bus of a robot that follows it.
+    SiteFollow = 9,
+    /// Gives what a site has drawn to a store, for robots on other machines.
+    SiteServer = 10,
 }
 
 impl Daemon {
     /// All of them, in the order of their numbers.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 11] = [
         Self::IfcIngest,
         Self::ScheduleEval,
         Self::Rasterize,
@@ -39,11 +43,16 @@ impl Daemon {
         Self::Groundplan,
         Self::RosBridge,
         Self::Web,
+        Self::SiteFollow,
+        Self::SiteServer,
     ];
 
-    /// Daemons that `groundplan up` starts and starts again, and without which there are no maps.
+    /// Daemons that `groundplan up` starts and starts again, and without which there are no maps, where the site is drawn.
     pub const SUPERVISED: [Self; 5] =
         [Self::IfcIngest, Self::ScheduleEval, Self::Rasterize, Self::WaypointGen, Self::SlamAlign];
+
+    /// Daemons that `groundplan up` starts in the place of [`Daemon::SUPERVISED`] for a robot that follows the server of its site.
+    pub const FOLLOWING: [Self; 2] = [Self::SiteFollow, Self::SlamAlign];
 
     /// True for daemons of the site's own user; robots and clients may be of others.
     pub fn is_of_site(self) -> bool {
@@ -54,7 +63,12 @@ impl Daemon {
     pub fn is_of_robot(self) -> bool {
         match self {
             Self::Rasterize | Self::WaypointGen | Self::SlamAlign | Self::Robot | Self::RosBridge => true,
-            Self::IfcIngest | Self::ScheduleEval | Self::Groundplan | Self::Web => false,
+            Self::IfcIngest
+            | Self::ScheduleEval
+            | Self::Groundplan
+            | Self::Web
+            | Self::SiteFollow
+            | Self::SiteServer => false,
         }
     }
 
@@ -70,6 +84,8 @@ impl Daemon {
             Self::Groundplan => "groundplan",
             Self::RosBridge => "ros-bridge",
             Self::Web => "groundplan-web",
+            Self::SiteFollow => "site-follow",
+            Self::SiteServer => "site-server",
         }
     }
 
@@ -172,7 +188,20 @@ impl TopicName {
         self.producer().is_of_robot()
     }
 
-    /// The only daemon that publishes it.
+    /// True if this daemon may publish it: its producer, and on a robot that follows the server of its site what publishes all that is
+    /// drawn there. The two are never on one bus: the configuration of a site has one or the other.
+    pub fn is_published_by(self, daemon: Daemon) -> bool {
+        match self.producer() {
+            Daemon::IfcIngest | Daemon::ScheduleEval | Daemon::Rasterize | Daemon::WaypointGen
+                if daemon == Daemon::SiteFollow =>
+            {
+                self != Self::Candidate
+            }
+            producer => producer == daemon,
+        }
+    }
+
+    /// The only daemon that publishes it where the site is drawn.
     pub fn producer(self) -> Daemon {
         match self {
             Self::Site | Self::Candidate => Daemon::IfcIngest,

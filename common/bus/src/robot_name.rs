@@ -151,7 +151,15 @@ mod tests {
             assert_eq!(OfRobot::new(lift, site_wide), OfRobot::new(None, site_wide));
         }
         let of_site: Vec<Daemon> = Daemon::ALL.into_iter().filter(|daemon| !daemon.is_of_robot()).collect();
-        assert_eq!(of_site, [Daemon::IfcIngest, Daemon::ScheduleEval, Daemon::Groundplan, Daemon::Web]);
+        let expected = [
+            Daemon::IfcIngest,
+            Daemon::ScheduleEval,
+            Daemon::Groundplan,
+            Daemon::Web,
+            Daemon::SiteFollow,
+            Daemon::SiteServer,
+        ];
+        assert_eq!(of_site, expected);
         assert_eq!(OfRobot::new(lift, Daemon::Rasterize).command(), "robots/lift/command/rasterize");
         assert_eq!(OfRobot::new(lift, Daemon::Web).command(), "command/groundplan-web");
     }

@@ -148,17 +148,20 @@ impl Waiter {
         let (mut wake, ready) = self.poll(&of_bus, others, timeout)?;
         wake.superseded = ready[1] && member.read_changes();
         wake.superseded |= member.look_at_times();
-        let mut late_joiners = false;
+        let mut late_joiners = Vec::new();
         for ((name, event_port), _) in event_ports.iter().zip(&ready[2..]).filter(|(_, notified)| **notified) {
             let wakeups = event_port.take();
             let own = *name == self.own;
+            // Who publishes a topic is told by the service of its producer, which may be another daemon.
+            if wakeups.any(&[Wakeup::LateJoiner]) {
+                late_joiners.push(Arc::clone(event_port));
+            }
             // A daemon receives its own events too.
-            late_joiners |= own && wakeups.any(&[Wakeup::LateJoiner]);
             wake.commands |= own && wakeups.any(&[Wakeup::Command]);
             wake.data |= !own && wakeups.any(&[Wakeup::Data, Wakeup::Reply, Wakeup::Dead]);
         }
-        if late_joiners {
-            member.serve_late_joiners();
+        if !late_joiners.is_empty() {
+            member.serve_late_joiners(&late_joiners);
         }
         Ok(wake)
     }

@@ -2,6 +2,7 @@
 
 use crate::robot_config::{AlignConfig, NamedRobotConfig, RobotConfig, WaypointConfig, check_robots, separate_bridges};
 use crate::ros_config::RosConfig;
+use crate::server_config::{FollowConfig, ServeConfig, check_server};
 use crate::web_config::WebConfig;
 use bus::{Domain, DomainError, RobotName};
 use input_files::{MAX_CONFIGURATION_BYTES, read_regular_text};
@@ -68,6 +69,12 @@ pub struct SiteConfig {
     /// The page for browsers.
     #[serde(default)]
     pub web: WebConfig,
+    /// Gives what is drawn to a store, for robots on other machines.
+    #[serde(default)]
+    pub serve: Option<ServeConfig>,
+    /// Shows what the server of the site has drawn: nothing is drawn here.
+    #[serde(default)]
+    pub follow: Option<FollowConfig>,
     /// The machine's clock.
     #[serde(default)]
     pub clock: ClockConfig,
@@ -248,6 +255,7 @@ impl SiteConfig {
     pub fn parse(text: &str, home: &Path) -> Result<Self, toml::de::Error> {
         let mut config: Self = toml::from_str(text)?;
         check_robots(&config.robots, text)?;
+        check_server(&config)?;
         if let Some(threads) = config.threads
             && !(1..=MAX_THREADS).contains(&threads)
         {
@@ -256,6 +264,8 @@ impl SiteConfig {
         }
         let lists = config.models.iter_mut().chain(&mut config.schedule.files);
         let paths = lists.chain([&mut config.state, &mut config.bus.root]);
+        let of_server = config.serve.iter_mut().flat_map(|serve| serve.paths(home));
+        let of_server = of_server.chain(config.follow.iter_mut().flat_map(|follow| follow.paths(home)));
         let optional = [
             &mut config.relay.folder,
             &mut config.schedule.rules,
@@ -270,7 +280,7 @@ impl SiteConfig {
             &mut config.clock.synchronised_while,
         ];
         let of_robots = config.robots.iter_mut().flat_map(NamedRobotConfig::paths);
-        for path in paths.chain(optional.into_iter().flatten()).chain(of_robots) {
+        for path in paths.chain(optional.into_iter().flatten()).chain(of_robots).chain(of_server) {
             *path = home.join(&*path);
         }
         config.site_state = config.state.clone();

@@ -51,6 +51,8 @@ pub enum HistoryKind {
     Pose,
     /// Elements that are absent: confirmed or taken back.
     Absence,
+    /// Another index of the server that is followed.
+    Index,
 }
 
 impl std::fmt::Display for HistoryKind {

@@ -61,6 +61,7 @@ mod machine_time;
 mod map_reports;
 mod mesh_process;
 mod observed_tables;
+mod plan_time_clock;
 mod process_report;
 mod progress;
 mod replaced_file;
@@ -77,6 +78,7 @@ mod save;
 mod schedule_inputs;
 mod sealed_file;
 mod self_report;
+mod server_config;
 mod service;
 mod service_loop;
 mod service_thread;
@@ -89,6 +91,7 @@ mod stop;
 mod systemd;
 #[cfg(test)]
 mod testing;
+mod waypoint_options;
 mod web_config;
 mod whole_files;
 mod work_watch;
@@ -109,9 +112,10 @@ pub use known_places::{KnownPlaces, PointInRoom};
 pub use latched_output::{LatchedOutput, NewSample};
 pub use log::{Log, LogError};
 pub use machine_time::{Clock, MachineClock, MachineTime};
-pub use map_reports::{hear_daemons, next_state};
+pub use map_reports::{hear_daemons, next_state, schedule_report};
 pub use mesh_process::{in_mesh_process, run_mesh_process};
 pub use observed_tables::{ObservedPair, ObservedRow, ObservedTables};
+pub use plan_time_clock::{ClockDistrust, PlanTimeClock, ReachedPlanTime, Reading};
 pub use process_report::ProcessReport;
 pub use progress::{Progress, Reporter};
 pub use replaced_file::{folder_of, replace_file, write_durably};
@@ -119,9 +123,9 @@ pub use reported_progress::ReportedProgress;
 pub use request::{Published, Request, RequestError, parse_request};
 pub use requests::{
     ActualsSource, AlignAnswer, AlignRequest, ComparisonState, Confirmations, Confirmed, ConfirmedElement,
-    IngestAnswer, IngestRequest, ListedPose, MAX_RATE, MIN_RATE, RasterizeAnswer, RasterizeRequest, RateError,
-    Revision, RevisionEffect, RosBridgeRequest, ScheduleAnswer, ScheduleRequest, ScheduleVerdict, SearchState,
-    WaypointAnswer, WaypointRequest, WebRequest, checked_rate,
+    FollowRequest, IngestAnswer, IngestRequest, ListedPose, MAX_RATE, MIN_RATE, RasterizeAnswer, RasterizeRequest,
+    RateError, Revision, RevisionEffect, RosBridgeRequest, ScheduleAnswer, ScheduleRequest, ScheduleVerdict,
+    SearchState, ServeRequest, WaypointAnswer, WaypointRequest, WebRequest, checked_rate,
 };
 pub use robot_config::{AlignConfig, NamedRobotConfig, PoseHint, RobotConfig, WaypointConfig};
 pub use robot_file::{Robot, RobotFileError};
@@ -134,6 +138,7 @@ pub use save::Save;
 pub use schedule_inputs::{
     MAX_TABLE_BYTES, mend_progress, progress_in_force, read_progress, rules_in_force, saving_observed,
 };
+pub use server_config::{FollowConfig, ServeConfig, UNNAMED_ROBOT};
 pub use service::{AnswerOf, Asked, CurrentActivity, Done, Event, Service, Standing};
 pub use setting::{
     Configured, KeptSetting, OlderSetting, Setting, SettingInForce, SettingKey, SettingSource, check_setting,
@@ -144,6 +149,7 @@ pub use state_version::{StateVersionError, claim_state};
 pub use status_board::{OutputStamp, Report, StatusBoard};
 pub use stop::{ReloadSignal, StopSignal};
 pub use systemd::{alive, ready, stopping};
+pub use waypoint_options::WaypointOptions;
 pub use web_config::WebConfig;
 pub use whole_files::{FileStamp, FileWatch, WholeFiles, stamps_of};
 pub use work_watch::Busy;

@@ -10,7 +10,7 @@ use site_view::{Freshness, NextState, WATCHED};
 /// Tells what the watched daemons report: for a process that does not take their heartbeats from the bus. A report counts at the
 /// time at which it was written, as the heartbeat that goes with it. What there is no report of stays as it was.
 pub fn hear_daemons(board: &StatusBoard, freshness: &mut Freshness) {
-    for daemon in WATCHED {
+    for daemon in WATCHED.into_iter().chain([Daemon::SiteFollow]) {
         let report: Option<Report<IgnoredAny>> = board.report(daemon);
         // One of the future was written before the machine was started anew.
         if let Some(at) = report.map(|report| Stamp(report.stamp_ns)).filter(|at| *at <= Stamp::now()) {
@@ -22,9 +22,14 @@ pub fn hear_daemons(board: &StatusBoard, freshness: &mut Freshness) {
     }
 }
 
-/// When the next schedule state is due; `None` without a report of schedule-eval.
+/// What is told of the schedule: by schedule-eval, or by what follows a server in its place.
+pub fn schedule_report(board: &StatusBoard) -> Option<Report<ScheduleFacts>> {
+    board.report(Daemon::ScheduleEval).or_else(|| board.report(Daemon::SiteFollow))
+}
+
+/// When the next schedule state is due; `None` without a report of schedule-eval, or of what follows a server in its place.
 pub fn next_state(board: &StatusBoard) -> Option<NextState> {
-    let report: Report<ScheduleFacts> = board.report(Daemon::ScheduleEval)?;
+    let report = schedule_report(board)?;
     let ScheduleFacts { next_update_ms, clock_distrust, .. } = report.facts;
     Some(match (clock_distrust, next_update_ms) {
         (Some(why), _) => NextState::Unknown { why },

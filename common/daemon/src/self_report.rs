@@ -208,7 +208,9 @@ fn output(daemon: Daemon) -> TopicName {
     match daemon {
         Daemon::IfcIngest => TopicName::Site,
         Daemon::ScheduleEval => TopicName::ScheduleState,
-        Daemon::Rasterize | Daemon::Groundplan | Daemon::Web => TopicName::Grids,
+        Daemon::Rasterize | Daemon::Groundplan | Daemon::Web | Daemon::SiteFollow | Daemon::SiteServer => {
+            TopicName::Grids
+        }
         Daemon::WaypointGen => TopicName::MissionPlan,
         Daemon::SlamAlign => TopicName::Alignment,
         Daemon::Robot | Daemon::RosBridge => TopicName::SlamMap,

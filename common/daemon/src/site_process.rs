@@ -21,8 +21,9 @@ impl SiteProcess {
     /// All that `groundplan up` starts and starts again for a site, in the order of the start.
     pub fn supervised(config: &SiteConfig) -> impl Iterator<Item = Self> + use<> {
         let (of_robots, of_site): (Vec<Daemon>, Vec<Daemon>) =
-            Daemon::SUPERVISED.into_iter().partition(|daemon| daemon.is_of_robot());
-        let of_site: Vec<Self> = of_site.into_iter().map(Self::Daemon).collect();
+            daemons_of_maps(config).iter().copied().partition(|daemon| daemon.is_of_robot());
+        let server = config.serve.as_ref().map(|_| Daemon::SiteServer);
+        let of_site: Vec<Self> = of_site.into_iter().chain(server).map(Self::Daemon).collect();
         let of_robots = config.of_each_robot().into_iter().flat_map(move |robot| {
             let bridge = robot.ros.enabled.then_some(Daemon::RosBridge);
             let daemons: Vec<Self> =
@@ -56,6 +57,11 @@ impl SiteProcess {
             Self::Keeper | Self::Relay => None,
         }
     }
+}
+
+/// The daemons without which there are no maps, and what works with them: those that draw, or those that follow a server.
+fn daemons_of_maps(config: &SiteConfig) -> &'static [Daemon] {
+    if config.follow.is_some() { &Daemon::FOLLOWING } else { &Daemon::SUPERVISED }
 }
 
 impl From<Daemon> for SiteProcess {

@@ -48,10 +48,11 @@ impl MapRule {
         self.match_newest(now);
     }
 
-    /// A daemon was heard at this time; others than the watched ones count for nothing.
+    /// A daemon was heard at this time. What follows a server publishes the maps in the place of all watched ones; others than these
+    /// count for nothing.
     pub fn insert_heartbeat(&mut self, at: Stamp, daemon: Daemon) {
         for (heard, watched) in self.heard.iter_mut().flatten().zip(WATCHED) {
-            if watched == daemon {
+            if watched == daemon || daemon == Daemon::SiteFollow {
                 *heard = at.max(*heard);
             }
         }

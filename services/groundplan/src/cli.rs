@@ -2,8 +2,8 @@
 
 use crate::commands::{
     actuals, align, changes, completions, confirm, convert, date, deviations, doctor, door, down, export, findings,
-    keeper, link, load, log, man, metrics, monitor, record, relay, robot, room, scans, slam_map, states, status, tasks,
-    topic, undo, up, view, way, waypoints,
+    follow, keeper, key, link, load, log, man, metrics, monitor, record, relay, robot, room, scans, serve, slam_map,
+    states, status, tasks, topic, undo, up, view, way, waypoints,
 };
 use crate::failure::Failure;
 use crate::run::{Outcome, Run};
@@ -85,6 +85,12 @@ pub enum Command {
     Export(export::Args),
     /// Show a site in the browser: models, maps, or the running daemons
     View(view::Args),
+    /// Run the daemons of a site, and give what they draw to a store, for robots on other machines
+    Serve(serve::Args),
+    /// Show on this robot what the server of its site has drawn
+    Follow(follow::Args),
+    /// Make and list keys of a site for many machines
+    Key(key::Args),
     /// Check that this machine can run the daemons; exit code 0 if it can
     Doctor(doctor::Args),
     /// Print the completion script of a shell
@@ -146,11 +152,14 @@ impl Command {
             Self::Undo(arguments) => arguments,
             Self::Export(arguments) => arguments,
             Self::View(arguments) => arguments,
+            Self::Serve(arguments) => arguments,
+            Self::Follow(arguments) => arguments,
+            Self::Key(arguments) => arguments,
             Self::Doctor(arguments) => arguments,
             Self::Keeper(arguments) => arguments,
             Self::Relay(arguments) => arguments,
         };
-        if !matches!(self, Self::Up(_) | Self::Keeper(_) | Self::Relay(_)) {
+        if !matches!(self, Self::Up(_) | Self::Serve(_) | Self::Follow(_) | Self::Keeper(_) | Self::Relay(_)) {
             log_errors();
         }
         command.run()

@@ -1,9 +1,7 @@
 //! Date arguments: instants, days and periods.
 
 use crate::failure::Failure;
-use bus::Daemon;
-use daemon::facts::ScheduleFacts;
-use daemon::{Report, SiteConfig, StatusBoard};
+use daemon::{SiteConfig, StatusBoard};
 use frames::{PlanTime, PlanTimeError, WrittenPlanTime};
 use jiff::tz::TimeZone;
 use messages::ScheduleStateHead;
@@ -28,7 +26,7 @@ pub(crate) fn instant_at_site_s(text: &str, config: &SiteConfig) -> Result<i64, 
         // Only then the zone matters.
         Err(PlanTimeError::NoSiteZone { .. }) => {
             let board = StatusBoard::of_site(config).map_err(Failure::work)?;
-            let report: Option<Report<ScheduleFacts>> = board.report(Daemon::ScheduleEval);
+            let report = daemon::schedule_report(&board);
             let facts =
                 report.ok_or_else(|| Failure::work("schedule-eval has not begun: see groundplan status"))?.facts;
             let zone = facts.site_zone.as_deref().map(TimeZone::get).transpose().map_err(Failure::work)?;

@@ -7,6 +7,7 @@ use frames::PlanTime;
 use grid::GridSpec;
 use input_files::{MAX_CONFIGURATION_BYTES, open_regular_file, read_regular_text};
 use occupancy::OccupancyMap;
+use replica::{PublicKey, SiteName};
 use schedule::Rules;
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -72,12 +73,24 @@ pub(crate) fn findings(config: &SiteConfig) -> Vec<ConfigFinding> {
         found.of("web.robot", config.of_robot(config.web.robot));
     }
     schedule(&mut found, config);
+    server(&mut found, config);
     let world = config.world.options.as_deref();
     found.of(
         "world.options",
         world.map(|path| daemon::read_parsed("options of worlds", path, WorldOptions::parse)).transpose(),
     );
     found.findings
+}
+
+/// Names and keys of a site on many machines.
+fn server(found: &mut Findings<'_>, config: &SiteConfig) {
+    if let Some(serve) = &config.serve {
+        found.of("serve.site", serve.site.parse::<SiteName>());
+    }
+    if let Some(follow) = &config.follow {
+        found.of("follow.site", follow.site.parse::<SiteName>());
+        found.of("follow.roots", follow.roots.iter().map(|root| root.parse()).collect::<Result<Vec<PublicKey>, _>>());
+    }
 }
 
 /// What each robot has of its own.

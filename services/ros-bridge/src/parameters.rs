@@ -2,7 +2,7 @@
 
 use crate::control::Control;
 use bus::Daemon;
-use daemon::facts::{RosBridgeFacts, ScheduleFacts};
+use daemon::facts::RosBridgeFacts;
 use daemon::{Failure, Report, SiteConfig, StatusBoard, chain};
 use messages::plan_time;
 use ros::srv::rcl_interfaces::*;
@@ -46,7 +46,7 @@ pub(crate) fn get(config: &SiteConfig, names: &Names) -> GetParametersResponse {
     let board = StatusBoard::of_own(config);
     let value = |name: &String| match name.as_str() {
         PLAN_TIME => {
-            let report: Option<Report<ScheduleFacts>> = board.report(Daemon::ScheduleEval);
+            let report = daemon::schedule_report(&board);
             let at = report.and_then(|report| plan_time(report.facts.plan_time_s?));
             ParameterValue::string(at.map(|at| at.to_string()).unwrap_or_default())
         }

@@ -2,7 +2,6 @@
 
 use crate::control::Control;
 use crate::graph::RosGraph;
-use bus::Daemon;
 use daemon::facts::ScheduleFacts;
 use daemon::{Failure, Report, SimTimeConfig, SiteConfig, StatusBoard, chain, checked_rate};
 use frames::PlanTime;
@@ -110,7 +109,7 @@ impl Asked {
     /// Asks for a plan time, if the published schedule state does not hold then.
     fn follow(&mut self, plan_time_s: i64, control: &Control) -> Result<(), Failure> {
         let board = StatusBoard::of_own(&control.config);
-        let report: Option<Report<ScheduleFacts>> = board.report(Daemon::ScheduleEval);
+        let report = daemon::schedule_report(&board);
         let Some(Report { facts, .. }) = report else { return Ok(()) };
         // Epochs begin anew where the state of the site is replaced.
         let is_old =

@@ -1,7 +1,6 @@
 //! The state in force of a site's schedule: plan time, rules, files, progress, and the schedule that was evaluated with them.
 
 use crate::evaluation::Evaluated;
-use crate::plan_time_clock::{PlanTimeClock, ReachedPlanTime, Reading};
 use crate::plan_time_setting::PlanTimeSetting;
 use crate::schedule_files::ScheduleFiles;
 use daemon::facts::ProgressRows;
@@ -9,6 +8,7 @@ use daemon::{
     Failure, FileText, HistoryEvent, HistoryKind, MachineTime, ObservedTables, Save, ScheduleVerdict, Setting,
     SettingInForce, SettingKey, SettingSource,
 };
+use daemon::{PlanTimeClock, ReachedPlanTime, Reading};
 use jiff::tz::TimeZone;
 use messages::ContentHash;
 use schedule::{Overrides, Rules};

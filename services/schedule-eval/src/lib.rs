@@ -3,7 +3,6 @@
 mod evaluation;
 mod in_force;
 mod outputs;
-mod plan_time_clock;
 mod plan_time_setting;
 mod schedule_files;
 pub mod service;

@@ -1,9 +1,9 @@
 //! The plan time in force: that of `site.toml`, or the clock that a command set.
 
-use crate::plan_time_clock::{PlanTimeClock, ReachedPlanTime};
 use daemon::{
     Configured, Failure, MachineTime, OlderSetting, Save, Setting, SettingInForce, SettingKey, SiteConfig, StateFile,
 };
+use daemon::{PlanTimeClock, ReachedPlanTime};
 use frames::{PlanTime, PlanTimeError};
 use jiff::tz::TimeZone;
 use serde::{Deserialize, Serialize};

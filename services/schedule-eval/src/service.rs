@@ -3,7 +3,6 @@
 use crate::evaluation::{Evaluated, EvaluationError, evaluated};
 use crate::in_force::{InForce, KeptRules};
 use crate::outputs::{ScheduleOutputs, ScheduleSample};
-use crate::plan_time_clock::{PlanTimeClock, ReachedPlanTime};
 use crate::plan_time_setting::PlanTimeSetting;
 use crate::schedule_files::ScheduleFiles;
 use bus::{Bus, CheckedSample, RobotName, names_of_robots, topics};
@@ -14,6 +13,7 @@ use daemon::{
     Occasion, ReportedProgress, ScheduleAnswer, ScheduleRequest, ScheduleVerdict, Setting, SettingKey, SiteConfig,
     Standing, StateFile, checked_rate, mend_progress, progress_in_force, saving_observed,
 };
+use daemon::{PlanTimeClock, ReachedPlanTime};
 use frames::PlanTime;
 use messages::{Activity, Checked, ContentHash, DiagnosticCode, InputHashes, ScheduleStateHead};
 use schedule::{ABSENT, Actual, ObservationConflict, Overrides, Rules, parse_actuals};
@@ -569,6 +569,7 @@ impl Decide for ScheduleEval {
             due_plan_time_s: self.in_force.effective_plan_time_s(reading),
             plan_time_s: reading.plan_time_s,
             clock: plan_time.clock().name(),
+            is_wall_clock: matches!(plan_time.clock(), PlanTimeClock::Wall { .. }),
             valid_until_s: valid_until_s.filter(|until_s| *until_s != ScheduleStateHead::NO_TIME),
             next_update_ms: self.in_force.next_update(now.machine).map(|(_, at_ms)| at_ms),
             clock_distrust: reading.distrust.map(|distrust| distrust.to_string()),

@@ -1,12 +1,12 @@
 //! What waypoint-gen decides: which waypoints are planned, once per set of maps and options.
 
-use crate::options_setting::{self, WaypointOptions};
+use crate::options_setting;
 use bus::{Bus, GridSlot, RawSubscriber, TopicName, topics};
 use daemon::facts::WaypointFacts;
 use daemon::{
     Asked, Caller, Committed, CurrentActivity, Decide, Decision, Epochs, Failure, HistoryEvent, HistoryKind,
     KeptSetting, LatchedOutput, NewSample, Now, Occasion, Published, Setting, SiteConfig, Standing, WaypointAnswer,
-    WaypointRequest,
+    WaypointOptions, WaypointRequest,
 };
 use messages::{Activity, Checked, InputHashes, payload};
 use site_view::{SiteSample, SiteSamples, SiteSet, SiteViews};
@@ -52,7 +52,7 @@ impl WaypointGen {
         let setting = options_setting::open(config)?;
         let epochs = Epochs::at(&config.state, "waypoint-gen-epochs.json")?;
         let edit = setting.was_edited().then(|| event(setting.value(), None));
-        let options = Arc::new(setting.value().parse()?);
+        let options = Arc::new(options_setting::parsed(setting.value())?);
         let in_force = InForce { setting, options, unknown_name: None, planned_on: None };
         let service = Self {
             in_force,
@@ -109,7 +109,7 @@ impl WaypointGen {
         kept: KeptSetting<WaypointOptions>,
         by: Option<Caller>,
     ) -> Result<(), Failure> {
-        let options = kept.value().parse()?;
+        let options = options_setting::parsed(kept.value())?;
         if let Some(site) = self.samples.site() {
             check_names(&site.view(), &options)?;
         }
@@ -130,7 +130,13 @@ impl WaypointGen {
         if options.is_none() && spaces.is_empty() && changed_since_s.is_none() {
             return Ok(in_site_toml);
         }
-        let wanted = WaypointOptions::of_command(options, spaces, changed_since_s, in_site_toml.value())?;
+        let wanted = WaypointOptions::of_command(
+            options,
+            spaces,
+            changed_since_s,
+            in_site_toml.value(),
+            MissionPlanOptions::parse,
+        )?;
         Ok(self.in_force.setting.commanded(wanted, by.uid))
     }
 
@@ -201,7 +207,8 @@ impl Decide for WaypointGen {
         match occasion {
             Occasion::Look => self.plan(&mut decision)?,
             Occasion::Configuration(config) => {
-                let edited = decision.next.setting.edited(options_setting::configured(config))?;
+                let edited =
+                    decision.next.setting.edited(WaypointOptions::configured(config, MissionPlanOptions::parse))?;
                 if edited != self.in_force.setting.as_kept() {
                     self.set(&mut decision, edited, None)?;
                 }

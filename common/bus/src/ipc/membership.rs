@@ -181,21 +181,21 @@ impl Membership {
         event_ports.iter().map(|(name, event_port)| (*name, Arc::clone(event_port))).collect()
     }
 
-    /// Delivers the last samples of this participant's topics to late joiners.
-    pub(crate) fn serve_late_joiners(&self) {
+    /// Delivers the last samples of this participant's topics to late joiners, who asked for them on these event ports.
+    pub(crate) fn serve_late_joiners(&self, asked_on: &[Arc<EventPort>]) {
         // In a full memory a late joiner cannot be connected; it is served with the next sample or late joiner.
         if memory::free_bytes() < memory::RESERVE_BYTES / 2 {
             return;
         }
         let mut writers = self.writers.lock().unwrap_or_else(PoisonError::into_inner);
         writers.retain(|w| w.strong_count() > 0);
-        let mut event_port = None;
-        for writer in writers.iter().filter_map(Weak::upgrade) {
-            writer.serve_late_joiners();
-            event_port = Some(writer.event_port());
-        }
-        if let Some(event_port) = event_port {
-            event_port.notify(Wakeup::Data);
+        let live: Vec<Arc<dyn Latches>> = writers.iter().filter_map(Weak::upgrade).collect();
+        for event_port in asked_on {
+            let mut told = live.iter().filter(|writer| Arc::ptr_eq(&writer.event_port(), event_port)).peekable();
+            if told.peek().is_some() {
+                told.for_each(|writer| writer.serve_late_joiners());
+                event_port.notify(Wakeup::Data);
+            }
         }
     }
 }

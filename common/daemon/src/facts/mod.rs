@@ -7,6 +7,7 @@ mod ingest;
 mod rasterize;
 mod ros_bridge;
 mod schedule;
+mod server;
 mod waypoints;
 mod web;
 
@@ -15,5 +16,6 @@ pub use ingest::{IngestFacts, ModelFile};
 pub use rasterize::{RasterizeFacts, RobotSummary};
 pub use ros_bridge::{RosBridgeFacts, RosPeers};
 pub use schedule::{ProgressRows, ScheduleFacts};
+pub use server::{FollowFacts, ServeFacts};
 pub use waypoints::WaypointFacts;
 pub use web::WebFacts;

@@ -30,6 +30,8 @@ pub struct ScheduleFacts {
     pub plan_time_s: Option<i64>,
     /// How the plan time moves, in words.
     pub clock: String,
+    /// True if it follows the clock of the machine.
+    pub is_wall_clock: bool,
     /// The instant after which the published schedule state is not valid; `None` if it is for good.
     pub valid_until_s: Option<i64>,
     /// When the schedule state after the published one is due by the machine's clock, milliseconds since 1970 in UTC; in the past

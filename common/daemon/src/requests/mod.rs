@@ -5,6 +5,7 @@ mod ingest;
 mod rasterize;
 mod ros_bridge;
 mod schedule;
+mod server;
 mod waypoints;
 mod web;
 
@@ -17,6 +18,7 @@ pub use ros_bridge::RosBridgeRequest;
 pub use schedule::{
     ActualsSource, MAX_RATE, MIN_RATE, RateError, ScheduleAnswer, ScheduleRequest, ScheduleVerdict, checked_rate,
 };
+pub use server::{FollowRequest, ServeRequest};
 pub use waypoints::{WaypointAnswer, WaypointRequest};
 pub use web::WebRequest;
 

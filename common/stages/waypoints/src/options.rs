@@ -188,6 +188,16 @@ const STEPS_PER_QUALITY: u32 = 100;
 const KICKS_PER_QUALITY: u32 = 200;
 
 impl MissionPlanOptions {
+    /// These, for the spaces and the time that a command named beside them, where it did.
+    #[must_use]
+    pub fn narrowed(mut self, spaces: &[String], changed_since_s: Option<i64>) -> Self {
+        if !spaces.is_empty() {
+            self.spaces = spaces.to_vec();
+        }
+        self.changed_since_s = changed_since_s.or(self.changed_since_s);
+        self
+    }
+
     /// Options for centres only, which are planned fast.
     pub fn centres_only() -> Self {
         Self { scans: false, ..Self::default() }

@@ -44,6 +44,14 @@ impl SiteOfRobotArgs {
         self.site.config()?.of_robot(self.robot_name).map_err(Failure::usage)
     }
 
+    /// The same for what only the machine can do that draws the site.
+    ///
+    /// # Errors
+    /// As [`Self::config`]; a robot that follows the server of its site.
+    pub(crate) fn config_of_drawing(&self) -> Result<SiteConfig, Failure> {
+        self.site.config_of_drawing()?.of_robot(self.robot_name).map_err(Failure::usage)
+    }
+
     /// The same where the robot may be left out: then it is that of the site.
     ///
     /// # Errors
@@ -77,6 +85,21 @@ impl SiteArgs {
                 let names: Vec<_> = sites.iter().map(|site| format!("--config {}", site.display())).collect();
                 Err(Failure::usage(format!("several sites run: choose {}", names.join(" or "))))
             }
+        }
+    }
+
+    /// The same for what only the machine can do that draws the site.
+    ///
+    /// # Errors
+    /// As [`SiteArgs::config`]; a robot that follows the server of its site.
+    pub(crate) fn config_of_drawing(&self) -> Result<SiteConfig, Failure> {
+        let config = self.config()?;
+        match &config.follow {
+            None => Ok(config),
+            Some(follow) => Err(Failure::usage(format!(
+                "this robot follows the site {} of {}: this is decided there, on the server of the site",
+                follow.site, follow.store
+            ))),
         }
     }
 

@@ -52,7 +52,7 @@ impl Run for Args {
     fn run(&self) -> Result<Outcome, Failure> {
         let read = |path| FileText::read_up_to("progress", path, MAX_TABLE_BYTES);
         let file = self.file.as_deref().map(read).transpose().map_err(Failure::work)?;
-        let config = self.site.config()?;
+        let config = self.site.config_of_drawing()?;
         let (bus, mut waiter) = join(&config)?;
         let request = if self.undo {
             let seen = ask(&bus, &mut waiter, &ScheduleRequest::GetPlanTime)?;

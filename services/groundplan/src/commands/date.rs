@@ -4,8 +4,8 @@ use crate::args::SiteArgs;
 use crate::date_argument;
 use crate::failure::Failure;
 use crate::run::{Outcome, Run};
-use crate::wait::{ask, join, wait_for_schedule_state};
-use daemon::ScheduleRequest;
+use crate::wait::{ask, join, require_up, wait_for_schedule_state};
+use daemon::{ScheduleRequest, SiteConfig, StatusBoard, schedule_report};
 
 /// Arguments of `date`.
 #[derive(Debug, Clone, clap::Args)]
@@ -42,6 +42,12 @@ impl Run for Args {
     /// No daemons, an invalid date, no later change in the schedule; no maps of a date that is in force.
     fn run(&self) -> Result<Outcome, Failure> {
         let config = self.site.config()?;
+        if config.follow.is_some() {
+            if self.date.is_some() || self.simulate.is_some() || self.next || self.wall {
+                self.site.config_of_drawing()?;
+            }
+            return shown_by_follower(&config);
+        }
         let instant_s = |text| date_argument::instant_at_site_s(text, &config);
         let date_s = self.date.as_deref().map(instant_s).transpose()?;
         let (bus, mut waiter) = join(&config)?;
@@ -71,4 +77,14 @@ impl Run for Args {
         };
         Ok(text.into())
     }
+}
+
+/// The plan time that a robot shows which follows the server of its site.
+fn shown_by_follower(config: &SiteConfig) -> Result<Outcome, Failure> {
+    require_up(config)?;
+    let board = StatusBoard::of_site(config).map_err(Failure::work)?;
+    let facts =
+        schedule_report(&board).ok_or_else(|| Failure::work("site-follow has not begun: see groundplan status"))?.facts;
+    let time = facts.plan_time_s.map(date_argument::text);
+    Ok(([time, Some(facts.clock)].into_iter().flatten().collect::<Vec<_>>().join("  ") + "\n").into())
 }

@@ -52,7 +52,7 @@ impl Run for Args {
     /// # Errors
     /// No daemons, files or a schedule that cannot be used; the site stays as it was.
     fn run(&self) -> Result<Outcome, Failure> {
-        let config = self.site.config()?;
+        let config = self.site.config_of_drawing()?;
         let (bus, mut waiter) = join(&config)?;
         let progress = LoadProgress::new();
         let answer = ask_with_progress(&bus, &mut waiter, &self.request()?, |news| progress.show(news))?;

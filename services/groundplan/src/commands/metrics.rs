@@ -8,7 +8,7 @@ use crate::wait::seen_process;
 use answers::processes::ProcessAnswer;
 use bus::{Daemon, Stamp};
 use daemon::facts::{AlignFacts, IngestFacts, RasterizeFacts, ScheduleFacts};
-use daemon::{Report, SiteConfig, SiteProcess, StatusBoard, StopSignal, write_durably};
+use daemon::{Report, SiteConfig, SiteProcess, StatusBoard, StopSignal, schedule_report, write_durably};
 use serde::de::{DeserializeOwned, IgnoredAny};
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -129,7 +129,7 @@ fn facts<F: DeserializeOwned>(board: &StatusBoard, daemon: Daemon) -> Option<F> 
 
 fn of_site(metrics: &mut Metrics, board: &StatusBoard) {
     let ingest: Option<IngestFacts> = facts(board, Daemon::IfcIngest);
-    let schedule: Option<ScheduleFacts> = facts(board, Daemon::ScheduleEval);
+    let schedule: Option<ScheduleFacts> = schedule_report(board).map(|report| report.facts);
     let waits = ingest.as_ref().map(|facts| f64::from(u8::from(facts.waiting.is_some())));
     metrics.gauge("revision_waits", "1 if a revision of the model waits for groundplan confirm", waits);
     let site_epoch = ingest.as_ref().map(|facts| facts.site.epoch as f64);

@@ -36,7 +36,7 @@ impl Run for Args {
     fn run(&self) -> Result<Outcome, Failure> {
         let profile = FileText::read_up_to("robot profile", &self.profile, MAX_CONFIGURATION_BYTES);
         let profile = profile.map_err(Failure::work)?;
-        let (bus, mut waiter) = join(&self.site.config()?)?;
+        let (bus, mut waiter) = join(&self.site.config_of_drawing()?)?;
         let answer = ask(&bus, &mut waiter, &RasterizeRequest::SetRobot { profile })?;
         Ok(if self.json { Outcome::json(&answer)? } else { text(&answer).into() })
     }

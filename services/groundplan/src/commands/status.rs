@@ -9,10 +9,12 @@ use crate::wait::{require_up, seen_process};
 use answers::processes::{ProcessAnswer, ProcessHealth};
 use bus::Daemon;
 use daemon::facts::{
-    AlignFacts, AlignmentSummary, IngestFacts, ModelFile, RasterizeFacts, ScheduleFacts, WaypointFacts,
+    AlignFacts, AlignmentSummary, FollowFacts, IngestFacts, ModelFile, RasterizeFacts, ScheduleFacts, ServeFacts,
+    WaypointFacts,
 };
-use daemon::{Report, SettingInForce, SettingSource, SiteConfig, SiteProcess, StatusBoard};
+use daemon::{Report, SettingInForce, SettingSource, SiteConfig, SiteProcess, StatusBoard, schedule_report};
 use diagnostics::counted;
+use jiff::Timestamp;
 use schemars::JsonSchema;
 use serde::Serialize;
 use serde::de::{DeserializeOwned, IgnoredAny};
@@ -40,6 +42,12 @@ struct Status {
     daemons: BTreeMap<String, ProcessAnswer>,
     /// The site that is published; null before the first.
     site: Option<SiteStatus>,
+    /// What of the site is in its store for robots on other machines; absent without [serve].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    server: Option<ServeFacts>,
+    /// What of a server's site is shown; absent without [follow].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    follower: Option<FollowerStatus>,
     /// How the plan time stands; null while schedule-eval has not begun.
     clock: Option<ClockStatus>,
     /// The maps that are published; null before the first, and where robots have names.
@@ -81,6 +89,36 @@ struct SiteStatus {
     models: Vec<ModelFile>,
     /// Counts the changes of the map frame.
     frame_epoch: u64,
+}
+
+/// What of a server's site is shown.
+#[derive(Debug, Serialize, JsonSchema)]
+struct FollowerStatus {
+    /// Address of the store.
+    store: String,
+    /// The site.
+    site: String,
+    /// Epoch of the index that is shown; 0 before the first.
+    epoch: u64,
+    /// Epoch of the newest index that was accepted.
+    newest_epoch: u64,
+    /// When the server made the index that is shown, by its clock; null before the first.
+    published: Option<String>,
+    /// When the store last answered, by the clock of this machine; null if it never did.
+    asked: Option<String>,
+    /// Bytes that are fetched, and how many there are; null while nothing is fetched.
+    fetching: Option<[u64; 2]>,
+    /// Later plan times whose maps are here.
+    later: Vec<String>,
+}
+
+impl FollowerStatus {
+    fn of(facts: FollowFacts) -> Self {
+        let FollowFacts { store, site, epoch, newest_epoch, published, asked_ms, fetching, later_s, .. } = facts;
+        let asked = asked_ms.and_then(|ms| Timestamp::from_millisecond(ms).ok()).map(|at| at.to_string());
+        let later = later_s.into_iter().map(date_argument::text).collect();
+        Self { store, site, epoch, newest_epoch, published, asked, fetching, later }
+    }
 }
 
 #[derive(Debug, Serialize, JsonSchema)]
@@ -137,8 +175,10 @@ fn facts<F: DeserializeOwned>(board: &StatusBoard, daemon: Daemon) -> Option<F> 
 impl RobotStatus {
     /// From the status board of a site as the robot has it.
     fn of(board: &StatusBoard) -> Self {
-        let rasterize: Option<RasterizeFacts> = facts(board, Daemon::Rasterize);
-        let waypoints: Option<WaypointFacts> = facts(board, Daemon::WaypointGen);
+        let follow: Option<FollowFacts> = facts(board, Daemon::SiteFollow);
+        let (maps, plan) = follow.map(|facts| (facts.maps, facts.mission_plan)).unzip();
+        let rasterize: Option<RasterizeFacts> = facts(board, Daemon::Rasterize).or(maps);
+        let waypoints: Option<WaypointFacts> = facts(board, Daemon::WaypointGen).or(plan);
         let align: Option<AlignFacts> = facts(board, Daemon::SlamAlign);
         let mut settings: Vec<SettingInForce> = rasterize.iter().flat_map(|facts| facts.settings.clone()).collect();
         settings.extend(waypoints.iter().flat_map(|facts| facts.settings.clone()));
@@ -172,7 +212,7 @@ impl Status {
     /// From the status board of a site, with those of its robots.
     fn of(config: &SiteConfig, board: &StatusBoard) -> Self {
         let ingest: Option<IngestFacts> = facts(board, Daemon::IfcIngest);
-        let schedule: Option<ScheduleFacts> = facts(board, Daemon::ScheduleEval);
+        let schedule: Option<ScheduleFacts> = schedule_report(board).map(|report| report.facts);
         let mut settings: Vec<SettingInForce> = ingest.iter().flat_map(|facts| facts.setting.clone()).collect();
         settings.extend(schedule.iter().flat_map(|facts| facts.settings.clone()));
         let text = |time_s: Option<i64>| time_s.map(date_argument::text);
@@ -208,7 +248,9 @@ impl Status {
                 (of_robot.grids, of_robot.mission_plan, of_robot.alignment, of_robot.lags);
             settings.extend(of_robot.settings);
         }
-        Self { healthy, daemons, site, clock, grids, mission_plan, alignment, lags, settings, robots }
+        let server = facts(board, Daemon::SiteServer).filter(|_| config.serve.is_some());
+        let follower = facts(board, Daemon::SiteFollow).filter(|_| config.follow.is_some()).map(FollowerStatus::of);
+        Self { healthy, daemons, site, server, follower, clock, grids, mission_plan, alignment, lags, settings, robots }
     }
 
     fn text(&self) -> String {
@@ -227,6 +269,20 @@ impl Status {
         if let Some(SiteStatus { epoch, models, frame_epoch }) = &self.site {
             let names: Vec<_> = models.iter().map(|model| model.path.display().to_string()).collect();
             let _ = writeln!(out, "site of {}, map frame {frame_epoch}, epoch {epoch}", names.join(", "));
+        }
+        if let Some(ServeFacts { store, site, epoch, plan_times_s, .. }) = &self.server {
+            let sets = counted(plan_times_s.len(), "plan time");
+            let _ = writeln!(out, "site {site} in {store}: epoch {epoch}, {sets}");
+        }
+        if let Some(FollowerStatus { store, site, epoch, newest_epoch, published, asked, later, .. }) = &self.follower {
+            let published = published.as_deref().unwrap_or("never");
+            let asked = asked.as_deref().unwrap_or("never");
+            let newer = if newest_epoch > epoch { format!(" ({newest_epoch} is fetched)") } else { String::new() };
+            let ahead = later.last().map_or_else(String::new, |last| format!("; maps are here until {last}"));
+            let _ = writeln!(
+                out,
+                "site {site} of {store}: epoch {epoch}{newer}, published {published}, the store answered {asked}{ahead}"
+            );
         }
         if let Some(ClockStatus { plan_time: Some(plan_time), mode, valid_until }) = &self.clock {
             let until = valid_until.as_ref().map_or_else(|| "for good".to_owned(), |until| format!("until {until}"));

@@ -40,13 +40,21 @@ impl Run for Args {
         let of_robots = config.robots.iter_mut().map(|robot| &mut robot.ros);
         std::iter::once(&mut config.ros).chain(of_robots).for_each(|ros| ros.enabled |= self.ros);
         config.web.enabled |= self.web;
-        refuse_unusable(&config)?;
-        check_versions()?;
-        claim_state(&config.state).map_err(Failure::usage)?;
-        let _running = Running::claim(&config.state)?;
-        config.unused_robot_state().iter().for_each(|told| eprintln!("groundplan: {told}"));
-        run_logged(&config, "up", || supervise(&config))
+        run_site(config)
     }
+}
+
+/// Starts the processes of a site, and starts those again that die, until this one is stopped.
+///
+/// # Errors
+/// As those of `up`.
+pub(crate) fn run_site(config: SiteConfig) -> Result<Outcome, Failure> {
+    refuse_unusable(&config)?;
+    check_versions(&config)?;
+    claim_state(&config.state).map_err(Failure::usage)?;
+    let _running = Running::claim(&config.state)?;
+    config.unused_robot_state().iter().for_each(|told| eprintln!("groundplan: {told}"));
+    run_logged(&config, "up", || supervise(&config))
 }
 
 /// Runs the processes of a site until this one is stopped.

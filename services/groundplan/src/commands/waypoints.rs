@@ -46,7 +46,7 @@ impl Run for Args {
     fn run(&self) -> Result<Outcome, Failure> {
         let read = |path| FileText::read_up_to("options of waypoints", path, MAX_CONFIGURATION_BYTES);
         let options = self.options.as_deref().map(read).transpose().map_err(Failure::work)?;
-        let config = self.site.config()?;
+        let config = self.site.config_of_drawing()?;
         let instant_s = |text| date_argument::instant_at_site_s(text, &config);
         let changed_since_s = self.changed_since.as_deref().map(instant_s).transpose()?;
         let (bus, mut waiter) = join(&config)?;

@@ -2,6 +2,8 @@
 
 use crate::failure::Failure;
 use bus::Daemon;
+use daemon::{SiteConfig, SiteProcess};
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -30,13 +32,14 @@ pub(crate) fn version_of(path: &Path) -> Result<String, Failure> {
     Ok(text.split_whitespace().last().unwrap_or_default().to_owned())
 }
 
-/// Checks that all daemons are installed in the version of this program.
+/// Checks that all daemons of a site are installed in the version of this program.
 ///
 /// # Errors
 /// An executable that is missing, or of another version.
-pub(crate) fn check_versions() -> Result<(), Failure> {
+pub(crate) fn check_versions(config: &SiteConfig) -> Result<(), Failure> {
     let own = env!("CARGO_PKG_VERSION");
-    for name in Daemon::ALL.into_iter().filter(|daemon| daemon.is_of_site()).map(Daemon::name) {
+    let daemons = SiteProcess::supervised(config).filter_map(SiteProcess::daemon);
+    for name in daemons.map(Daemon::name).collect::<BTreeSet<_>>() {
         let path = executable(name)?;
         let version = version_of(&path)?;
         if version != own {

@@ -41,6 +41,9 @@ enum Reason {
 impl Expectation {
     /// The output of a daemon that makes maps or mission plans.
     pub(crate) fn of(config: &SiteConfig, maker: Daemon) -> Self {
+        if config.follow.is_some() {
+            return Self { config: config.clone(), board: None, makers: &[Daemon::SiteFollow], reason: None };
+        }
         let n_makers = CHAIN.iter().position(|daemon| *daemon == maker).map_or(CHAIN.len(), |at| at + 1);
         Self { config: config.clone(), board: None, makers: &CHAIN[..n_makers], reason: None }
     }

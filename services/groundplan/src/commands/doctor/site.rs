@@ -52,13 +52,15 @@ fn configuration(config: &SiteConfig) -> Vec<Check> {
     let findings = findings(config);
     let is_well = |key: SettingKey| findings.iter().all(|finding| finding.key != key.name());
     let mut checks = Vec::new();
-    if is_well(SettingKey::Models) {
+    if let Some(follow) = &config.follow {
+        checks.push(ok("models", format!("drawn by the server of {}, from {}", follow.site, follow.store)));
+    } else if is_well(SettingKey::Models) {
         checks.push(match config.models.len() {
             0 => warning("models", "none: nothing is drawn until groundplan load"),
             n => ok("models", counted(n, "file")),
         });
     }
-    if is_well(SettingKey::RobotProfile) {
+    if config.follow.is_none() && is_well(SettingKey::RobotProfile) {
         for config in config.of_each_robot() {
             let robot = config.robot.profile.as_deref().and_then(|path| Robot::read(path).ok());
             let profile = robot.map_or_else(|| "the default one".to_owned(), |robot| robot.name);

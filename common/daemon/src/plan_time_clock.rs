@@ -4,7 +4,7 @@
 //! A clock that went ahead is not followed if it is more than a day ahead of the time that the machine has been running since
 //! the last reading, or, where the machine was off in between, more than 31 days ahead of that reading.
 
-use daemon::MachineTime;
+use crate::machine_time::MachineTime;
 use jiff::Timestamp;
 use jiff::tz::TimeZone;
 use serde::{Deserialize, Serialize};
@@ -23,7 +23,7 @@ const MAX_STEP_AHEAD_OFF_MS: i64 = 31 * DAY_MS;
 /// The mode of the plan time; this is what survives a daemon.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub(crate) enum PlanTimeClock {
+pub enum PlanTimeClock {
     /// No plan time: everything is built.
     #[default]
     Everything,
@@ -52,18 +52,18 @@ pub(crate) enum PlanTimeClock {
 
 /// The last plan time of a moving clock, on disk before it is published.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub(crate) struct ReachedPlanTime {
+pub struct ReachedPlanTime {
     /// The plan time, civil seconds since 1970; `None` if nothing was published yet.
     #[serde(rename = "plan_s")]
-    pub(crate) plan_time_s: Option<i64>,
+    pub plan_time_s: Option<i64>,
     /// What the machine told then.
     #[serde(flatten)]
-    pub(crate) machine: MachineTime,
+    pub machine: MachineTime,
 }
 
 /// Why the machine's clock is not followed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum ClockDistrust {
+pub enum ClockDistrust {
     /// What tells that it is synchronised says that it is not.
     NotSynchronised,
     /// It went back.
@@ -94,11 +94,11 @@ impl std::fmt::Display for ClockDistrust {
 
 /// What a clock says.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Reading {
+pub struct Reading {
     /// The plan time, civil seconds since 1970; `None` if everything is built.
-    pub(crate) plan_time_s: Option<i64>,
+    pub plan_time_s: Option<i64>,
     /// Why the machine's clock is not followed: the plan time stands until it is right again, or an operator sets it.
-    pub(crate) distrust: Option<ClockDistrust>,
+    pub distrust: Option<ClockDistrust>,
 }
 
 impl PlanTimeClock {
@@ -106,7 +106,7 @@ impl PlanTimeClock {
     ///
     /// A clock that moves stands where it got while the machine's clock is not trusted: it is more than a second before what it
     /// was then, or too far ahead, or `synchronised` is false. In the hour that a civil clock shows twice it stands, too.
-    pub(crate) fn read(&self, now: MachineTime, zone: &TimeZone, synchronised: bool) -> Reading {
+    pub fn read(&self, now: MachineTime, zone: &TimeZone, synchronised: bool) -> Reading {
         let moving = |reached: ReachedPlanTime, now_s: i64| {
             let distrust = if synchronised { reached.distrust(now) } else { Some(ClockDistrust::NotSynchronised) };
             let now_s = if distrust.is_none() { Some(now_s) } else { None };
@@ -124,7 +124,7 @@ impl PlanTimeClock {
     }
 
     /// How far it got, if it moves by itself.
-    pub(crate) fn reached(&self) -> Option<ReachedPlanTime> {
+    pub fn reached(&self) -> Option<ReachedPlanTime> {
         match *self {
             Self::Everything | Self::Fixed { .. } => None,
             Self::Wall { reached } | Self::Simulated { reached, .. } => Some(reached),
@@ -133,7 +133,7 @@ impl PlanTimeClock {
 
     /// How long until the plan time is `plan_time_s`, in milliseconds of the machine's clock, negative if that has passed; `None` if
     /// it does not move.
-    pub(crate) fn until_ms(&self, plan_time_s: i64, wall_ms: i64, zone: &TimeZone) -> Option<i64> {
+    pub fn until_ms(&self, plan_time_s: i64, wall_ms: i64, zone: &TimeZone) -> Option<i64> {
         match *self {
             Self::Everything | Self::Fixed { .. } => None,
             Self::Wall { .. } => Some(plan_time_s.saturating_mul(1_000).saturating_sub(civil_ms(wall_ms, zone))),
@@ -146,7 +146,7 @@ impl PlanTimeClock {
     }
 
     /// The same clock, having got this far.
-    pub(crate) fn with_reached(self, now: ReachedPlanTime) -> Self {
+    pub fn with_reached(self, now: ReachedPlanTime) -> Self {
         match self {
             Self::Everything | Self::Fixed { .. } => self,
             Self::Wall { .. } => Self::Wall { reached: now },
@@ -155,12 +155,12 @@ impl PlanTimeClock {
     }
 
     /// True if the plan time moves by itself.
-    pub(crate) fn is_moving(&self) -> bool {
+    pub fn is_moving(&self) -> bool {
         matches!(self, Self::Wall { .. } | Self::Simulated { .. })
     }
 
     /// Its word for people.
-    pub(crate) fn name(&self) -> String {
+    pub fn name(&self) -> String {
         match self {
             Self::Everything => "everything built".to_owned(),
             Self::Fixed { .. } => "fixed".to_owned(),

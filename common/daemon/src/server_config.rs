@@ -1,0 +1,166 @@
+//! Configuration of sites on many machines: `[serve]` of the machine that draws, `[follow]` of the robots that show what it drew.
+
+use crate::config::SiteConfig;
+use bus::RobotName;
+use schemars::JsonSchema;
+use serde::Deserialize;
+use std::path::{Path, PathBuf};
+
+/// Gives what is drawn to a store.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ServeConfig {
+    /// Address of the store: a folder, or `s3://BUCKET/..`.
+    pub store: String,
+    /// Credentials of the store, a TOML file that only its user can read.
+    #[serde(default)]
+    pub credentials: Option<PathBuf>,
+    /// Name of the site in the store.
+    pub site: String,
+    /// Private key that signs indices, a PEM file.
+    pub key: PathBuf,
+    /// The list of keys of the site, signed by its root key.
+    pub keys: PathBuf,
+    /// How many change instants are drawn ahead, where the plan time follows the clock of the machine.
+    #[serde(default = "default_ahead")]
+    #[schemars(range(max = 64))]
+    pub ahead: u8,
+    /// Days that indices of the past stay.
+    #[serde(default = "default_keep_days")]
+    pub keep_days: u32,
+    /// Bytes that indices of the past may take, in gigabytes.
+    #[serde(default = "default_keep_gb")]
+    pub keep_gb: u32,
+}
+
+/// Shows what the server of a site has drawn.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FollowConfig {
+    /// Address of the store: a folder, `s3://BUCKET/..`, `https://..` or `http://..`.
+    pub store: String,
+    /// Credentials of the store, a TOML file that only its user can read.
+    #[serde(default)]
+    pub credentials: Option<PathBuf>,
+    /// Name of the site in the store.
+    pub site: String,
+    /// Public root keys of the site, `ed25519:..`: what none of them leads to is not shown.
+    pub roots: Vec<String>,
+    /// Whose maps are shown: a named robot of the server; the one without a name if left out.
+    #[serde(default, deserialize_with = "crate::robot_config::optional_robot_name")]
+    #[schemars(with = "Option<String>")]
+    pub robot: Option<RobotName>,
+    /// Storeys that are fetched: index, GlobalId or name; all if left out.
+    #[serde(default)]
+    pub storeys: Vec<String>,
+    /// Seconds between looks at the index.
+    #[serde(default = "default_poll_s")]
+    #[schemars(range(min = 1, max = 3600))]
+    pub poll_s: u16,
+}
+
+impl ServeConfig {
+    /// Paths of files. A store that is a folder counts from `home` from here on.
+    pub(crate) fn paths(&mut self, home: &Path) -> impl Iterator<Item = &mut PathBuf> {
+        count_from(home, &mut self.store);
+        [&mut self.key, &mut self.keys].into_iter().chain(&mut self.credentials)
+    }
+}
+
+impl FollowConfig {
+    /// Paths of files. A store that is a folder counts from `home` from here on.
+    pub(crate) fn paths(&mut self, home: &Path) -> impl Iterator<Item = &mut PathBuf> {
+        count_from(home, &mut self.store);
+        self.credentials.iter_mut()
+    }
+
+    /// Whose maps are shown, as the index of the server has it.
+    pub fn robot_in_index(&self) -> &str {
+        self.robot.as_ref().map_or(UNNAMED_ROBOT, RobotName::as_str)
+    }
+}
+
+/// The name under which an index has the maps of a robot without one.
+pub const UNNAMED_ROBOT: &str = "robot";
+
+fn count_from(home: &Path, store: &mut String) {
+    if !store.contains("://") {
+        *store = home.join(&*store).to_string_lossy().into_owned();
+    }
+}
+
+/// Refuses what cannot be together: one bus has the maps that are drawn on it, or those of a server.
+pub(crate) fn check_server(config: &SiteConfig) -> Result<(), toml::de::Error> {
+    let Some(follow) = &config.follow else { return Ok(()) };
+    let refused = |why: &str| Err(serde::de::Error::custom(why.to_owned()));
+    if config.serve.is_some() {
+        return refused("[follow] and [serve]: a site is drawn here and served, or its server is followed");
+    }
+    if !config.robots.is_empty() {
+        return refused(
+            "[follow] and [[robots]]: one robot follows on one bus; [follow] robot says whose maps it shows",
+        );
+    }
+    if !config.models.is_empty() || !config.schedule.files.is_empty() {
+        return refused(
+            "[follow] with models or schedule files: the server of the site has them, and nothing is drawn here",
+        );
+    }
+    if follow.roots.is_empty() {
+        return refused("[follow] roots: without a root key of the site nothing of it can be believed");
+    }
+    if !(1..=3600).contains(&follow.poll_s) {
+        return refused("[follow] poll_s must be 1 to 3600");
+    }
+    Ok(())
+}
+
+fn default_ahead() -> u8 {
+    3
+}
+
+fn default_keep_days() -> u32 {
+    365
+}
+
+fn default_keep_gb() -> u32 {
+    100
+}
+
+fn default_poll_s() -> u16 {
+    5
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const FOLLOW: &str = "state = \"x\"\n[follow]\nstore = \"maps\"\nsite = \"tower\"\nroots = [\"ed25519:A\"]\n";
+
+    fn parse(text: &str) -> Result<SiteConfig, toml::de::Error> {
+        SiteConfig::parse(text, Path::new("/srv"))
+    }
+
+    #[test]
+    fn a_store_in_a_folder_counts_from_the_file_and_an_address_does_not() {
+        let follow = parse(FOLLOW).unwrap().follow.unwrap();
+        assert_eq!((follow.store.as_str(), follow.robot_in_index(), follow.poll_s), ("/srv/maps", "robot", 5));
+        let follow = parse(&FOLLOW.replace("maps", "https://site.example/maps")).unwrap().follow.unwrap();
+        assert_eq!(follow.store, "https://site.example/maps");
+    }
+
+    #[test]
+    fn what_cannot_be_together_is_refused_with_a_reason() {
+        let serve = "[serve]\nstore = \"s\"\nsite = \"t\"\nkey = \"k\"\nkeys = \"l\"\n";
+        for (more, word) in [
+            (serve, "[serve]"),
+            ("[[robots]]\nname = \"a\"\n", "[[robots]]"),
+            ("[schedule]\nfiles = [\"a.xer\"]\n", "schedule files"),
+        ] {
+            let why = parse(&format!("{FOLLOW}{more}")).unwrap_err().to_string();
+            assert!(why.contains(word), "{why}");
+        }
+        assert!(parse(&FOLLOW.replace("[\"ed25519:A\"]", "[]")).is_err());
+        assert!(parse(&format!("{FOLLOW}poll_s = 0\n")).is_err());
+    }
+}

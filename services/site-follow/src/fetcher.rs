@@ -1,0 +1,316 @@
+//! The thread that asks the store: a new index is checked, then its archives are fetched, those of the present first.
+
+use crate::archive_folder::ArchiveFolder;
+use daemon::{Failure, FollowConfig, chain};
+use jiff::Timestamp;
+use messages::ContentId;
+use replica::{
+    Acknowledged, ArchiveEntry, MAX_INDEX_BYTES, PlanSet, PublicKey, Recipe, SignedIndex, SiteIndex, SiteName, accept,
+    blob_path, current_path, unpack_block,
+};
+use std::collections::BTreeSet;
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+use store::{Credentials, Fetched, Store};
+use tracing::{info, warn};
+
+/// Longest wait after the store has failed several times.
+const MAX_WAIT: Duration = Duration::from_secs(60);
+
+/// Largest recipe: an archive of the largest size has some 32,000 blocks.
+const MAX_RECIPE_BYTES: u64 = 16 << 20;
+
+/// What the thread has found.
+#[derive(Debug, Default)]
+pub(crate) struct Findings {
+    /// The newest index that was accepted.
+    pub(crate) newest: Option<Arc<AcceptedIndex>>,
+    /// How many of its sets are here, from the first.
+    pub(crate) n_complete: usize,
+    /// When the store last answered, milliseconds since 1970 in UTC.
+    pub(crate) asked_ms: Option<i64>,
+    /// Bytes that are fetched for an index, and how many there are.
+    pub(crate) fetching: Option<[u64; 2]>,
+    /// Bytes that were fetched since the start.
+    pub(crate) fetched_bytes: u64,
+    /// Why the newest index, or something of it, is not here.
+    pub(crate) error: Option<String>,
+    /// What the service has on disk as acknowledged: what is older is refused.
+    pub(crate) acknowledged: Option<Acknowledged>,
+    /// Archives that the service shows: they stay.
+    pub(crate) shown: BTreeSet<ContentId>,
+    /// Archives that the service found damaged.
+    pub(crate) damaged: Vec<ContentId>,
+    is_stopped: bool,
+}
+
+/// An index that was accepted.
+#[derive(Debug)]
+pub(crate) struct AcceptedIndex {
+    /// Its file.
+    pub(crate) file: Vec<u8>,
+    /// What it says.
+    pub(crate) signed: SignedIndex,
+    /// What is acknowledged with it.
+    pub(crate) acknowledged: Acknowledged,
+}
+
+/// Shared with the service.
+#[derive(Debug, Default)]
+pub(crate) struct Shared {
+    findings: Mutex<Findings>,
+    changed: Condvar,
+}
+
+/// Which part of a site a robot follows.
+#[derive(Debug, Clone)]
+pub(crate) struct Followed {
+    pub(crate) site: SiteName,
+    pub(crate) roots: Vec<PublicKey>,
+    /// Its name in the index.
+    pub(crate) robot: String,
+    /// Index, GlobalId or name of storeys; all if there is none.
+    pub(crate) storeys: Vec<String>,
+}
+
+impl Shared {
+    pub(crate) fn lock(&self) -> MutexGuard<'_, Findings> {
+        self.findings.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Wakes the thread: it ends, or fetches what is damaged.
+    pub(crate) fn wake(&self) {
+        self.changed.notify_all();
+    }
+}
+
+impl Followed {
+    /// What a configuration says.
+    ///
+    /// # Errors
+    /// A name of no site, a text that is no key.
+    pub(crate) fn of(config: &FollowConfig) -> Result<Self, Failure> {
+        let roots = config.roots.iter().map(|root| root.parse()).collect::<Result<_, _>>()?;
+        let (robot, storeys) = (config.robot_in_index().to_owned(), config.storeys.clone());
+        Ok(Self { site: config.site.parse()?, roots, robot, storeys })
+    }
+
+    /// Places of the storeys that are followed, among those of a robot's maps.
+    ///
+    /// # Errors
+    /// A robot that the index does not have, a storey that it does not have.
+    pub(crate) fn places(&self, set: &PlanSet) -> Result<Vec<usize>, Failure> {
+        let maps = set.robots.get(&self.robot).ok_or_else(|| {
+            let names: Vec<&str> = set.robots.keys().map(String::as_str).collect();
+            format!("the site has no maps of the robot {:?}: it has {}", self.robot, names.join(", "))
+        })?;
+        if self.storeys.is_empty() {
+            return Ok((0..maps.storeys.len()).collect());
+        }
+        let mut places = BTreeSet::new();
+        for wanted in &self.storeys {
+            let is_meant = |storey: &replica::StoreyMap| {
+                *wanted == storey.name || *wanted == storey.global_id || *wanted == storey.map_storey.to_string()
+            };
+            let found: Vec<usize> = (0..maps.storeys.len()).filter(|place| is_meant(&maps.storeys[*place])).collect();
+            if found.is_empty() {
+                let names: Vec<&str> = maps.storeys.iter().map(|storey| storey.name.as_str()).collect();
+                return Err(format!("the site has no storey {wanted:?}: it has {}", names.join(", ")).into());
+            }
+            places.extend(found);
+        }
+        Ok(places.into_iter().collect())
+    }
+
+    /// The archives of a set that this robot needs, the site among them.
+    ///
+    /// # Errors
+    /// As [`Self::places`].
+    pub(crate) fn archives<'a>(
+        &self,
+        index: &'a SiteIndex,
+        set: &'a PlanSet,
+    ) -> Result<Vec<&'a ArchiveEntry>, Failure> {
+        let places = self.places(set)?;
+        let maps = &set.robots[&self.robot];
+        let grids = places.into_iter().map(|place| &maps.storeys[place].grid);
+        let of_site = std::iter::once(&index.site_archive).chain(&index.tasks);
+        Ok(of_site.chain([&set.schedule_state, &maps.grids]).chain(grids).chain(&maps.mission_plan).collect())
+    }
+
+    /// How many sets of an index are here, from the first.
+    pub(crate) fn n_complete(&self, index: &SiteIndex, folder: &ArchiveFolder) -> usize {
+        let is_here = |set: &&PlanSet| {
+            self.archives(index, set).is_ok_and(|archives| archives.into_iter().all(|entry| folder.has(entry)))
+        };
+        index.sets.iter().take_while(is_here).count()
+    }
+}
+
+/// The thread.
+pub(crate) struct Fetcher {
+    config: FollowConfig,
+    followed: Followed,
+    folder: ArchiveFolder,
+    shared: Arc<Shared>,
+    store: Option<Store>,
+    /// ETag of the index that was accepted.
+    etag: Option<String>,
+}
+
+impl Fetcher {
+    pub(crate) fn new(config: FollowConfig, followed: Followed, folder: ArchiveFolder, shared: Arc<Shared>) -> Self {
+        Self { config, followed, folder, shared, store: None, etag: None }
+    }
+
+    /// Asks until it is stopped.
+    pub(crate) fn run(mut self) {
+        let poll = Duration::from_secs(u64::from(self.config.poll_s));
+        let mut n_failures = 0u32;
+        loop {
+            let looked = self.look();
+            let mut findings = self.shared.lock();
+            match looked {
+                Ok(()) => (n_failures, findings.error) = (0, None),
+                Err(why) => {
+                    let text = chain(why.as_ref());
+                    if findings.error.as_ref() != Some(&text) {
+                        warn!(service = "site-follow", error = text, "what the store has is not here");
+                    }
+                    n_failures = n_failures.saturating_add(1);
+                    findings.error = Some(text);
+                }
+            }
+            findings.fetching = None;
+            // After a failure at once again, then less and less often.
+            let wait = if n_failures == 0 {
+                poll
+            } else {
+                poll.saturating_mul(1 << n_failures.min(6) >> 1).min(MAX_WAIT.max(poll))
+            };
+            let is_needed = |findings: &mut Findings| !findings.is_stopped && findings.damaged.is_empty();
+            let waited = self.shared.changed.wait_timeout_while(findings, wait, is_needed);
+            let (mut findings, _) = waited.unwrap_or_else(PoisonError::into_inner);
+            if findings.is_stopped {
+                return;
+            }
+            for id in std::mem::take(&mut findings.damaged) {
+                self.folder.forget(id);
+                findings.n_complete = 0;
+            }
+        }
+    }
+
+    /// Asks once: for the index, then for what is not here of it.
+    fn look(&mut self) -> Result<(), Failure> {
+        if self.store.is_none() {
+            let credentials = self.config.credentials.as_deref().map(Credentials::read).transpose()?;
+            self.store = Some(Store::open(&self.config.store, &credentials.unwrap_or_default())?);
+        }
+        let Some(store) = &self.store else { unreachable!("it was opened") };
+        let path = current_path(&self.followed.site);
+        let fetched = store.fetch_unless(&path, self.etag.as_deref(), MAX_INDEX_BYTES)?;
+        self.shared.lock().asked_ms = Some(Timestamp::now().as_millisecond());
+        let newest = match fetched {
+            Fetched::Missing => {
+                let since = if self.shared.lock().newest.is_some() { "any more" } else { "yet" };
+                return Err(format!("{} has no site {} {since}", store.address(), self.followed.site).into());
+            }
+            Fetched::Unchanged => self.shared.lock().newest.clone(),
+            Fetched::New { bytes, etag } => {
+                let accepted = self.accepted(bytes)?;
+                self.etag = etag;
+                Some(accepted)
+            }
+        };
+        match newest {
+            Some(newest) => self.complete(&newest),
+            None => Ok(()),
+        }
+    }
+
+    /// Checks an index; from here on it is the newest.
+    fn accepted(&self, file: Vec<u8>) -> Result<Arc<AcceptedIndex>, Failure> {
+        let mut findings = self.shared.lock();
+        // What was accepted before counts too, also if it is not shown yet.
+        let accepted_before = findings.newest.as_ref().map(|newest| &newest.acknowledged);
+        let known = findings.acknowledged.iter().chain(accepted_before).max_by_key(|known| known.epoch);
+        let (signed, acknowledged) = accept(&file, &self.followed.roots, &self.followed.site, known)?;
+        if let Some(newest) = findings.newest.as_ref().filter(|newest| newest.acknowledged == acknowledged) {
+            return Ok(Arc::clone(newest));
+        }
+        let epoch = signed.index.epoch;
+        let accepted = Arc::new(AcceptedIndex { file, signed, acknowledged });
+        findings.newest = Some(Arc::clone(&accepted));
+        findings.n_complete = self.followed.n_complete(&accepted.signed.index, &self.folder);
+        info!(service = "site-follow", epoch, "a new index");
+        Ok(accepted)
+    }
+
+    /// Fetches what is not here of an index, set by set.
+    fn complete(&self, accepted: &AcceptedIndex) -> Result<(), Failure> {
+        let index = &accepted.signed.index;
+        if self.shared.lock().n_complete == index.sets.len() {
+            return Ok(());
+        }
+        let mut wanted: Vec<Vec<&ArchiveEntry>> = Vec::new();
+        let mut seen = BTreeSet::new();
+        for set in &index.sets {
+            let archives = self.followed.archives(index, set)?;
+            wanted
+                .push(archives.into_iter().filter(|entry| seen.insert(entry.id) && !self.folder.has(entry)).collect());
+        }
+        for (place, archives) in wanted.iter().enumerate() {
+            for entry in archives {
+                self.fetch_archive(entry)?;
+            }
+            self.shared.lock().n_complete = place + 1;
+        }
+        let shown = self.shared.lock().shown.clone();
+        self.folder.retain(&seen.into_iter().chain(shown).collect());
+        info!(service = "site-follow", epoch = index.epoch, sets = index.sets.len(), "all of the index is here");
+        Ok(())
+    }
+
+    fn fetch_archive(&self, entry: &ArchiveEntry) -> Result<(), Failure> {
+        let Some(store) = &self.store else { unreachable!("it was opened") };
+        if entry.recipe.bytes > MAX_RECIPE_BYTES {
+            return Err("the recipe of an archive is larger than any can be".into());
+        }
+        let path = blob_path(&self.followed.site, entry.recipe.id);
+        let recipe = store.fetch_whole(&path, entry.recipe.bytes)?;
+        if ContentId::of(&recipe) != entry.recipe.id {
+            return Err(format!("{path} in {} is not what its name says", store.address()).into());
+        }
+        self.count(recipe.len() as u64);
+        let recipe = Recipe::parse(&recipe, entry)?;
+        let mut part = self.folder.begin(&recipe, &self.folder.held_blocks())?;
+        let fetches = recipe.missing(|place| part.has(place));
+        let all: u64 = fetches.iter().map(|fetch| fetch.range.end - fetch.range.start).sum();
+        let mut done = 0;
+        for fetch in fetches {
+            self.shared.lock().fetching = Some([done, all]);
+            let path = blob_path(&self.followed.site, fetch.pack.id);
+            let bytes = store.fetch_range(&path, fetch.range.clone(), fetch.pack.bytes)?;
+            for place in &fetch.blocks {
+                let (id, range) = recipe.block(*place);
+                let block = unpack_block(recipe.part(&fetch, &bytes, *place), range.end - range.start, id);
+                let block = block.map_err(|why| format!("{path} in {}: {why}", store.address()))?;
+                part.put(*place, range, &block)?;
+            }
+            done += bytes.len() as u64;
+            self.count(bytes.len() as u64);
+        }
+        Ok(self.folder.finish(part, &recipe)?)
+    }
+
+    fn count(&self, bytes: u64) {
+        self.shared.lock().fetched_bytes += bytes;
+    }
+}
+
+/// Ends the thread, with the service.
+pub(crate) fn stop(shared: &Shared) {
+    shared.lock().is_stopped = true;
+    shared.wake();
+}

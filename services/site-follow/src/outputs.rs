@@ -1,0 +1,184 @@
+//! The topics of a site as its drawing daemons have them, published from archives of its server.
+
+use bus::{Bus, GridSlot, topics};
+use daemon::facts::{RasterizeFacts, WaypointFacts};
+use daemon::{Decide, Epochs, Failure, LatchedOutput, NewSample, Outputs, Published};
+use frames::metres;
+use messages::{Checked, ContentHash, plan_time};
+
+/// What is published.
+pub enum FollowSample {
+    /// The site.
+    Site(NewSample<topics::Site>),
+    /// The tasks of schedule files; `None` where there are none any more.
+    Tasks(Option<NewSample<topics::Tasks>>),
+    /// The schedule state.
+    State(NewSample<topics::ScheduleState>),
+    /// A grid.
+    Grid(GridSlot, NewSample<topics::Grid>),
+    /// The index of so many grids.
+    Index(NewSample<topics::Grids>, usize),
+    /// The mission plan.
+    MissionPlan(NewSample<topics::MissionPlan>),
+}
+
+/// The ends of the topics.
+pub struct FollowOutputs {
+    site: LatchedOutput<topics::Site>,
+    tasks: LatchedOutput<topics::Tasks>,
+    state: LatchedOutput<topics::ScheduleState>,
+    grids: Vec<LatchedOutput<topics::Grid>>,
+    index: LatchedOutput<topics::Grids>,
+    mission_plan: LatchedOutput<topics::MissionPlan>,
+    bus: Option<Bus>,
+}
+
+impl Default for FollowOutputs {
+    fn default() -> Self {
+        Self {
+            site: LatchedOutput::new(topics::Site),
+            tasks: LatchedOutput::new(topics::Tasks),
+            state: LatchedOutput::new(topics::ScheduleState),
+            grids: Vec::new(),
+            index: LatchedOutput::new(topics::Grids),
+            mission_plan: LatchedOutput::new(topics::MissionPlan),
+            bus: None,
+        }
+    }
+}
+
+/// Calls a macro with each output, in the order in which they are published.
+macro_rules! in_order {
+    ($outputs:expr, $output:ident => $do:expr) => {{
+        {
+            let $output = &mut $outputs.site;
+            $do;
+        }
+        {
+            let $output = &mut $outputs.tasks;
+            $do;
+        }
+        {
+            let $output = &mut $outputs.state;
+            $do;
+        }
+        for $output in &mut $outputs.grids {
+            $do;
+        }
+        {
+            let $output = &mut $outputs.index;
+            $do;
+        }
+        {
+            let $output = &mut $outputs.mission_plan;
+            $do;
+        }
+    }};
+}
+
+impl FollowOutputs {
+    /// The schedule state that is published.
+    pub(crate) fn state(&self) -> Published {
+        self.state.published()
+    }
+
+    /// What is told of the maps.
+    pub(crate) fn maps(&self) -> RasterizeFacts {
+        let Some(index) = self.index.last().map(Checked::view) else { return RasterizeFacts::default() };
+        let cell_tenths = index.slots.first().map_or(0, |slot| slot.cell_tenths);
+        RasterizeFacts {
+            grids: self.index.published(),
+            plan_time_s: plan_time(index.head.plan_time_s).map(|at| at.civil_seconds()),
+            site_hash: index.head.site_hash,
+            site_epoch: self.site.epoch(),
+            state_epoch: self.state.epoch(),
+            state_hash: index.head.schedule_state_hash,
+            storeys: index.slots.len(),
+            robot: index.robot_name.to_owned(),
+            resolution_m: metres(cell_tenths),
+            settings: Vec::new(),
+        }
+    }
+
+    /// What is told of the mission plan.
+    pub(crate) fn mission_plan(&self) -> WaypointFacts {
+        let Some(plan) = self.mission_plan.last().map(Checked::view) else { return WaypointFacts::default() };
+        WaypointFacts {
+            mission_plan: self.mission_plan.published(),
+            grids_hash: self.mission_plan.inputs().grids,
+            waypoints: plan.waypoints.len(),
+            scans: plan.storeys.iter().map(|storey| storey.n_scans).sum(),
+            settings: Vec::new(),
+        }
+    }
+
+    /// Content hash of the site that is published.
+    pub(crate) fn site(&self) -> ContentHash {
+        self.site.published().content_hash
+    }
+
+    /// The output of a slot, which is opened if it is the first sample there.
+    fn grid(&mut self, slot: GridSlot, epochs: &mut Epochs) -> Result<&mut LatchedOutput<topics::Grid>, Failure> {
+        while self.grids.len() <= slot.index() {
+            let next = GridSlot::new(self.grids.len()).ok_or("there are more storeys than slots")?;
+            let mut output = LatchedOutput::new(topics::Grid(next));
+            if let Some(bus) = &self.bus {
+                output.attach(bus, epochs)?;
+            }
+            self.grids.push(output);
+        }
+        Ok(&mut self.grids[slot.index()])
+    }
+}
+
+impl<D: Decide> Outputs<D> for FollowOutputs {
+    type Publication = FollowSample;
+
+    fn attach(&mut self, bus: &Bus, epochs: &mut Epochs) -> Result<(), Failure> {
+        self.bus = Some(bus.clone());
+        in_order!(self, output => output.attach(bus, epochs)?);
+        Ok(())
+    }
+
+    fn publish(&mut self, sample: FollowSample, _: &D, epochs: &mut Epochs) -> Result<(), Failure> {
+        match sample {
+            FollowSample::Site(site) => self.site.publish(epochs, site),
+            FollowSample::Tasks(Some(tasks)) => self.tasks.publish(epochs, tasks),
+            FollowSample::Tasks(None) => {
+                self.tasks.withdraw();
+                match &self.bus {
+                    Some(bus) => self.tasks.attach(bus, epochs),
+                    None => Ok(()),
+                }
+            }
+            FollowSample::State(state) => self.state.publish(epochs, state),
+            FollowSample::Grid(slot, grid) => self.grid(slot, epochs)?.publish(epochs, grid),
+            FollowSample::Index(index, n_grids) => {
+                self.grids.truncate(n_grids);
+                self.index.publish(epochs, index)
+            }
+            FollowSample::MissionPlan(plan) => self.mission_plan.publish(epochs, plan),
+        }
+    }
+
+    fn settle(&mut self) {
+        in_order!(self, output => output.settle());
+    }
+
+    fn go_back(&mut self, _: &D, epochs: &mut Epochs) {
+        in_order!(self, output => output.go_back(epochs));
+    }
+
+    fn retry(&mut self, _: &D, epochs: &mut Epochs) -> Result<bool, Failure> {
+        let mut is_late = false;
+        in_order!(self, output => {
+            is_late |= output.is_pending();
+            output.retry(epochs)?;
+        });
+        Ok(is_late)
+    }
+
+    fn published(&self) -> Published {
+        self.index.published()
+    }
+}

@@ -1,0 +1,356 @@
+//! What site-follow decides: which set of maps is shown, from which index.
+
+use crate::archive_folder::ArchiveFolder;
+use crate::fetcher::{AcceptedIndex, Fetcher, Followed, Shared, stop};
+use crate::outputs::FollowOutputs;
+use crate::plan_set::{PublishedArchives, SetError, SetSamples, samples_of};
+use bus::Bus;
+use daemon::facts::{FollowFacts, ScheduleFacts};
+use daemon::{
+    Committed, CurrentActivity, Decide, Decision, Epochs, Failure, FollowConfig, FollowRequest, HistoryEvent,
+    HistoryKind, KeptFile, MachineTime, NoInput, Now, Occasion, PlanTimeClock, ReachedPlanTime, Reading, SiteConfig,
+    Standing, StateFile, chain,
+};
+use jiff::tz::TimeZone;
+use messages::{ContentHash, ContentId, plan_time};
+use replica::{Acknowledged, IndexClock, PlanSet, SiteIndex, accept};
+use serde::{Deserialize, Serialize};
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+use tracing::warn;
+
+/// While something is fetched, this often is looked for what has come.
+const LOOK_INTERVAL: Duration = Duration::from_millis(100);
+
+/// A reading of the clock is on disk at least this often.
+const KEEP_CLOCK_MS: i64 = 3_600_000;
+
+/// A store that was not reached for so many looks is told.
+const LATE_LOOKS: i64 = 4;
+
+/// Shows what the server of a site has drawn.
+pub struct SiteFollow {
+    config: FollowConfig,
+    followed: Followed,
+    synchronised_while: Option<PathBuf>,
+    folder: ArchiveFolder,
+    shared: Arc<Shared>,
+    in_force: InForce,
+    /// The newest index with a set that is here, if it is newer than the one in force.
+    newest: Option<Candidate>,
+    state_file: StateFile,
+    index_file: KeptFile,
+    /// Content hashes of archives that were read: what the disk has under a name does not change.
+    hashes: Mutex<BTreeMap<ContentId, ContentHash>>,
+    /// An archive that was found damaged in a decision, for the thread that fetches.
+    damaged: Mutex<Option<ContentId>>,
+}
+
+/// What a decision changes.
+#[derive(Clone, Default)]
+pub struct InForce {
+    /// The index that is shown.
+    index: Option<Arc<SiteIndex>>,
+    kept: Kept,
+    /// Which of its sets.
+    shown: Option<usize>,
+    published: PublishedArchives,
+}
+
+/// What survives the daemon beside the index itself.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+struct Kept {
+    acknowledged: Option<Acknowledged>,
+    /// The zone of the clock, and how far the plan time got in it.
+    reached: Option<(String, ReachedPlanTime)>,
+}
+
+/// An index that may come into force.
+struct Candidate {
+    accepted: Arc<AcceptedIndex>,
+    n_complete: usize,
+}
+
+impl SiteFollow {
+    /// The daemon on this machine, with what it showed last, and the thread that asks the store.
+    ///
+    /// # Errors
+    /// A configuration or state that cannot be used.
+    pub fn start(config: &SiteConfig, activity: CurrentActivity) -> Result<Committed<Self>, Failure> {
+        let follow = config.follow.clone().ok_or("the configuration has no [follow]: nothing is followed")?;
+        let followed = Followed::of(&follow)?;
+        let folder = ArchiveFolder::at(&config.state)?;
+        let state_file = StateFile::at(&config.state, "site-follow.json")?;
+        let index_file = KeptFile::at(&config.state, "site-follow-index.jsonl");
+        let kept: Kept = state_file.load()?.unwrap_or_default();
+        let shared = Arc::new(Shared::default());
+        let mut newest = None;
+        if let Some(file) = index_file.load()?.map(Vec::from) {
+            // Of the disk it is believed no more than of the store.
+            match accept(&file, &followed.roots, &followed.site, kept.acknowledged.as_ref()) {
+                Ok((signed, acknowledged)) => {
+                    let n_complete = followed.n_complete(&signed.index, &folder);
+                    let accepted = Arc::new(AcceptedIndex { file, signed, acknowledged });
+                    let mut findings = shared.lock();
+                    (findings.newest, findings.n_complete) = (Some(Arc::clone(&accepted)), n_complete);
+                    newest = (n_complete > 0).then_some(Candidate { accepted, n_complete });
+                }
+                Err(why) => {
+                    warn!(service = "site-follow", error = chain(&why), "what was shown last is not shown again")
+                }
+            }
+        }
+        shared.lock().acknowledged = kept.acknowledged.clone().filter(|known| known.site == followed.site);
+        let fetcher = Fetcher::new(follow.clone(), followed.clone(), folder.clone(), Arc::clone(&shared));
+        std::thread::Builder::new().name("site-follow-get".to_owned()).spawn(|| {
+            // What is shown goes before what will be.
+            daemon::in_background();
+            fetcher.run();
+        })?;
+        let service = Self {
+            config: follow,
+            followed,
+            synchronised_while: config.clock.synchronised_while.clone(),
+            folder,
+            shared,
+            in_force: InForce { kept, ..InForce::default() },
+            newest,
+            state_file,
+            index_file,
+            hashes: Mutex::default(),
+            damaged: Mutex::default(),
+        };
+        let epochs = Epochs::at(&config.state, "site-follow-epochs.json")?;
+        Ok(Committed::new(service, FollowOutputs::default(), epochs, &config.state, activity))
+    }
+
+    /// The plan time of the robot's clock, if the index says that it follows one.
+    fn read_clock(&self, index: &SiteIndex, kept: &Kept, machine: MachineTime) -> Option<(String, TimeZone, Reading)> {
+        let IndexClock::Wall { zone: name } = &index.clock else { return None };
+        // The zones are those of the program; a name that it does not have was refused with the index.
+        let zone = TimeZone::get(name).ok()?;
+        let reached = kept.reached.as_ref().filter(|(of, _)| of == name).map(|(_, reached)| *reached);
+        let synchronised = self.synchronised_while.as_deref().is_none_or(|path| path.exists());
+        let clock = PlanTimeClock::Wall { reached: reached.unwrap_or_default() };
+        Some((name.clone(), zone.clone(), clock.read(machine, &zone, synchronised)))
+    }
+
+    /// When the set after the one that is shown is due, by the machine's clock.
+    fn next_update_ms(&self, machine: MachineTime) -> Option<i64> {
+        let index = self.in_force.index.as_ref()?;
+        let (_, zone, reading) = self.read_clock(index, &self.in_force.kept, machine)?;
+        if reading.distrust.is_some() {
+            return None;
+        }
+        let set = self.shown_set()?;
+        let next_s = set.valid_until_s?;
+        let clock = PlanTimeClock::Wall { reached: ReachedPlanTime::default() };
+        Some(machine.wall_ms.saturating_add(clock.until_ms(next_s, machine.wall_ms, &zone)?))
+    }
+
+    fn shown_set(&self) -> Option<&PlanSet> {
+        self.in_force.index.as_ref()?.sets.get(self.in_force.shown?)
+    }
+
+    /// Keeps a reading of a clock that goes on, so that standstill of the machine later is told from a clock that was set.
+    fn keep_clock(
+        &self,
+        decision: &mut Decision<Self>,
+        clock: Option<(String, TimeZone, Reading)>,
+        machine: MachineTime,
+    ) -> Result<(), Failure> {
+        let Some((zone, _, reading)) = clock.filter(|(_, _, reading)| reading.distrust.is_none()) else {
+            return Ok(());
+        };
+        let last_ms = self.in_force.kept.reached.as_ref().map_or(0, |(_, reached)| reached.machine.wall_ms);
+        if machine.wall_ms.saturating_sub(last_ms) > KEEP_CLOCK_MS {
+            decision.next.kept.reached = Some((zone, ReachedPlanTime { plan_time_s: reading.plan_time_s, machine }));
+            decision.save.push(self.state_file.saving(&decision.next.kept)?);
+        }
+        Ok(())
+    }
+
+    /// Shows the set of the newest index that is due, if another one is shown.
+    fn show(&self, decision: &mut Decision<Self>, machine: MachineTime) -> Result<(), Failure> {
+        let (index, n_complete, accepted) = match (&self.newest, &self.in_force.index) {
+            (Some(newest), _) => {
+                (Arc::new(newest.accepted.signed.index.clone()), newest.n_complete, Some(&newest.accepted))
+            }
+            (None, Some(index)) => (Arc::clone(index), self.followed.n_complete(index, &self.folder), None),
+            (None, None) => return Ok(()),
+        };
+        let clock = self.read_clock(&index, &self.in_force.kept, machine);
+        let now_s = clock.as_ref().and_then(|(_, _, reading)| reading.plan_time_s);
+        let choice = index.choose(now_s);
+        let Some(last) = n_complete.checked_sub(1) else { return Ok(()) };
+        let place = choice.place.min(last);
+        if accepted.is_none() && self.in_force.shown == Some(place) {
+            return self.keep_clock(decision, clock, machine);
+        }
+        let set = &index.sets[place];
+        let mut hashes = self.hashes.lock().unwrap_or_else(PoisonError::into_inner);
+        let samples = samples_of(&index, set, &self.followed, &self.folder, &self.in_force.published, &mut hashes);
+        let SetSamples { samples, published } = samples.inspect_err(|why| {
+            if let SetError::Damaged { id, .. } = why {
+                *self.damaged.lock().unwrap_or_else(PoisonError::into_inner) = Some(*id);
+            }
+        })?;
+        drop(hashes);
+        let next = &mut decision.next;
+        if let Some((zone, _, reading)) = clock
+            && reading.distrust.is_none()
+        {
+            // How far the plan time got is on disk before what is shown of it: a map does not go back because a process died.
+            let reached = ReachedPlanTime { plan_time_s: reading.plan_time_s.max(set.plan_time_s), machine };
+            next.kept.reached = Some((zone, reached));
+        }
+        if let Some(accepted) = accepted {
+            next.kept.acknowledged = Some(accepted.acknowledged.clone());
+            decision.save.push(self.index_file.saving(accepted.file.clone()));
+            let epoch = index.epoch;
+            let summary = format!("index {epoch} of {} from {}", index.site, self.config.store);
+            decision.history.push(HistoryEvent { kind: HistoryKind::Index, by: None, summary });
+        }
+        decision.save.push(self.state_file.saving(&next.kept)?);
+        (next.index, next.shown, next.published) = (Some(index), Some(place), published);
+        decision.publish.extend(samples);
+        Ok(())
+    }
+}
+
+impl Decide for SiteFollow {
+    type Input = NoInput;
+    type Request = FollowRequest;
+    type Facts = FollowFacts;
+    type InForce = InForce;
+    type Outputs = FollowOutputs;
+
+    fn take(&mut self, input: NoInput) {
+        match input {}
+    }
+
+    fn attach(&mut self, _: &Bus) -> Result<(), Failure> {
+        Ok(())
+    }
+
+    fn gather(&mut self) -> Result<(), Failure> {
+        if let Some(id) = self.damaged.lock().unwrap_or_else(PoisonError::into_inner).take() {
+            let mut findings = self.shared.lock();
+            findings.damaged.push(id);
+            findings.n_complete = 0;
+            self.newest = None;
+            drop(findings);
+            self.shared.wake();
+            return Ok(());
+        }
+        let findings = self.shared.lock();
+        let in_force = self.in_force.kept.acknowledged.as_ref().filter(|_| self.in_force.index.is_some());
+        let is_new = |newest: &&Arc<AcceptedIndex>| in_force != Some(&newest.acknowledged);
+        let newest = findings.newest.as_ref().filter(|_| findings.n_complete > 0).filter(is_new);
+        self.newest =
+            newest.map(|accepted| Candidate { accepted: Arc::clone(accepted), n_complete: findings.n_complete });
+        Ok(())
+    }
+
+    fn decide(&self, occasion: Occasion<'_, FollowRequest>, now: &Now<'_, Self>) -> Result<Decision<Self>, Failure> {
+        let mut decision = Decision::of(self.in_force.clone());
+        match occasion {
+            Occasion::Look => self.show(&mut decision, now.machine)?,
+            Occasion::Configuration(config) if config.follow.as_ref() != Some(&self.config) => {
+                return Err("[follow] cannot change while site-follow runs: restart it".into());
+            }
+            Occasion::Configuration(_) => {}
+            Occasion::Request(request, _) => match request {},
+        }
+        let is_fetching = self.shared.lock().fetching.is_some();
+        let due_in = self.next_update_ms(now.machine).map(|at_ms| at_ms.saturating_sub(now.machine.wall_ms));
+        let due_in = due_in.and_then(|ms| u64::try_from(ms.max(1)).ok()).map(Duration::from_millis);
+        decision.wake_in = due_in.into_iter().chain(is_fetching.then_some(LOOK_INTERVAL)).min();
+        Ok(decision)
+    }
+
+    fn become_in_force(&mut self, next: InForce) {
+        self.in_force = next;
+        self.newest = None;
+        let mut findings = self.shared.lock();
+        findings.acknowledged = self.in_force.kept.acknowledged.clone();
+        findings.shown = self.in_force.published.values().copied().collect::<BTreeSet<_>>();
+    }
+
+    fn standing(&self, now: &Now<'_, Self>) -> Standing {
+        let findings = self.shared.lock();
+        let silent_ms = findings.asked_ms.map(|at_ms| now.machine.wall_ms.saturating_sub(at_ms));
+        let late_ms = LATE_LOOKS * i64::from(self.config.poll_s) * 1_000;
+        let is_late = silent_ms.is_none_or(|ms| ms > late_ms);
+        let distrust =
+            self.in_force.index.as_ref().and_then(|index| self.read_clock(index, &self.in_force.kept, now.machine));
+        let distrust = distrust.and_then(|(_, _, reading)| reading.distrust).map(|why| why.to_string());
+        let shown = self.shown_set().map(|set| match set.valid_until_s.and_then(plan_time) {
+            Some(until) => format!("what is shown is valid until {until}"),
+            None => "what is shown has no end of validity".to_owned(),
+        });
+        let store = findings.error.clone().map(|why| match &shown {
+            Some(shown) => format!("{why}; {shown}"),
+            None => why,
+        });
+        // What the store has is an error where it answers with something wrong, or has not answered for a while.
+        let (error, warning) = match (store, is_late || silent_ms.is_some_and(|ms| ms < late_ms / 2)) {
+            (Some(why), true) => (Some(why), None),
+            (Some(why), false) => (None, Some(why)),
+            (None, _) => (None, None),
+        };
+        Standing { error, warning: warning.or(distrust) }
+    }
+
+    fn facts(&self, now: &Now<'_, Self>) -> FollowFacts {
+        let findings = self.shared.lock();
+        let index = self.in_force.index.as_ref();
+        let set = self.shown_set();
+        let clock = index.and_then(|index| self.read_clock(index, &self.in_force.kept, now.machine));
+        let shown = self.in_force.shown.unwrap_or(0);
+        let later = index.map_or(&[][..], |index| &index.sets[..]).iter().skip(shown + 1);
+        let n_here = findings.n_complete.saturating_sub(shown + 1);
+        FollowFacts {
+            store: self.config.store.clone(),
+            site: self.config.site.clone(),
+            epoch: index.map_or(0, |index| index.epoch),
+            newest_epoch: findings.newest.as_ref().map_or(0, |newest| newest.acknowledged.epoch),
+            published: index.map(|index| index.published.clone()),
+            asked_ms: findings.asked_ms,
+            fetching: findings.fetching,
+            fetched_bytes: findings.fetched_bytes,
+            maps: now.outputs.maps(),
+            mission_plan: now.outputs.mission_plan(),
+            later_s: later.take(n_here).filter_map(|set| set.plan_time_s).collect(),
+            schedule: ScheduleFacts {
+                state: now.outputs.state(),
+                site_hash: now.outputs.site(),
+                state_plan_time_s: set.and_then(|set| set.plan_time_s),
+                due_plan_time_s: set.and_then(|set| set.plan_time_s),
+                plan_time_s: clock
+                    .as_ref()
+                    .and_then(|(_, _, reading)| reading.plan_time_s)
+                    .or(set.and_then(|set| set.plan_time_s)),
+                clock: match index.map(|index| &index.clock) {
+                    Some(IndexClock::Wall { .. }) => "wall clock".to_owned(),
+                    Some(IndexClock::ByServer) => "moved by the server".to_owned(),
+                    None => String::new(),
+                },
+                is_wall_clock: clock.is_some(),
+                valid_until_s: set.and_then(|set| set.valid_until_s),
+                next_update_ms: self.next_update_ms(now.machine),
+                clock_distrust: clock.as_ref().and_then(|(_, _, reading)| reading.distrust).map(|why| why.to_string()),
+                site_zone: clock.map(|(name, _, _)| name),
+                ..ScheduleFacts::default()
+            },
+        }
+    }
+}
+
+impl Drop for SiteFollow {
+    fn drop(&mut self) {
+        stop(&self.shared);
+    }
+}

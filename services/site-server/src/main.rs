@@ -1,0 +1,30 @@
+//! A site for robots on other machines: the topics of its drawing daemons in, blobs and a signed index in a store out.
+//!
+//! # Guarantees
+//!
+//! - An index has archives that belong together, as they are on the bus: of every robot of the site, of one schedule state.
+//! - Blobs come before the index that names them; an index of an epoch is created once, and its epoch is one above that of the store, so
+//!   that two servers of one site cannot both publish, and the second one says so.
+//! - What a store has lost of the newest index is noticed when the server starts, and given to it again.
+//! - Where the plan time follows the clock, sets of the next change instants are drawn with the stages, from the same archives: what is
+//!   drawn later on the bus has the same bytes. Where the schedule that is evaluated for that is not the one in force, there are none,
+//!   and the index says why.
+//! - Of the past, indices stay for a time within a size, with all blobs that they name.
+//!
+//! # Where
+//!
+//! - what is published, and when: `src/service.rs`
+//! - sets of later plan times: `src/later_sets.rs`
+//! - which blobs are new, the order of objects, what goes: `src/publication.rs`
+
+mod later_sets;
+mod pieces;
+mod publication;
+mod service;
+
+use service::SiteServer;
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    daemon::run(SiteServer::start)
+}

@@ -1,0 +1,492 @@
+//! The thread that writes into the store: blobs that are new, then the index of the next epoch, then that it is the newest.
+
+use crate::later_sets::LaterSets;
+use crate::pieces::{Piece, RobotPieces, SetPieces, SitePieces};
+use crate::service::words;
+use daemon::{Failure, ServeConfig, SiteConfig};
+use jiff::{SignedDuration, Timestamp};
+use messages::{ContentHash, ContentId, LAYOUT_VERSION};
+use replica::{
+    ArchiveEntry, BlobEntry, IndexClock, KeptIndex, KeyList, MAX_INDEX_BYTES, PackedArchive, PlanSet, Recipe,
+    Retention, RobotMaps, SignedIndex, SigningKey, SiteIndex, SiteName, StoreyMap, blob_folder, blob_list_path,
+    blob_path, current_path, expired, index_folder, index_path, pack, signed_index,
+};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+use store::{Credentials, Fetched, Listed, Store, StoreError};
+use tracing::{info, warn};
+
+/// A store that refuses is tried again after this long, then less and less often.
+const FIRST_WAIT: Duration = Duration::from_secs(1);
+
+/// The longest wait.
+const MAX_WAIT: Duration = Duration::from_secs(60);
+
+/// What no index names goes when it is this old: a blob is there before the index that names it.
+const MIN_AGE: SignedDuration = SignedDuration::from_hours(24);
+
+/// The past is looked through once in this many indices, and after the start.
+const CLEAN_EVERY: u64 = 64;
+
+/// Largest recipe that is read back.
+const MAX_RECIPE_BYTES: u64 = 16 << 20;
+
+/// A set that is to be published.
+pub(crate) struct Job {
+    pub(crate) site: SitePieces,
+    pub(crate) set: SetPieces,
+    /// The configuration by which later sets are drawn.
+    pub(crate) config: SiteConfig,
+}
+
+/// What came of the last job.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Outcome {
+    pub(crate) epoch: u64,
+    pub(crate) plan_times_s: Vec<Option<i64>>,
+    pub(crate) new_bytes: u64,
+    pub(crate) why_no_later: Option<String>,
+    pub(crate) error: Option<String>,
+    pub(crate) warning: Option<String>,
+}
+
+/// Shared with the service.
+#[derive(Default)]
+pub(crate) struct Shared {
+    state: Mutex<State>,
+    changed: Condvar,
+}
+
+#[derive(Default)]
+struct State {
+    job: Option<Job>,
+    outcome: Outcome,
+    is_stopped: bool,
+}
+
+impl Shared {
+    fn lock(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Gives the thread a set; one that it has not begun is left out.
+    pub(crate) fn give(&self, job: Job) {
+        self.lock().job = Some(job);
+        self.changed.notify_all();
+    }
+
+    /// What came of the last one.
+    pub(crate) fn outcome(&self) -> Outcome {
+        self.lock().outcome.clone()
+    }
+
+    /// Ends the thread.
+    pub(crate) fn stop(&self) {
+        self.lock().is_stopped = true;
+        self.changed.notify_all();
+    }
+}
+
+/// The thread.
+pub(crate) struct Publisher {
+    config: ServeConfig,
+    site: SiteName,
+    key: SigningKey,
+    /// The list of keys as its root key signed it.
+    keys: String,
+    shared: Arc<Shared>,
+    later: LaterSets,
+    store: Option<Connected>,
+}
+
+/// A store, and what is in it.
+struct Connected {
+    site: SiteName,
+    store: Store,
+    /// The index that is the newest.
+    newest: Option<SiteIndex>,
+    /// Recipes of the newest archives, by topic.
+    recipes: HashMap<String, Recipe>,
+    /// Archives of the newest index that this process has written or found, by topic and content hash, with their packs.
+    entries: BTreeMap<(String, ContentHash), (ArchiveEntry, Vec<BlobEntry>)>,
+    /// Bytes that were written since the last index.
+    new_bytes: u64,
+    /// Indices since the past was looked through.
+    n_since_cleaned: u64,
+}
+
+impl Publisher {
+    /// The thread of a site.
+    ///
+    /// # Errors
+    /// Keys that cannot be used, or are not those of the site.
+    pub(crate) fn new(config: ServeConfig, shared: Arc<Shared>) -> Result<Self, Failure> {
+        let read = |path: &std::path::Path| {
+            std::fs::read_to_string(path)
+                .map_err(|why| Failure::from(format!("{} cannot be read: {why}", path.display())))
+        };
+        let key =
+            SigningKey::from_pem(&read(&config.key)?).map_err(|why| format!("{}: {why}", config.key.display()))?;
+        let keys = read(&config.keys)?;
+        let in_keys = |why: String| Failure::from(format!("{}: {why}", config.keys.display()));
+        let (list, _) = KeyList::parse_signed(&keys).map_err(|why| in_keys(why.to_string()))?;
+        let site: SiteName = config.site.parse()?;
+        if list.site != site {
+            return Err(in_keys(format!("it has the keys of the site {}, [serve] names {site}", list.site)));
+        }
+        if !list.keys.contains(&key.public()) {
+            return Err(in_keys(format!(
+                "{} is not in it: sign a list that has it with `groundplan key list`",
+                key.public()
+            )));
+        }
+        Ok(Self { config, site, key, keys, shared, later: LaterSets::default(), store: None })
+    }
+
+    /// Publishes what it is given until it is stopped.
+    pub(crate) fn run(mut self) {
+        let mut wait = FIRST_WAIT;
+        let mut retried: Option<Job> = None;
+        loop {
+            let mut state = self.shared.lock();
+            let is_idle = |state: &mut State| !state.is_stopped && state.job.is_none();
+            state = match retried.is_some() {
+                true => {
+                    self.shared
+                        .changed
+                        .wait_timeout_while(state, wait, is_idle)
+                        .unwrap_or_else(PoisonError::into_inner)
+                        .0
+                }
+                false => self.shared.changed.wait_while(state, is_idle).unwrap_or_else(PoisonError::into_inner),
+            };
+            if state.is_stopped {
+                return;
+            }
+            // A newer one goes before one that failed.
+            let Some(job) = state.job.take().or_else(|| retried.take()) else { continue };
+            drop(state);
+            let published = self.publish(&job);
+            let mut state = self.shared.lock();
+            match published {
+                Ok(outcome) => {
+                    (state.outcome, wait, retried) = (outcome, FIRST_WAIT, None);
+                }
+                Err(why) => {
+                    let text = words(&why);
+                    warn!(service = "site-server", error = text, "the site is not in the store");
+                    state.outcome.error = Some(text);
+                    // What is in the store is looked at again.
+                    self.store = None;
+                    (wait, retried) = ((wait * 2).min(MAX_WAIT), Some(job));
+                }
+            }
+        }
+    }
+
+    fn publish(&mut self, job: &Job) -> Result<Outcome, Failure> {
+        let signing = Signing { keys: &self.keys, key: &self.key };
+        let connected = match self.store.take() {
+            Some(connected) => connected,
+            None => Connected::open(&self.config, &self.site, &self.keys)?,
+        };
+        let connected = self.store.insert(connected);
+        let is_wall = matches!(job.site.clock, IndexClock::Wall { .. });
+        // What is due now does not wait for what is due later, unless that is there already.
+        let mut new_bytes = connected.publish(job, connected.known_later(job), None, &signing)?;
+        let (mut later, mut why_no_later) = (Vec::new(), None);
+        if is_wall {
+            match self.later.draw(&job.config, &job.site, &job.set, usize::from(self.config.ahead)) {
+                Ok(drawn) => later = drawn,
+                Err(why) => why_no_later = Some(words(&why)),
+            }
+            let later = later.iter().map(|set| connected.set(set)).collect::<Result<_, _>>()?;
+            new_bytes += connected.publish(job, later, why_no_later.clone(), &signing)?;
+        }
+        connected.clean(&self.config)?;
+        let plan_times_s = connected.newest.iter().flat_map(|index| &index.sets).map(|set| set.plan_time_s).collect();
+        let warning = why_no_later.clone().map(|why| format!("nothing is drawn ahead: {why}"));
+        let epoch = connected.newest.as_ref().map_or(0, |index| index.epoch);
+        Ok(Outcome { epoch, plan_times_s, new_bytes, why_no_later, error: None, warning })
+    }
+}
+
+/// What signs an index.
+struct Signing<'a> {
+    keys: &'a str,
+    key: &'a SigningKey,
+}
+
+impl Connected {
+    /// Opens the store and looks at what it has.
+    fn open(config: &ServeConfig, site: &SiteName, keys: &str) -> Result<Self, Failure> {
+        let credentials = config.credentials.as_deref().map(Credentials::read).transpose()?;
+        let store = Store::open(&config.store, &credentials.unwrap_or_default())?;
+        let (_, root) = KeyList::parse_signed(keys)?;
+        let read = |file: &[u8]| -> Result<SiteIndex, Failure> { Ok(SignedIndex::parse(file, &[root])?.index) };
+        let newest = match store.fetch_unless(&current_path(site), None, MAX_INDEX_BYTES)? {
+            Fetched::New { bytes, .. } => Some(read(&bytes)?),
+            Fetched::Missing | Fetched::Unchanged => None,
+        };
+        let site = site.clone();
+        let mut connected = Self {
+            site,
+            store,
+            newest,
+            recipes: HashMap::new(),
+            entries: BTreeMap::new(),
+            new_bytes: 0,
+            n_since_cleaned: CLEAN_EVERY,
+        };
+        // A server that died between the index and the word that it is the newest left one behind.
+        let mut epoch = connected.newest.as_ref().map_or(0, |index| index.epoch);
+        loop {
+            let left = match connected.store.fetch_whole(&index_path(&connected.site, epoch + 1), MAX_INDEX_BYTES) {
+                Ok(left) => left,
+                Err(StoreError::Missing { .. }) => break,
+                Err(why) => return Err(why.into()),
+            };
+            connected.newest = Some(read(&left)?);
+            connected.store.replace(&current_path(&connected.site), &left)?;
+            epoch += 1;
+        }
+        connected.read_recipes()?;
+        Ok(connected)
+    }
+
+    /// Reads the recipes of the newest index whose packs are all there: what is packed next has blocks in common with them. What is
+    /// not read is packed anew, and so comes back into the store.
+    fn read_recipes(&mut self) -> Result<(), Failure> {
+        let Some(newest) = &self.newest else { return Ok(()) };
+        let mut is_there: HashMap<ContentId, bool> = HashMap::new();
+        let mut recipes = HashMap::new();
+        for (topic, entry) in archives_of(newest) {
+            let path = blob_path(&self.site, entry.recipe.id);
+            let bytes = match self.store.fetch_whole(&path, MAX_RECIPE_BYTES) {
+                Ok(bytes) => Some(bytes).filter(|bytes| ContentId::of(bytes) == entry.recipe.id),
+                Err(why) if why.is_of_object() => None,
+                Err(why) => return Err(why.into()),
+            };
+            let recipe = bytes.and_then(|bytes| Recipe::parse(&bytes, entry).ok());
+            let mut is_whole = recipe.is_some();
+            for pack in recipe.iter().flat_map(Recipe::packs) {
+                if !is_there.contains_key(&pack.id) {
+                    let length = self.store.length(&blob_path(&self.site, pack.id))?;
+                    is_there.insert(pack.id, length == Some(pack.bytes));
+                }
+                is_whole &= is_there[&pack.id];
+            }
+            match recipe.filter(|_| is_whole) {
+                Some(recipe) => drop(recipes.insert(topic, recipe)),
+                None => {
+                    warn!(service = "site-server", topic, "something of it is lost in the store: it is written again")
+                }
+            }
+        }
+        self.recipes = recipes;
+        Ok(())
+    }
+
+    /// The sets of the newest index that are later than that of a job, of the same site: they are right until others are drawn.
+    fn known_later(&self, job: &Job) -> Vec<PlanSet> {
+        let is_same_site = self.entries.contains_key(&(job.site.site.topic.clone(), job.site.site.hash));
+        let Some(newest) = self.newest.as_ref().filter(|index| is_same_site && index.clock == job.site.clock) else {
+            return Vec::new();
+        };
+        // Only if the present is one of its sets: another schedule has other later ones.
+        let present = newest.sets.iter().position(|set| {
+            let entry = self.entries.get(&(job.set.state.topic.clone(), job.set.state.hash));
+            set.plan_time_s == job.set.plan_time_s && entry.is_some_and(|(entry, _)| *entry == set.schedule_state)
+        });
+        present.map_or_else(Vec::new, |place| newest.sets[place + 1..].to_vec())
+    }
+
+    /// Writes what is new of a set and later ones, and the index of the next epoch; nothing if the newest index says the same. The
+    /// answer is how many bytes were written.
+    fn publish(
+        &mut self,
+        job: &Job,
+        later: Vec<PlanSet>,
+        why_no_later: Option<String>,
+        signing: &Signing<'_>,
+    ) -> Result<u64, Failure> {
+        let site_archive = self.entry(&job.site.site)?;
+        let tasks = job.site.tasks.as_ref().map(|tasks| self.entry(tasks)).transpose()?;
+        let sets: Vec<PlanSet> = std::iter::once(self.set(&job.set)?).chain(later).collect();
+        let epoch = self.newest.as_ref().map_or(0, |index| index.epoch) + 1;
+        let index = SiteIndex {
+            format: SiteIndex::FORMAT,
+            site: self.site.clone(),
+            epoch,
+            published: Timestamp::now().to_string(),
+            layout_version: LAYOUT_VERSION,
+            frame_epoch: job.site.frame_epoch,
+            clock: job.site.clock.clone(),
+            site_archive,
+            tasks,
+            sets,
+            why_no_later,
+        };
+        let new_bytes = std::mem::take(&mut self.new_bytes);
+        let is_same = self.newest.as_ref().is_some_and(|newest| {
+            SiteIndex { epoch: newest.epoch, published: newest.published.clone(), ..index.clone() } == *newest
+        });
+        if is_same {
+            return Ok(new_bytes);
+        }
+        let file = signed_index(signing.keys, &index, signing.key)?;
+        let needed = self.needed(&index);
+        self.store.replace(&blob_list_path(&self.site, epoch), &serde_json::to_vec(&needed)?)?;
+        if !self.store.create(&index_path(&self.site, epoch), &file)? {
+            return Err(
+                format!("another server has published epoch {epoch} of the site {}: only one may", self.site).into()
+            );
+        }
+        self.store.replace(&current_path(&self.site), &file)?;
+        info!(service = "site-server", epoch, sets = index.sets.len(), new_bytes, "the site is in the store");
+        self.newest = Some(index);
+        self.n_since_cleaned += 1;
+        Ok(new_bytes)
+    }
+
+    /// A set as an index has it; what is new of it is written.
+    fn set(&mut self, set: &SetPieces) -> Result<PlanSet, Failure> {
+        let mut robots = BTreeMap::new();
+        for (name, maps) in &set.robots {
+            robots.insert(name.clone(), self.robot_maps(maps)?);
+        }
+        let schedule_state = self.entry(&set.state)?;
+        Ok(PlanSet { plan_time_s: set.plan_time_s, valid_until_s: set.valid_until_s, schedule_state, robots })
+    }
+
+    fn robot_maps(&mut self, maps: &RobotPieces) -> Result<RobotMaps, Failure> {
+        let hex = |hash: ContentHash| format!("{:016x}", hash.to_bits());
+        let mut storeys = Vec::new();
+        for storey in &maps.storeys {
+            storeys.push(StoreyMap {
+                map_storey: storey.map_storey,
+                name: storey.name.clone(),
+                global_id: storey.global_id.clone(),
+                input_hash: hex(storey.input_hash),
+                grid: self.entry(&storey.grid)?,
+            });
+        }
+        Ok(RobotMaps {
+            grids: self.entry(&maps.grids)?,
+            mission_plan: maps.mission_plan.as_ref().map(|plan| self.entry(plan)).transpose()?,
+            robot_hash: hex(maps.robot_hash),
+            storeys,
+        })
+    }
+
+    /// The entry of an archive, which is written if the store does not have it.
+    fn entry(&mut self, piece: &Piece) -> Result<ArchiveEntry, Failure> {
+        let key = (piece.topic.clone(), piece.hash);
+        if let Some((entry, _)) = self.entries.get(&key) {
+            return Ok(*entry);
+        }
+        let PackedArchive { recipe, pack } = pack(piece.bytes.bytes(), self.recipes.get(&piece.topic));
+        if let Some(pack) = &pack {
+            self.write(pack)?;
+        }
+        self.write(&recipe.to_bytes())?;
+        let entry = recipe.entry();
+        self.entries.insert(key, (entry, recipe.packs().to_vec()));
+        self.recipes.insert(piece.topic.clone(), recipe);
+        Ok(entry)
+    }
+
+    /// Writes a blob, unless the store has it.
+    fn write(&mut self, bytes: &[u8]) -> Result<(), Failure> {
+        let path = blob_path(&self.site, ContentId::of(bytes));
+        // A blob that was cut short under its name is replaced.
+        if self.store.length(&path)? != Some(bytes.len() as u64) {
+            self.store.replace(&path, bytes)?;
+            self.new_bytes += bytes.len() as u64;
+        }
+        Ok(())
+    }
+
+    /// The blobs that an index needs.
+    fn needed(&mut self, index: &SiteIndex) -> Vec<BlobEntry> {
+        let archives: BTreeSet<ContentId> = index.archives().map(|entry| entry.id).collect();
+        // What no index that may come next has is forgotten.
+        self.entries.retain(|_, (entry, _)| archives.contains(&entry.id));
+        let of_entry = |(entry, packs): &(ArchiveEntry, Vec<BlobEntry>)| {
+            std::iter::once(entry.recipe).chain(packs.iter().copied()).collect::<Vec<_>>()
+        };
+        let needed: BTreeMap<ContentId, BlobEntry> =
+            self.entries.values().flat_map(of_entry).map(|blob| (blob.id, blob)).collect();
+        needed.into_values().collect()
+    }
+
+    /// Removes indices of the past that are too old or too much, then blobs that none of those that stay needs.
+    fn clean(&mut self, config: &ServeConfig) -> Result<(), Failure> {
+        if self.n_since_cleaned < CLEAN_EVERY {
+            return Ok(());
+        }
+        self.n_since_cleaned = 0;
+        let now = Timestamp::now();
+        let retention = Retention {
+            keep: SignedDuration::from_hours(24 * i64::from(config.keep_days)),
+            max_bytes: u64::from(config.keep_gb).saturating_mul(1_000_000_000),
+        };
+        let blobs = self.store.list(&blob_folder(&self.site))?;
+        let indices = self.store.list(&index_folder(&self.site))?;
+        let is_old = |modified: Timestamp| now.duration_since(modified) > retention.keep;
+        let is_much = blobs.iter().map(|blob| blob.bytes).sum::<u64>() > retention.max_bytes;
+        if !is_much && !indices.iter().any(|index| is_old(index.modified)) {
+            return Ok(());
+        }
+        let mut kept = Vec::new();
+        let mut lists: BTreeMap<u64, Vec<BlobEntry>> = BTreeMap::new();
+        let mut counted = BTreeSet::new();
+        // From the newest on: what an older one needs beside those after it is its own.
+        for index in indices.iter().rev() {
+            let Some(epoch) = epoch_of(&index.path) else { continue };
+            let list = self.store.fetch_whole(&blob_list_path(&self.site, epoch), MAX_INDEX_BYTES)?;
+            let list: Vec<BlobEntry> = serde_json::from_slice(&list)?;
+            let own_bytes = list.iter().filter(|blob| counted.insert(blob.id)).map(|blob| blob.bytes).sum();
+            kept.push(KeptIndex { epoch, published: index.modified, own_bytes });
+            lists.insert(epoch, list);
+        }
+        kept.reverse();
+        let gone = expired(&kept, now, retention);
+        for epoch in &gone {
+            self.store.remove(&index_path(&self.site, *epoch))?;
+            self.store.remove(&blob_list_path(&self.site, *epoch))?;
+            lists.remove(epoch);
+        }
+        let needed: BTreeSet<String> = lists.values().flatten().map(|blob| blob_path(&self.site, blob.id)).collect();
+        let is_needless = |blob: &&Listed| !needed.contains(&blob.path) && now.duration_since(blob.modified) > MIN_AGE;
+        let mut n_blobs = 0;
+        for blob in blobs.iter().filter(is_needless) {
+            self.store.remove(&blob.path)?;
+            n_blobs += 1;
+        }
+        info!(service = "site-server", indices = gone.len(), blobs = n_blobs, "the past was cleaned");
+        Ok(())
+    }
+}
+
+/// The epoch in the path of an index.
+fn epoch_of(path: &str) -> Option<u64> {
+    path.rsplit('/').next()?.strip_suffix(".jsonl")?.parse().ok()
+}
+
+/// The archives of an index with their topics, a later set before an earlier one: the last recipe of a topic is that of the present.
+fn archives_of(index: &SiteIndex) -> Vec<(String, &ArchiveEntry)> {
+    let mut archives = vec![("site".to_owned(), &index.site_archive)];
+    archives.extend(index.tasks.iter().map(|tasks| ("tasks".to_owned(), tasks)));
+    for set in index.sets.iter().rev() {
+        archives.push(("schedule-state".to_owned(), &set.schedule_state));
+        for (robot, maps) in &set.robots {
+            let topic = |topic: &str| Piece::topic_of(robot, topic);
+            archives.push((topic("grids"), &maps.grids));
+            archives.extend(maps.mission_plan.iter().map(|plan| (topic("mission-plan"), plan)));
+            archives.extend(maps.storeys.iter().map(|s| (topic(&format!("grid/{}", s.map_storey)), &s.grid)));
+        }
+    }
+    archives
+}

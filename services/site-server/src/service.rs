@@ -1,0 +1,211 @@
+//! What site-server publishes, and when: sets that belong together, as soon as every robot of the site has one.
+
+use crate::pieces::{Piece, RobotPieces, SetKey, SetPieces, SitePieces, StoreyPiece};
+use crate::publication::{Job, Publisher, Shared};
+use bus::{Bus, RobotName};
+use daemon::facts::{ScheduleFacts, ServeFacts};
+use daemon::{
+    Asked, CurrentActivity, Done, Event, Failure, Report, ServeConfig, ServeRequest, Service, SiteConfig, Standing,
+    StatusBoard, UNNAMED_ROBOT, chain,
+};
+use messages::{Activity, SampleHeader};
+use replica::IndexClock;
+use site_view::{SiteSet, SiteSetReader};
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::time::Duration;
+
+/// While a newer schedule state has no maps yet, this often is looked for them.
+const LOOK_INTERVAL: Duration = Duration::from_millis(100);
+
+daemon::inputs! {
+    /// What wakes it; whole sets are read beside it, of each robot.
+    pub(crate) enum ServeInput { Site, ScheduleState }
+}
+
+/// Gives what a site has drawn to a store.
+pub(crate) struct SiteServer {
+    config: SiteConfig,
+    serve: ServeConfig,
+    activity: CurrentActivity,
+    /// By the name of the robot in the index.
+    readers: Vec<(String, SiteSetReader)>,
+    shared: Arc<Shared>,
+    /// What was given to the thread last.
+    given: Option<(SetKey, IndexClock)>,
+}
+
+impl SiteServer {
+    /// The daemon on this machine, and the thread that writes into the store.
+    ///
+    /// # Errors
+    /// Keys or credentials that cannot be used.
+    pub(crate) fn start(config: &SiteConfig, activity: CurrentActivity) -> Result<Self, Failure> {
+        let serve = config.serve.clone().ok_or("the configuration has no [serve]: nothing is published")?;
+        let shared = Arc::new(Shared::default());
+        let publisher = Publisher::new(serve.clone(), Arc::clone(&shared))?;
+        std::thread::Builder::new().name("site-server-put".to_owned()).spawn(|| {
+            // Maps of this machine do not wait for those of others.
+            daemon::in_background();
+            publisher.run();
+        })?;
+        Ok(Self { config: config.clone(), serve, activity, readers: Vec::new(), shared, given: None })
+    }
+
+    /// Gives the thread the newest set, if every robot has it and it was not given.
+    fn publish(&mut self) -> Result<Option<Duration>, Failure> {
+        for (_, reader) in &mut self.readers {
+            reader.take()?;
+        }
+        let sets: Option<Vec<(&String, SiteSet<'_>)>> =
+            self.readers.iter().map(|(name, reader)| Some((name, reader.set()?))).collect();
+        let Some(sets) = sets else { return Ok(Some(LOOK_INTERVAL)) };
+        let Some((_, first)) = sets.first() else { return Ok(None) };
+        let state = first.state.content_hash();
+        if sets
+            .iter()
+            .any(|(_, set)| set.state.content_hash() != state || set.site.content_hash() != first.site.content_hash())
+        {
+            return Ok(Some(LOOK_INTERVAL));
+        }
+        let clock = clock_of(&StatusBoard::of_own(&self.config));
+        let key: SetKey = key_of(first, &sets);
+        if self.given.as_ref() == Some(&(key.clone(), clock.clone())) {
+            return Ok(None);
+        }
+        self.activity.set(Activity::Writing);
+        let site = SitePieces {
+            site: piece("site", first.site),
+            tasks: first.tasks.map(|tasks| piece("tasks", tasks)),
+            frame_epoch: first.site.bytes().header().frame_epoch,
+            clock: clock.clone(),
+        };
+        let head = first.state.view().head;
+        let robots = sets.iter().map(|(name, set)| ((*name).clone(), robot_pieces(name, set)));
+        let set = SetPieces {
+            plan_time_s: head.plan_time().map(|at| at.civil_seconds()),
+            valid_until_s: messages::plan_time(head.valid_until_s).map(|at| at.civil_seconds()),
+            state: piece("schedule-state", first.state),
+            robots: robots.collect::<BTreeMap<_, _>>(),
+        };
+        self.shared.give(Job { site, set, config: self.config.clone() });
+        self.given = Some((key, clock));
+        self.activity.set(Activity::Published);
+        Ok(None)
+    }
+}
+
+/// What identifies what all robots have.
+fn key_of(first: &SiteSet<'_>, sets: &[(&String, SiteSet<'_>)]) -> SetKey {
+    let of_robot = |(_, set): &(&String, SiteSet<'_>)| {
+        let plan = set.mission_plan.map_or(messages::ContentHash::NONE, |plan| plan.content_hash());
+        [set.index.content_hash(), plan]
+    };
+    let of_site = [first.site.content_hash(), first.state.content_hash()];
+    let tasks = first.tasks.map(|tasks| tasks.content_hash());
+    of_site.into_iter().chain(tasks).chain(sets.iter().flat_map(of_robot)).collect()
+}
+
+fn piece<T: bus::Topic>(topic: &str, sample: &bus::CheckedSample<T>) -> Piece {
+    Piece::copy_of(topic.to_owned(), sample.content_hash(), sample.as_ref())
+}
+
+fn robot_pieces(name: &str, set: &SiteSet<'_>) -> RobotPieces {
+    let (site, index) = (set.site.view(), set.index.view());
+    let topic = |topic: &str| Piece::topic_of(name, topic);
+    let header: &SampleHeader = set.index.bytes().header();
+    let storeys = index.slots.iter().zip(&set.grids).map(|(slot, grid)| {
+        let storey = &site.map_storeys[slot.map_storey as usize];
+        let text = site.text(storey.name).to_owned();
+        StoreyPiece {
+            map_storey: slot.map_storey,
+            name: text,
+            global_id: site.text(storey.global_id).to_owned(),
+            input_hash: grid.bytes().header().inputs.own,
+            grid: Piece::copy_of(topic(&format!("grid/{}", slot.map_storey)), slot.content_hash, (**grid).as_ref()),
+        }
+    });
+    RobotPieces {
+        grids: Piece::copy_of(topic("grids"), set.index.content_hash(), set.index.as_ref()),
+        mission_plan: set
+            .mission_plan
+            .map(|plan| Piece::copy_of(topic("mission-plan"), plan.content_hash(), plan.as_ref())),
+        robot_hash: header.inputs.robot,
+        storeys: storeys.collect(),
+    }
+}
+
+/// How the plan time moves, as schedule-eval says.
+fn clock_of(board: &StatusBoard) -> IndexClock {
+    let report: Option<Report<ScheduleFacts>> = board.report(bus::Daemon::ScheduleEval);
+    match report.map(|report| report.facts) {
+        Some(ScheduleFacts { is_wall_clock: true, site_zone: Some(zone), .. }) => IndexClock::Wall { zone },
+        _ => IndexClock::ByServer,
+    }
+}
+
+impl Service for SiteServer {
+    type Input = ServeInput;
+    type Request = ServeRequest;
+    type Facts = ServeFacts;
+
+    fn attach(&mut self, bus: &Bus) -> Result<(), Failure> {
+        let names: Vec<Option<RobotName>> = match self.config.robot_names() {
+            names if names.is_empty() => vec![None],
+            names => names.into_iter().map(Some).collect(),
+        };
+        self.readers.clear();
+        for name in names {
+            let of_robot = match name {
+                Some(_) => bus.meaning(name)?,
+                None => bus.clone(),
+            };
+            let text = name.map_or_else(|| UNNAMED_ROBOT.to_owned(), |name| name.to_string());
+            self.readers.push((text, SiteSetReader::of(&of_robot)?));
+        }
+        Ok(())
+    }
+
+    fn handle(&mut self, event: Event<ServeInput>) -> Result<Done, Failure> {
+        if let Event::Configuration(config) = event {
+            if config.serve.as_ref() != Some(&self.serve) {
+                return Err("[serve] cannot change while site-server runs: restart it".into());
+            }
+            // Rules or options of waypoints may be others: later sets are drawn with them.
+            (self.config, self.given) = (*config, None);
+        }
+        Ok(Done { wake_in: self.publish()?, ..Done::default() })
+    }
+
+    fn answer(&mut self, request: ServeRequest, _: &Asked) -> Result<Done<Option<()>>, Failure> {
+        match request {}
+    }
+
+    fn standing(&self) -> Standing {
+        let outcome = self.shared.outcome();
+        Standing { error: outcome.error, warning: outcome.warning }
+    }
+
+    fn facts(&self) -> ServeFacts {
+        let outcome = self.shared.outcome();
+        ServeFacts {
+            store: self.serve.store.clone(),
+            site: self.serve.site.clone(),
+            epoch: outcome.epoch,
+            plan_times_s: outcome.plan_times_s,
+            new_bytes: outcome.new_bytes,
+            why_no_later: outcome.why_no_later,
+        }
+    }
+}
+
+impl Drop for SiteServer {
+    fn drop(&mut self) {
+        self.shared.stop();
+    }
+}
+
+/// A failure in words.
+pub(crate) fn words(why: &Failure) -> String {
+    chain(why.as_ref())
+}
