@@ -22,6 +22,7 @@ mod overlay;
 mod plane;
 mod polygon;
 mod section;
+mod simple_parts;
 mod simple_rings;
 mod simplified;
 mod slab;
@@ -43,6 +44,7 @@ pub use overlay::{FillRule, close_gaps, difference, intersection, offset, union,
 pub use plane::Plane;
 pub use polygon::{Bounds, MultiPolygon, Point, Polygon, Ring, edges, ring_area_doubled};
 pub use section::{Section, section};
+pub use simple_parts::simple_parts;
 pub use simplified::simplified;
 pub use slab::{Slab, clip_to_slab};
 pub use slopes::ramp_faces;
