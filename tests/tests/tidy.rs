@@ -17,7 +17,7 @@ fn root() -> PathBuf {
 }
 
 /// Crates of the workspace that each crate may depend on.
-const ALLOWED: [(&str, &[&str]); 41] = [
+const ALLOWED: [(&str, &[&str]); 42] = [
     ("diagnostics", &[]),
     ("input-files", &[]),
     ("frames", &[]),
@@ -36,6 +36,7 @@ const ALLOWED: [(&str, &[&str]); 41] = [
     ("export", &["diagnostics", "frames", "geometry", "grid", "input-files", "messages", "safety"]),
     ("world", &["convex", "diagnostics", "export", "frames", "geometry", "grid", "messages"]),
     ("cloud", &["export", "frames", "geometry", "grid", "messages"]),
+    ("fleet", &["export", "frames", "geometry", "grid", "messages", "safety"]),
     ("occupancy", &["grid", "input-files", "messages"]),
     ("ros", &["export", "frames", "geometry", "grid", "messages"]),
     ("ingest", &["frames", "geometry", "grid", "messages", "ifc"]),
@@ -109,6 +110,7 @@ const ALLOWED: [(&str, &[&str]); 41] = [
             "deviations",
             "diagnostics",
             "export",
+            "fleet",
             "frames",
             "geometry",
             "grid",

@@ -127,6 +127,7 @@ pub use folders::{storey_folder, sums};
 pub use ground::{GroundDocument, ground_files};
 pub use input::{ExportFile, ExportInput, ProbabilityInput};
 pub use json::text as json_text;
+pub use maps::map_files;
 pub use manifest::{DatedFolder, DatesManifest, Manifest, schedule_ignored, status_of, with_manifest};
 pub use output_folder::{FolderBeside, ForeignFilePolicy, ForeignFiles, OutputError, OutputFolder, SetAside};
 pub use provenance::{link_rule, schedule_file};

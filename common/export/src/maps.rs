@@ -16,3 +16,9 @@ pub(crate) fn files<'a>(folder: &'a str, grid: &'a Grid<'_>) -> impl Iterator<It
         [ExportFile::new(format!("{folder}/{image}"), pgm), ExportFile::new(format!("{folder}/{name}.yaml"), yaml)]
     })
 }
+
+/// The three map pairs of a storey, in no folder.
+pub fn map_files(grid: &Grid<'_>) -> Vec<ExportFile> {
+    let named = |file: ExportFile| ExportFile::new(file.path.trim_start_matches('/'), file.bytes);
+    files("", grid).map(named).collect()
+}

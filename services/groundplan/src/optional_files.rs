@@ -1,9 +1,10 @@
 //! Files of an output folder that are written where they are asked for: the simulation world, the cloud and the octree of
-//! structure, the ground.
+//! structure, the ground, what the control of fleets reads.
 
 use crate::failure::Failure;
 use cloud::{CloudOptions, OctomapOptions};
 use export::{ExportFile, ExportInput};
+use fleet::FleetFormat;
 use ground::SiteGround;
 use messages::{ContentHash, Ground, GroundWriter};
 use std::sync::{Mutex, PoisonError};
@@ -16,24 +17,27 @@ pub(crate) struct OptionalFiles {
     cloud: Option<CloudOptions>,
     octomap: Option<OctomapOptions>,
     with_ground: bool,
+    fleet: Vec<FleetFormat>,
     /// What the site alone says of its ground, with the hash of that site: dates select from it.
     site_ground: Mutex<Option<(ContentHash, SiteGround)>>,
 }
 
 impl OptionalFiles {
-    /// A world, a cloud and an octree with options, and the ground, where there are to be any.
+    /// A world, a cloud and an octree with options, the ground, and formats of fleets, where there are to be any.
     pub(crate) fn new(
         world: Option<WorldOptions>,
         cloud: Option<CloudOptions>,
         octomap: Option<OctomapOptions>,
         with_ground: bool,
+        fleet: Vec<FleetFormat>,
     ) -> Self {
-        Self { world, cloud, octomap, with_ground, site_ground: Mutex::default() }
+        Self { world, cloud, octomap, with_ground, fleet, site_ground: Mutex::default() }
     }
 
     /// True if there are to be any of them.
     pub(crate) fn are_asked_for(&self) -> bool {
-        self.world.is_some() || self.cloud.is_some() || self.octomap.is_some() || self.with_ground
+        let Self { world, cloud, octomap, with_ground, fleet, site_ground: _ } = self;
+        world.is_some() || cloud.is_some() || octomap.is_some() || *with_ground || !fleet.is_empty()
     }
 
     /// The files, and what is to be told about the world.
@@ -51,6 +55,7 @@ impl OptionalFiles {
         if self.with_ground {
             made.files.extend(self.ground_files(input)?);
         }
+        made.files.extend(fleet::files(input, &self.fleet));
         Ok(made)
     }
 

@@ -1,6 +1,7 @@
 //! Groups of arguments that several commands share.
 
 mod cloud;
+mod fleet;
 mod models;
 mod octomap;
 mod overwrite;
@@ -12,6 +13,7 @@ mod site;
 mod world;
 
 pub use cloud::CloudArgs;
+pub use fleet::FleetArgs;
 pub use models::ModelArgs;
 pub use octomap::OctomapArgs;
 pub use overwrite::OverwriteArgs;

@@ -1,7 +1,7 @@
 //! Arguments and help of `convert`.
 
 use crate::args::{
-    CloudArgs, ModelArgs, OctomapArgs, OverwriteArgs, RecordingArgs, RobotArgs, ScheduleArgs, WorldArgs,
+    CloudArgs, FleetArgs, ModelArgs, OctomapArgs, OverwriteArgs, RecordingArgs, RobotArgs, ScheduleArgs, WorldArgs,
 };
 use std::path::PathBuf;
 
@@ -89,6 +89,10 @@ pub struct Args {
     #[command(flatten)]
     pub(super) octomap: OctomapArgs,
 
+    /// Fleets.
+    #[command(flatten)]
+    pub(super) fleet: FleetArgs,
+
     /// Use the map frame of this site-frame.json [default: that of OUT, if there is one]
     #[arg(long, value_name = "FILE", conflicts_with = "new_frame")]
     pub(super) frame: Option<PathBuf>,
@@ -127,6 +131,9 @@ Files in OUT (written whole or not at all, the same bytes for the same input):
                                 for lidars that look in three dimensions; structure.json: their elements, by GlobalId
   octomap/                      with --octomap: structure.bt, an OctoMap: cells that structure occupies, cells that are free in
                                 open rooms, all else unknown; structure.json: its volume, elements and rooms, by GlobalId
+  fleet/vda5050/                with --fleet vda5050: of each storey its zone set, its maps as one file, and maps.json, with the
+                                instant actions that download them before the date and enable them at it
+  fleet/lif/site.lif.json       with --fleet lif: the route graph as a layout for each storey
   ground.ply, ground.json       with --with-ground: the surface that can be walked or driven on as a mesh, for no robot in
                                 particular; what its numbers mean, its surfaces and where one gets between them
   storeys/<index>-<name>/

@@ -1,6 +1,6 @@
 //! Arguments of `export`.
 
-use crate::args::{CloudArgs, OctomapArgs, OverwriteArgs, SiteOfRobotArgs, WorldArgs};
+use crate::args::{CloudArgs, FleetArgs, OctomapArgs, OverwriteArgs, SiteOfRobotArgs, WorldArgs};
 use crate::failure::Failure;
 use crate::optional_files::OptionalFiles;
 use daemon::SiteConfig;
@@ -52,6 +52,10 @@ pub struct Args {
     #[command(flatten)]
     pub(super) octomap: OctomapArgs,
 
+    /// Fleets.
+    #[command(flatten)]
+    pub(super) fleet: FleetArgs,
+
     /// The site.
     #[command(flatten)]
     pub(super) site: SiteOfRobotArgs,
@@ -68,6 +72,7 @@ impl Args {
             self.cloud.options()?,
             self.octomap.options(&self.cloud)?,
             self.with_ground,
+            self.fleet.formats(),
         ))
     }
 }
