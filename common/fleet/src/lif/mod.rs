@@ -50,8 +50,8 @@ fn layout(input: &ExportInput<'_>, names: &Names, map_storey: u32) -> Layout {
             vehicle_type_node_properties: [VehicleNode { vehicle_type_id: vehicle.clone() }],
         }
     });
-    let edges = names.edges().iter().filter(|edge| plan.nodes[edge.from as usize].map_storey == map_storey).map(|edge| {
-        Edge {
+    let edges =
+        names.edges().iter().filter(|edge| plan.nodes[edge.from as usize].map_storey == map_storey).map(|edge| Edge {
             edge_id: edge.id.clone(),
             start_node_id: names.node(edge.from).to_owned(),
             end_node_id: names.node(edge.to).to_owned(),
@@ -60,8 +60,7 @@ fn layout(input: &ExportInput<'_>, names: &Names, map_storey: u32) -> Layout {
                 rotation_allowed: true,
                 trajectory: trajectory(input, &plan.edges[edge.edge as usize], edge.is_back),
             }],
-        }
-    });
+        });
     let centres = plan.waypoints.iter().filter(|w| w.map_storey == map_storey && w.kind == WaypointKind::Centre);
     let mut layout = Layout {
         layout_id: map_id.clone(),

@@ -60,7 +60,8 @@ mod tests {
         let spec = GridSpec { cell_tenths: 500, first_cell: [-2, 3], width: 5, height: 4 };
         let rows = ["..##.", ".###.", ".###.", "#...."];
         let is_in = |cell: usize| rows[3 - cell / 5].as_bytes()[cell % 5] == b'#';
-        let mut found: Vec<Ring> = areas(&spec, |cell| is_in(cell).then_some(())).flat_map(|(_, rings)| rings).collect();
+        let mut found: Vec<Ring> =
+            areas(&spec, |cell| is_in(cell).then_some(())).flat_map(|(_, rings)| rings).collect();
         found.sort_unstable_by_key(|ring| ring.iter().min().copied());
         assert_eq!(found.len(), 2, "cells that meet in a corner alone are two polygons");
         assert_eq!(ring_area_doubled(&found[0]), 2 * 500 * 500);

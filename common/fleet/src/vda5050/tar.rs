@@ -43,7 +43,11 @@ mod tests {
         let bytes = archive(&[ExportFile::new("a.yaml", "mode: raw\n"), ExportFile::new("b.pgm", vec![7; 513])]);
         assert_eq!(bytes.len(), (1 + 1 + 1 + 2 + 2) * BLOCK);
         assert_eq!((&bytes[..6], &bytes[124..135]), (&b"a.yaml"[..], &b"00000000012"[..]));
-        let sum: u32 = bytes[..BLOCK].iter().enumerate().map(|(k, &b)| if (148..156).contains(&k) { 32 } else { u32::from(b) }).sum();
+        let sum: u32 = bytes[..BLOCK]
+            .iter()
+            .enumerate()
+            .map(|(k, &b)| if (148..156).contains(&k) { 32 } else { u32::from(b) })
+            .sum();
         assert_eq!(&bytes[148..154], format!("{sum:06o}").as_bytes());
         assert_eq!(&bytes[1024..1029], b"b.pgm");
     }
