@@ -1,8 +1,7 @@
 //! `maps.json`: what a fleet control needs to have maps and zone sets downloaded before a date, and enabled at it.
 
-use super::Identified;
 use crate::ids::map_id;
-use export::{ExportInput, text_or_null};
+use export::{ExportFile, ExportInput, text_or_null};
 use messages::{ContentId, ScheduleStateHead, plan_time};
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -78,6 +77,12 @@ struct ActionParameter {
     key: &'static str,
     /// Its value.
     value: String,
+}
+
+/// A file with what identifies its content to robots.
+pub(super) struct Identified {
+    pub(super) id: String,
+    pub(super) file: ExportFile,
 }
 
 impl MapsDocument {

@@ -10,8 +10,8 @@ mod zones;
 pub use maps::MapsDocument;
 
 use export::{ExportFile, ExportInput, json_text, storey_folder};
-use maps::DownloadableMap;
-use messages::Grid;
+use maps::{DownloadableMap, Identified};
+use messages::{ContentId, Grid};
 
 /// The files, in `fleet/vda5050/`.
 pub fn files(input: &ExportInput<'_>) -> Vec<ExportFile> {
@@ -29,19 +29,13 @@ pub fn files(input: &ExportInput<'_>) -> Vec<ExportFile> {
     files
 }
 
-/// A file with what identifies its content to robots.
-struct Identified {
-    id: String,
-    file: ExportFile,
-}
-
 /// The map of a storey with its version, and its zone set with its id.
 fn storey_files(input: &ExportInput<'_>, grid: &Grid<'_>) -> [Identified; 2] {
     let map_storey = grid.head.map_storey;
     let folder = storey_folder(input.site, map_storey, &input.site.map_storeys[map_storey as usize]);
     let name = folder.rsplit('/').next().unwrap_or(&folder);
     let tar = tar::archive(&export::map_files(grid));
-    let version = messages::ContentId::of(&tar).short().to_string();
+    let version = ContentId::of(&tar).short().to_string();
     let map = Identified { id: version, file: ExportFile::new(format!("fleet/vda5050/{name}.map.tar"), tar) };
     let message = zone_set::ZoneSetMessage::of(input, grid);
     let path = format!("fleet/vda5050/{name}.zoneSet.json");
