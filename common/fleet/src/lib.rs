@@ -35,8 +35,8 @@
 //! # LIF
 //!
 //! - Only what this robot can use is there: edges that it cannot take are left out, as LIF demands. It has no zones.
-//! - Ids of nodes are of what they are at: a space, a door, a place on a storey in centimetres. What stays where it is keeps its id at every
-//!   date. A way is an edge in each direction; one that leads to another storey ends in its layout.
+//! - Ids of nodes are of what they are at, and the storey: a space, a door, a place in centimetres. What stays where it is keeps its id at
+//!   every date. A way is an edge in each direction; one that leads to another storey ends in its layout.
 //! - A line with corners is a curve of degree 1. Centres of rooms are stations.
 //! - `exportTimestamp` is the plan time, as if the site's clock showed UTC, or 1970: output has no clock of its own.
 //!

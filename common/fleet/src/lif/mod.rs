@@ -111,7 +111,7 @@ fn station(input: &ExportInput<'_>, names: &Names, waypoint: &WaypointRecord) ->
     let [x, y, _] = waypoint.position_in_map_m.map(rounded);
     let space = &input.site.spaces[waypoint.space as usize];
     Some(Station {
-        station_id: format!("centre:{}:{}", waypoint.map_storey, id_of(input.site.text(space.global_id))),
+        station_id: format!("centre:{}:{}", id_of(input.site.text(space.global_id)), waypoint.map_storey),
         interaction_node_ids: [names.node(node as u32).to_owned()],
         station_name: space_name(input.site, waypoint.space),
         station_position: Position { x, y, theta: Some(rounded(waypoint.yaw_rad)) },

@@ -52,7 +52,7 @@ impl Names {
     }
 }
 
-/// What a node is at, and what tells it from others there.
+/// What a node is at, with its storey, and what tells it from others there.
 fn node_name(input: &ExportInput<'_>, node: &RouteNodeRecord) -> [String; 2] {
     let site = input.site;
     let element = |element: u32| site.elements.get(element as usize).map_or("", |e| site.text(e.global_id));
@@ -63,12 +63,12 @@ fn node_name(input: &ExportInput<'_>, node: &RouteNodeRecord) -> [String; 2] {
         NodeKind::Junction => "",
     };
     let [x, y] = [0, 1].map(|k| (node.position_in_map_m[k] * 100.0).round());
-    let place = format!("{}:{x}:{y}", node.map_storey);
-    let kind = node.kind.get().name();
+    let place = format!("{x}:{y}");
+    let (kind, storey) = (node.kind.get().name(), node.map_storey);
     match (node.kind.get(), of) {
-        (NodeKind::Space | NodeKind::Door, of) if !of.is_empty() => [format!("{kind}:{}", id_of(of)), place],
-        (_, "") => [format!("{kind}:{place}"), String::new()],
-        _ => [format!("{kind}:{}:{place}", id_of(of)), String::new()],
+        (NodeKind::Space | NodeKind::Door, of) if !of.is_empty() => [format!("{kind}:{}:{storey}", id_of(of)), place],
+        (_, "") => [format!("{kind}:{storey}:{place}"), String::new()],
+        _ => [format!("{kind}:{}:{storey}:{place}", id_of(of)), String::new()],
     }
 }
 

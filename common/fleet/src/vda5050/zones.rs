@@ -70,9 +70,10 @@ fn words(input: &ExportInput<'_>, reason: KeepoutReason) -> (String, String) {
             let state = input.schedule_state.effective(element as usize).name();
             (format!("work:{}", id_of(id)), format!("Work at {}: {state}", element_text(input, element)))
         }
-        KeepoutReason::DropOff => {
-            ("drop-off".to_owned(), "Drop-off: no floor at this level, or the margin around it".to_owned())
-        }
+        KeepoutReason::DropOff => (
+            "drop-off".to_owned(),
+            "Drop-off: no floor at this level that this robot drives on, or the margin around it".to_owned(),
+        ),
     }
 }
 

@@ -131,7 +131,7 @@ Files in OUT (written whole or not at all, the same bytes for the same input):
                                 for lidars that look in three dimensions; structure.json: their elements, by GlobalId
   octomap/                      with --octomap: structure.bt, an OctoMap: cells that structure occupies, cells that are free in
                                 open rooms, all else unknown; structure.json: its volume, elements and rooms, by GlobalId
-  fleet/vda5050/                with --fleet vda5050: of each storey its zone set, its maps as one file, and maps.json, with the
+  fleet/vda5050/                with --fleet vda5050: zone sets and maps of storeys; maps.json:
                                 instant actions that download them before the date and enable them at it
   fleet/lif/site.lif.json       with --fleet lif: the route graph as a layout for each storey
   ground.ply, ground.json       with --with-ground: the surface that can be walked or driven on as a mesh, for no robot in
