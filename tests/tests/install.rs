@@ -127,10 +127,15 @@ fn systemd_finds_no_fault_in_the_units_and_little_exposure() {
     let faults: Vec<&str> = said.lines().filter(|line| line.contains("groundplan")).collect();
     assert!(faults.is_empty(), "{faults:#?}");
     for unit in units {
-        let is_on_network =
-            ["groundplan-ros-bridge.service", "groundplan-ros-bridge@.service", "groundplan-web.service"]
-                .iter()
-                .any(|u| unit.ends_with(u));
+        let is_on_network = [
+            "groundplan-ros-bridge.service",
+            "groundplan-ros-bridge@.service",
+            "groundplan-site-follow.service",
+            "groundplan-site-server.service",
+            "groundplan-web.service",
+        ]
+        .iter()
+        .any(|u| unit.ends_with(u));
         let most = if is_on_network { NETWORK_EXPOSURE_MAX } else { EXPOSURE_MAX };
         let arguments = ["security", "--no-pager", "--offline=yes", "--threshold", most];
         let judged = systemd_analyze(&folder, &arguments, std::slice::from_ref(&unit)).unwrap();

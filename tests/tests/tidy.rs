@@ -53,10 +53,7 @@ const ALLOWED: [(&str, &[&str]); 42] = [
     ("rasterize", &["bus", "daemon", "grid", "messages", "raster"]),
     ("waypoint-gen", &["bus", "daemon", "messages", "site-view", "waypoints"]),
     ("site-follow", &["bus", "daemon", "frames", "messages", "replica", "store"]),
-    (
-        "site-server",
-        &["bus", "daemon", "messages", "raster", "replica", "schedule", "site-view", "store", "waypoints"],
-    ),
+    ("site-server", &["bus", "daemon", "messages", "raster", "replica", "schedule", "site-view", "store", "waypoints"]),
     (
         "ros-bridge",
         &[

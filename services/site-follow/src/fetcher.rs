@@ -11,11 +11,14 @@ use replica::{
 use std::collections::BTreeSet;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
-use store::{Credentials, Fetched, Store};
+use store::{Credentials, Fetched, Store, StoreError};
 use tracing::{info, warn};
 
 /// Longest wait after the store has failed several times.
 const MAX_WAIT: Duration = Duration::from_secs(60);
+
+/// What breaks off on the way is asked for so often before the next look.
+const MAX_TRIES: usize = 4;
 
 /// Largest recipe: an archive of the largest size has some 32,000 blocks.
 const MAX_RECIPE_BYTES: u64 = 16 << 20;
@@ -168,8 +171,13 @@ impl Fetcher {
         let poll = Duration::from_secs(u64::from(self.config.poll_s));
         let mut n_failures = 0u32;
         loop {
+            let before = self.shared.lock().fetched_bytes;
             let looked = self.look();
             let mut findings = self.shared.lock();
+            if findings.fetched_bytes > before {
+                // It goes on, if slowly: what is here is not fetched again.
+                n_failures = 0;
+            }
             match looked {
                 Ok(()) => (n_failures, findings.error) = (0, None),
                 Err(why) => {
@@ -278,7 +286,7 @@ impl Fetcher {
             return Err("the recipe of an archive is larger than any can be".into());
         }
         let path = blob_path(&self.followed.site, entry.recipe.id);
-        let recipe = store.fetch_whole(&path, entry.recipe.bytes)?;
+        let recipe = tried(|| store.fetch_whole(&path, entry.recipe.bytes))?;
         if ContentId::of(&recipe) != entry.recipe.id {
             return Err(format!("{path} in {} is not what its name says", store.address()).into());
         }
@@ -291,7 +299,7 @@ impl Fetcher {
         for fetch in fetches {
             self.shared.lock().fetching = Some([done, all]);
             let path = blob_path(&self.followed.site, fetch.pack.id);
-            let bytes = store.fetch_range(&path, fetch.range.clone(), fetch.pack.bytes)?;
+            let bytes = tried(|| store.fetch_range(&path, fetch.range.clone(), fetch.pack.bytes))?;
             for place in &fetch.blocks {
                 let (id, range) = recipe.block(*place);
                 let block = unpack_block(recipe.part(&fetch, &bytes, *place), range.end - range.start, id);
@@ -306,6 +314,17 @@ impl Fetcher {
 
     fn count(&self, bytes: u64) {
         self.shared.lock().fetched_bytes += bytes;
+    }
+}
+
+/// Asks again for what broke off on the way; what the store itself says is so.
+fn tried<T>(mut ask: impl FnMut() -> Result<T, StoreError>) -> Result<T, StoreError> {
+    let mut asked = 1;
+    loop {
+        match ask() {
+            Err(why) if !why.is_of_object() && asked < MAX_TRIES => asked += 1,
+            asked => return asked,
+        }
     }
 }
 

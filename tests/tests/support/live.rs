@@ -30,18 +30,20 @@ impl Live {
 
     /// A building, with more of its configuration.
     pub(crate) fn of(model: &Path, more: &str) -> Self {
+        let mut live = Self::without_models(&format!("models = [\"demo.ifc\"]\n{more}"));
+        std::fs::copy(model, live.home.path().join("demo.ifc")).unwrap();
+        live.up();
+        live
+    }
+
+    /// A site that is not up, with this configuration beside its state and its bus.
+    pub(crate) fn without_models(more: &str) -> Self {
         let home = tempfile::tempdir().unwrap();
         let root = tempfile::Builder::new().prefix("gplive").tempdir_in("/dev/shm").unwrap();
         let prefix = format!("{}_", root.path().file_name().unwrap().to_string_lossy().replace('.', ""));
-        std::fs::copy(model, home.path().join("demo.ifc")).unwrap();
-        let site = format!(
-            "state = \"state\"\nmodels = [\"demo.ifc\"]\n{more}[bus]\nprefix = {prefix:?}\nroot = {:?}\n",
-            root.path()
-        );
-        std::fs::write(home.path().join("site.toml"), site).unwrap();
-        let mut live = Self { home, root, prefix, up: None };
-        live.up();
-        live
+        let bus = format!("[bus]\nprefix = {prefix:?}\nroot = {:?}\n", root.path());
+        std::fs::write(home.path().join("site.toml"), format!("state = \"state\"\n{more}{bus}")).unwrap();
+        Self { home, root, prefix, up: None }
     }
 
     pub(crate) fn config(&self) -> PathBuf {

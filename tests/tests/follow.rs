@@ -1,0 +1,592 @@
+//! A server that gives a site to a store, and robots elsewhere that follow it: they show the very maps, believe nothing that is old or
+//! not signed, and go on without the store.
+#![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
+
+mod support;
+
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::time::Instant;
+use support::live::{DEADLINE, Live, POLL_INTERVAL};
+use support::{announce, contents, demo_model, groundplan};
+
+const FIRST: &str = "[schedule]\nplan_time = \"2024-04-15\"\n";
+
+/// Keys of a site and its store, in a folder.
+struct Tower {
+    home: tempfile::TempDir,
+}
+
+impl Tower {
+    fn new() -> Self {
+        let tower = Self { home: tempfile::tempdir().unwrap() };
+        tower.key("root");
+        tower.key("signing");
+        tower.list(1, &["signing"]);
+        tower
+    }
+
+    fn at(&self, name: &str) -> PathBuf {
+        self.home.path().join(name)
+    }
+
+    fn key(&self, name: &str) {
+        let output = groundplan(&[&"key", &"new", &self.at(&format!("{name}.pem"))]);
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    }
+
+    fn public(&self, name: &str) -> String {
+        let output = groundplan(&[&"key", &"show", &self.at(&format!("{name}.pem"))]);
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        String::from_utf8(output.stdout).unwrap().trim().to_owned()
+    }
+
+    /// Signs a list of keys.
+    fn list(&self, number: u32, names: &[&str]) {
+        let mut command = Command::new(support::client());
+        command.args(["key", "list", "--site", "tower", "--number", &number.to_string()]);
+        command.arg("--root").arg(self.at("root.pem")).arg("-o").arg(self.at("keys.jsonl"));
+        for name in names {
+            command.args(["--key", &self.public(name)]);
+        }
+        assert!(command.status().unwrap().success());
+    }
+
+    fn store(&self) -> PathBuf {
+        self.at("store")
+    }
+
+    /// The index that is the newest.
+    fn current(&self) -> PathBuf {
+        self.at("store/tower/current.jsonl")
+    }
+
+    /// What a server has in its configuration, with the name of the key that signs.
+    fn serve(&self, key: &str, more: &str) -> String {
+        let [store, key, keys] = [self.store(), self.at(&format!("{key}.pem")), self.at("keys.jsonl")];
+        format!("{more}[serve]\nstore = {store:?}\nsite = \"tower\"\nkey = {key:?}\nkeys = {keys:?}\n")
+    }
+
+    /// What a robot has in its configuration.
+    fn follow(&self, more: &str) -> String {
+        self.follow_at(self.store().to_str().unwrap(), more)
+    }
+
+    fn follow_at(&self, store: &str, more: &str) -> String {
+        let root = self.public("root");
+        format!("[follow]\nstore = {store:?}\nsite = \"tower\"\nroots = [{root:?}]\npoll_s = 1\n{more}")
+    }
+
+    /// Epoch of the newest index.
+    fn epoch(&self) -> u64 {
+        let text = std::fs::read_to_string(self.current()).unwrap();
+        let index: Value = serde_json::from_str(text.lines().nth(2).unwrap()).unwrap();
+        index["epoch"].as_u64().unwrap()
+    }
+}
+
+impl Live {
+    /// A robot without models.
+    fn following(config: &str) -> Self {
+        let mut robot = Self::without_models(config);
+        robot.start_up();
+        robot
+    }
+
+    fn start_up(&mut self) {
+        let mut command = Command::new(support::client());
+        self.up = Some(command.arg("up").arg("--config").arg(self.config()).stderr(Stdio::null()).spawn().unwrap());
+    }
+
+    /// The status of a robot that shows an index of at least this epoch, whole.
+    fn shows(&self, epoch: u64) -> Value {
+        self.wait_for_status("the index is shown", |status| {
+            status["follower"]["epoch"].as_u64().is_some_and(|shown| shown >= epoch) && status["healthy"] == true
+        })
+    }
+
+    /// What site-follow says is wrong, once it says something with these words.
+    fn says(&self, words: &str) -> String {
+        let text = |status: &Value| {
+            let daemon = &status["daemons"]["site-follow"];
+            format!("{} {}", daemon["error"].as_str().unwrap_or(""), daemon["warning"].as_str().unwrap_or(""))
+        };
+        text(&self.wait_for_status(words, |status| text(status).contains(words)))
+    }
+
+    fn exported(&self, name: &str) -> Vec<(PathBuf, Vec<u8>)> {
+        let out = self.home.path().join(name);
+        self.text(&[&"export", &out, &"--force"]);
+        contents(&out)
+    }
+}
+
+/// The server has published what it draws now.
+fn published(server: &Live, tower: &Tower, after: u64) -> u64 {
+    server.wait_for_status("it is published", |status| {
+        let is_drawn = status["healthy"] == true;
+        let shown = status["clock"]["plan_time"].as_str().map(str::to_owned);
+        is_drawn && tower.current().is_file() && tower.epoch() > after && plan_time(tower) == shown
+    });
+    tower.epoch()
+}
+
+/// The plan time of the first set of the newest index, once its mission plan is in it.
+fn plan_time(tower: &Tower) -> Option<String> {
+    let text = std::fs::read_to_string(tower.current()).unwrap();
+    let index: Value = serde_json::from_str(text.lines().nth(2)?).ok()?;
+    let set = &index["sets"][0];
+    let has_plans = set["robots"].as_object()?.values().all(|maps| !maps["mission_plan"].is_null());
+    messages::plan_time(set["plan_time_s"].as_i64().filter(|_| has_plans)?).map(|at| at.to_string())
+}
+
+#[test]
+fn a_robot_shows_the_very_maps_of_the_server() {
+    let tower = Tower::new();
+    let server = Live::of(&demo_model(), &tower.serve("signing", FIRST));
+    let first = published(&server, &tower, 0);
+    let robot = Live::following(&tower.follow(""));
+    robot.shows(first);
+    assert!(server.exported("first") == robot.exported("first"), "the maps of the first date");
+    server.text(&[&"date", &"2024-05-20"]);
+    let second = published(&server, &tower, first);
+    let status = robot.shows(second);
+    assert_eq!(status["clock"]["plan_time"], "2024-05-20T00:00:00");
+    let (of_server, of_robot) = (server.exported("second"), robot.exported("second"));
+    assert!(of_server == of_robot, "the maps of the second date");
+    // What is decided on the server is refused on the robot, with the reason.
+    let output = robot.run(&[&"date", &"2024-05-21"]);
+    let why = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.code() == Some(2) && why.contains("follows the site tower"), "{why}");
+    assert_eq!(robot.text(&[&"date"]), "2024-05-20T00:00:00  moved by the server");
+}
+
+#[test]
+fn what_dies_comes_back_with_the_same_maps_and_higher_epochs() {
+    let tower = Tower::new();
+    let mut server = Live::of(&demo_model(), &tower.serve("signing", FIRST));
+    let first = published(&server, &tower, 0);
+    let robot = Live::following(&tower.follow(""));
+    robot.shows(first);
+    let before = robot.index();
+    let maps = robot.exported("before");
+    // Without its store, too: what it showed is on its disk.
+    std::fs::rename(tower.store(), tower.at("away")).unwrap();
+    let process = robot.status().unwrap()["daemons"]["site-follow"]["process_id"].clone();
+    assert!(Command::new("kill").args(["-9", &process.to_string()]).status().unwrap().success());
+    robot.wait_for_status("it comes back", |status| {
+        let daemon = &status["daemons"]["site-follow"];
+        daemon["process_id"].as_u64().is_some_and(|id| id > 0 && daemon["process_id"] != process)
+            && status["follower"]["epoch"] == first
+    });
+    let begun = Instant::now();
+    while robot.index()["epoch"].as_u64() <= before["epoch"].as_u64() {
+        assert!(begun.elapsed() < DEADLINE, "{}", robot.index());
+        std::thread::sleep(POLL_INTERVAL);
+    }
+    robot.says("valid until 2024-04-15T08:00:00");
+    assert!(robot.exported("after") == maps);
+    std::fs::rename(tower.at("away"), tower.store()).unwrap();
+    // The server dies, and its site moves on while it is away from the store.
+    server.kill("site-server");
+    server.text(&[&"date", &"2024-04-20"]);
+    let second = published(&server, &tower, first);
+    assert_eq!(robot.shows(second)["clock"]["plan_time"], "2024-04-20T00:00:00");
+    // A whole restart of the server's machine goes on above what is in the store.
+    server.down();
+    server.up();
+    server.text(&[&"date", &"2024-04-21"]);
+    assert!(published(&server, &tower, second) > second);
+}
+
+#[test]
+fn nothing_older_changed_or_foreign_is_shown() {
+    let tower = Tower::new();
+    let server = Live::of(&demo_model(), &tower.serve("signing", FIRST));
+    let first = published(&server, &tower, 0);
+    let old = std::fs::read(tower.current()).unwrap();
+    server.text(&[&"date", &"2024-05-20"]);
+    let second = published(&server, &tower, first);
+    let robot = Live::following(&tower.follow(""));
+    robot.shows(second);
+    let new = std::fs::read(tower.current()).unwrap();
+    // The old index comes again.
+    replaced(&tower.current(), &old);
+    let why = robot.says("an old index comes again");
+    assert!(why.contains(&format!("epoch {first}")) || why.contains("acknowledged"), "{why}");
+    // One that was changed after it was signed, which says that it is newer.
+    let text = String::from_utf8(new.clone()).unwrap();
+    let forged = text.replacen(&format!("\"epoch\":{second}"), &format!("\"epoch\":{}", second + 50), 1);
+    assert_ne!(forged, text);
+    replaced(&tower.current(), forged.as_bytes());
+    robot.says("the signature of its index is wrong");
+    // One that somebody else signed, from a list of keys of his own.
+    let other = Tower::new();
+    let of_other = Live::of(&demo_model(), &other.serve("signing", FIRST));
+    published(&of_other, &other, 0);
+    replaced(&tower.current(), &std::fs::read(other.current()).unwrap());
+    robot.says("which is no root key of this robot");
+    // All the time the last one is shown, and a robot that begins now shows nothing.
+    assert_eq!(robot.status().unwrap()["follower"]["epoch"], second);
+    let late = Live::following(&tower.follow(""));
+    late.says("which is no root key of this robot");
+    assert_eq!(late.status().unwrap()["follower"]["epoch"], 0);
+    assert!(late.status().unwrap()["grids"].is_null());
+    replaced(&tower.current(), &new);
+    for robot in [&robot, &late] {
+        robot.shows(second);
+    }
+}
+
+/// Puts a file in the place of another one, as a store does.
+fn replaced(path: &Path, bytes: &[u8]) {
+    let beside = path.with_extension("new");
+    std::fs::write(&beside, bytes).unwrap();
+    std::fs::rename(beside, path).unwrap();
+}
+
+#[test]
+fn a_key_that_was_revoked_signs_nothing_any_more() {
+    let tower = Tower::new();
+    let mut server = Live::of(&demo_model(), &tower.serve("signing", FIRST));
+    let first = published(&server, &tower, 0);
+    let robot = Live::following(&tower.follow(""));
+    robot.shows(first);
+    // Another key signs, and the old one is not in the list any more.
+    server.down();
+    let old_keys = std::fs::read(tower.at("keys.jsonl")).unwrap();
+    tower.key("next");
+    tower.list(2, &["next"]);
+    let config = std::fs::read_to_string(server.config()).unwrap().replace("signing.pem", "next.pem");
+    std::fs::write(server.config(), config).unwrap();
+    server.up();
+    server.text(&[&"date", &"2024-04-20"]);
+    let second = published(&server, &tower, first);
+    robot.shows(second);
+    server.down();
+    // Whoever has the old key makes an index that is newer than all, with the old list.
+    std::fs::write(tower.at("keys.jsonl"), old_keys).unwrap();
+    let config = std::fs::read_to_string(server.config()).unwrap().replace("next.pem", "signing.pem");
+    std::fs::write(server.config(), config).unwrap();
+    server.up();
+    server.text(&[&"date", &"2024-05-20"]);
+    let stolen = published(&server, &tower, second);
+    assert!(stolen > second);
+    robot.says("a key that was revoked may be in it");
+    assert_eq!(robot.status().unwrap()["follower"]["epoch"], second);
+    // A server whose key is not in its list does not start with it.
+    tower.list(3, &["next"]);
+    server.down();
+    server.start_up();
+    server.wait_for_status("it does not run", |status| {
+        status["daemons"]["site-server"]["process_id"].as_u64().unwrap_or(0) == 0
+            && status["daemons"]["rasterize"]["process_id"] != 0
+    });
+}
+
+#[test]
+fn what_a_store_lost_is_told_and_comes_back_with_the_server() {
+    let tower = Tower::new();
+    let mut server = Live::of(&demo_model(), &tower.serve("signing", FIRST));
+    let first = published(&server, &tower, 0);
+    // A blob that is lost, and one that is another's.
+    let blobs: Vec<PathBuf> = contents(&tower.at("store/tower/blobs"))
+        .into_iter()
+        .map(|(path, _)| tower.at("store/tower/blobs").join(path))
+        .collect();
+    let largest = blobs.iter().max_by_key(|path| std::fs::metadata(path).unwrap().len()).unwrap();
+    let content = std::fs::read(largest).unwrap();
+    let robot = Live::following(&tower.follow(""));
+    robot.shows(first);
+    let maps = robot.exported("before");
+    let late_config = tower.follow("");
+    std::fs::write(largest, vec![7; content.len()]).unwrap();
+    let late = Live::following(&late_config);
+    late.says("a block");
+    assert!(late.status().unwrap()["grids"].is_null(), "of bytes that are wrong nothing is shown");
+    std::fs::remove_file(largest).unwrap();
+    late.says("has no tower/blobs/");
+    assert!(robot.exported("meanwhile") == maps, "who has it needs the store no more");
+    // The server notices at its start.
+    server.down();
+    server.up();
+    server.text(&[&"date", &"2024-04-20"]);
+    let second = published(&server, &tower, first);
+    for robot in [&robot, &late] {
+        robot.shows(second);
+    }
+    assert!(late.exported("late") == server.exported("server"));
+}
+
+#[test]
+fn a_robot_fetches_the_storeys_that_it_needs_alone() {
+    let tower = Tower::new();
+    let server = Live::of(&demo_model(), &tower.serve("signing", FIRST));
+    let first = published(&server, &tower, 0);
+    let robot = Live::following(&tower.follow("storeys = [\"1\"]\n"));
+    let status = robot.shows(first);
+    assert_eq!(status["grids"]["storeys"], 1);
+    let (of_robot, of_server) = (robot.index(), server.index());
+    let grids = of_robot["content"]["grids"].as_array().unwrap();
+    assert_eq!(grids.len(), 1);
+    assert_eq!(grids[0], of_server["content"]["grids"][1]);
+    // The files of the storey are those of the server.
+    let of_storey = |files: Vec<(PathBuf, Vec<u8>)>| {
+        let maps = |(path, _): &(PathBuf, Vec<u8>)| {
+            path.starts_with("storeys") && path.extension().is_some_and(|end| end == "pgm")
+        };
+        files.into_iter().filter(maps).collect::<Vec<_>>()
+    };
+    let (of_robot, of_server) = (of_storey(robot.exported("maps")), of_storey(server.exported("maps")));
+    assert_eq!(of_robot.len(), 3);
+    assert!(of_robot.iter().all(|file| of_server.contains(file)), "the same maps under the same names");
+    let wrong = Live::following(&tower.follow("storeys = [\"attic\"]\n"));
+    let why = wrong.says("attic");
+    assert!(why.contains("it has "), "{why}");
+}
+
+#[test]
+fn each_make_of_robot_has_its_own_maps() {
+    let tower = Tower::new();
+    std::fs::write(tower.at("low.toml"), "name = \"low\"\nheight_m = 0.4\nradius_m = 0.2\n").unwrap();
+    let low = tower.at("low.toml");
+    let robots = format!("{FIRST}[[robots]]\nname = \"lift\"\n[[robots]]\nname = \"scan\"\nprofile = {low:?}\n");
+    let server = Live::of(&demo_model(), &tower.serve("signing", &robots));
+    let first = published(&server, &tower, 0);
+    let of_server = |name: &str| {
+        let out = server.home.path().join(name);
+        server.text(&[&"export", &out, &"--robot-name", &name]);
+        contents(&out)
+    };
+    for name in ["lift", "scan"] {
+        let robot = Live::following(&tower.follow(&format!("robot = {name:?}\n")));
+        robot.shows(first);
+        assert!(robot.exported(name) == of_server(name), "{name}");
+    }
+    let unknown = Live::following(&tower.follow("robot = \"crane\"\n"));
+    let why = unknown.says("crane");
+    assert!(why.contains("it has lift, scan"), "{why}");
+}
+
+/// A schedule of which three things change soon, by the clock of this machine.
+fn soon(tower: &Tower, seconds: &[i64]) -> (String, Vec<i64>) {
+    let now = jiff::Timestamp::now().as_second();
+    let at = |s: i64| {
+        let time = jiff::Timestamp::from_second(s).unwrap().to_zoned(jiff::tz::TimeZone::UTC);
+        time.strftime("%d.%m.%Y %H:%M:%S").to_string()
+    };
+    let shipped = std::fs::read_to_string(support::root().join("tests/fixtures/demo-schedule.csv")).unwrap();
+    let instants: Vec<i64> = seconds.iter().map(|s| now + s).collect();
+    let mut lines: Vec<String> = shipped.lines().take(1).map(str::to_owned).collect();
+    let mut next = instants.iter().cycle();
+    for line in shipped.lines().skip(1) {
+        let cells: Vec<&str> = line.split(';').collect();
+        let dates = if cells[3].is_empty() {
+            [String::new(), String::new()]
+        } else {
+            [at(now - 86_400), at(*next.next().unwrap())]
+        };
+        lines.push([cells[0], cells[1], cells[2], &dates[0], &dates[1], "", ""].join(";"));
+    }
+    std::fs::write(tower.at("soon.csv"), lines.join("\n") + "\n").unwrap();
+    std::fs::write(tower.at("rules.toml"), "date_format = \"dmy\"\nsite_zone = \"UTC\"\n").unwrap();
+    let (files, rules) = (tower.at("soon.csv"), tower.at("rules.toml"));
+    (format!("[schedule]\nfiles = [{files:?}]\nrules = {rules:?}\n"), instants)
+}
+
+#[test]
+fn a_robot_goes_on_to_later_maps_by_its_own_clock_without_server_and_store() {
+    let tower = Tower::new();
+    let (schedule, instants) = soon(&tower, &[45, 55, 65]);
+    let mut server = Live::of(&demo_model(), &tower.serve("signing", &schedule));
+    server.text(&[&"date", &"--wall"]);
+    server.wait_for_status("later sets are drawn", |status| {
+        let times = status["server"]["plan_times_s"].as_array().cloned().unwrap_or_default();
+        times.iter().filter_map(Value::as_i64).filter(|at| instants.contains(at)).count() >= 3
+    });
+    let robot = Live::following(&tower.follow(""));
+    robot.wait_for_status("all sets are here", |status| {
+        status["follower"]["later"].as_array().is_some_and(|later| later.len() >= 3)
+    });
+    // Neither is there any more.
+    std::fs::rename(tower.store(), tower.at("away")).unwrap();
+    let until = |at_s: i64| {
+        let text = messages::plan_time(at_s).unwrap().to_string();
+        robot.wait_for_status("the next maps are shown", |status| status["grids"]["plan_time"] == text.as_str());
+    };
+    for at_s in &instants {
+        until(*at_s);
+    }
+    // The server, which went on by its own, has the same maps.
+    let shown = messages::plan_time(instants[2]).unwrap().to_string();
+    server.wait_for_status("it went on", |status| {
+        status["grids"]["plan_time"] == shown.as_str() && status["plan"]["is_current"] == true
+    });
+    assert!(server.exported("last") == robot.exported("last"));
+    server.down();
+}
+
+/// A web server of a folder, from the standard library of Python: it ignores ranges.
+struct WebServer {
+    child: Child,
+    url: String,
+}
+
+impl WebServer {
+    fn start(folder: &Path) -> Self {
+        let mut command = Command::new("python3");
+        command.args(["-u", "-m", "http.server", "--bind", "127.0.0.1", "0", "--directory"]).arg(folder);
+        let mut child = command.stdout(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
+        let mut line = String::new();
+        std::io::BufRead::read_line(&mut std::io::BufReader::new(child.stdout.take().unwrap()), &mut line).unwrap();
+        let port = line.split(" port ").nth(1).unwrap().split(' ').next().unwrap();
+        Self { url: format!("http://127.0.0.1:{port}"), child }
+    }
+}
+
+impl Drop for WebServer {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+#[test]
+fn a_folder_behind_any_web_server_serves_a_site() {
+    if Command::new("python3").arg("--version").output().is_err() {
+        return announce("SKIPPED: no python3 for a web server");
+    }
+    let tower = Tower::new();
+    let server = Live::of(&demo_model(), &tower.serve("signing", FIRST));
+    let first = published(&server, &tower, 0);
+    let web = WebServer::start(&tower.store());
+    let robot = Live::following(&tower.follow_at(&web.url, ""));
+    robot.shows(first);
+    server.text(&[&"date", &"2024-05-20"]);
+    let second = published(&server, &tower, first);
+    robot.shows(second);
+    assert!(server.exported("maps") == robot.exported("maps"));
+    // The web server goes, and what is shown stays.
+    drop(web);
+    robot.says("what is shown is valid until");
+    assert_eq!(robot.status().unwrap()["follower"]["epoch"], second);
+}
+
+/// A package of Python in the environment of the tests; `None`, and a loud word, where it cannot be had.
+fn python_program(package: &str, program: &str) -> Option<PathBuf> {
+    let installed = Command::new("bash").arg(support::root().join("scripts/python-env")).arg(package).status();
+    let path = support::root().join("target/venv/bin").join(program);
+    if !installed.is_ok_and(|status| status.success()) || !path.is_file() {
+        announce(&format!("SKIPPED: {package} could not be installed"));
+        return None;
+    }
+    Some(path)
+}
+
+/// A port that nobody listens on; another process may take it, which the caller notices.
+fn free_port() -> u16 {
+    std::net::TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port()
+}
+
+/// Waits until something listens, and sends it a request.
+fn request(port: u16, request: &str) -> String {
+    let begun = Instant::now();
+    loop {
+        if let Ok(mut stream) = std::net::TcpStream::connect(("127.0.0.1", port)) {
+            std::io::Write::write_all(&mut stream, request.as_bytes()).unwrap();
+            let mut answer = String::new();
+            let _ = std::io::Read::read_to_string(&mut stream, &mut answer);
+            return answer;
+        }
+        assert!(begun.elapsed() < DEADLINE, "nothing listens on {port}");
+        std::thread::sleep(POLL_INTERVAL);
+    }
+}
+
+#[test]
+fn a_bucket_serves_a_site() {
+    // moto: an S3 service for tests, with conditions and ranges.
+    let Some(moto) = python_program("moto[server]==5.2.5", "moto_server") else { return };
+    let tower = Tower::new();
+    let port = free_port();
+    let mut command = Command::new(moto);
+    command.args(["-H", "127.0.0.1", "-p", &port.to_string()]).stdout(Stdio::null()).stderr(Stdio::null());
+    let bucket = WebServer { child: command.spawn().unwrap(), url: "s3://maps/site".to_owned() };
+    let made = request(port, "PUT /maps HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Length: 0\r\nConnection: close\r\n\r\n");
+    assert!(made.starts_with("HTTP/1.1 200"), "{made}");
+    let credentials = tower.at("store.toml");
+    let text = format!("access_key = \"a\"\nsecret_key = \"b\"\nendpoint = \"http://127.0.0.1:{port}\"\n");
+    std::fs::write(&credentials, text).unwrap();
+    std::fs::set_permissions(&credentials, std::os::unix::fs::PermissionsExt::from_mode(0o600)).unwrap();
+    let [key, keys] = [tower.at("signing.pem"), tower.at("keys.jsonl")];
+    let serve = format!(
+        "{FIRST}[serve]\nstore = {:?}\ncredentials = {credentials:?}\nsite = \"tower\"\nkey = {key:?}\nkeys = {keys:?}\n",
+        bucket.url
+    );
+    let server = Live::of(&demo_model(), &serve);
+    let epoch = |status: &Value| status["server"]["epoch"].as_u64().unwrap_or(0);
+    server.wait_for_status("it is published", |status| epoch(status) >= 1);
+    let robot = Live::following(&tower.follow_at(&bucket.url, &format!("credentials = {credentials:?}\n")));
+    let is_shown = |robot: &Live, date: &str| {
+        let is_so = |status: &Value| {
+            status["healthy"] == true && status["grids"]["plan_time"] == date && status["plan"]["is_current"] == true
+        };
+        robot.wait_for_status(date, is_so)
+    };
+    is_shown(&robot, "2024-04-15T00:00:00");
+    server.text(&[&"date", &"2024-05-20"]);
+    is_shown(&robot, "2024-05-20T00:00:00");
+    assert!(server.exported("maps") == robot.exported("maps"));
+    // Two servers of one site: an epoch is created once, and the second one says so or goes on above the first.
+    let published = robot.shows(1)["follower"]["epoch"].as_u64().unwrap();
+    drop(server);
+    let other = Live::of(&demo_model(), &serve);
+    other.wait_for_status("it goes on above", |status| epoch(status) > published);
+}
+
+#[test]
+fn a_web_server_that_breaks_off_is_asked_again_for_what_is_missing() {
+    if Command::new("python3").arg("--version").output().is_err() {
+        return announce("SKIPPED: no python3 for a web server");
+    }
+    let tower = Tower::new();
+    let server = Live::of(&demo_model(), &tower.serve("signing", FIRST));
+    let first = published(&server, &tower, 0);
+    let web = WebServer::start(&tower.store());
+    let behind: u16 = web.url.rsplit(':').next().unwrap().parse().unwrap();
+    let proxy = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let url = format!("http://127.0.0.1:{}", proxy.local_addr().unwrap().port());
+    std::thread::spawn(move || {
+        for (n, client) in proxy.incoming().flatten().enumerate() {
+            std::thread::spawn(move || break_off(client, behind, n));
+        }
+    });
+    let robot = Live::following(&tower.follow_at(&url, ""));
+    robot.wait_for_status("it is shown", |status| {
+        status["follower"]["epoch"] == first && status["plan"]["is_current"] == true
+    });
+    assert!(server.exported("maps") == robot.exported("maps"));
+}
+
+/// Passes one request on, and of most answers a part: a third of the connections is closed at once, a third after 2,000 bytes.
+fn break_off(mut client: std::net::TcpStream, behind: u16, n: usize) {
+    use std::io::{Read, Write};
+    // Not in turn: who asks in a rhythm would meet the same each time.
+    let limit = match xxhash_rust::xxh3::xxh3_64(&n.to_le_bytes()) % 3 {
+        0 => 0,
+        1 => 2_000,
+        _ => usize::MAX,
+    };
+    let mut request = [0; 4096];
+    let Ok(length) = client.read(&mut request) else { return };
+    let Ok(mut web) = std::net::TcpStream::connect(("127.0.0.1", behind)) else { return };
+    // One request for a connection: what comes next is another connection, and breaks off elsewhere.
+    let request = String::from_utf8_lossy(&request[..length]).replacen("\r\n", "\r\nConnection: close\r\n", 1);
+    if web.write_all(request.as_bytes()).is_err() {
+        return;
+    }
+    let mut answer = Vec::new();
+    let _ = web.read_to_end(&mut answer);
+    let _ = client.write_all(&answer[..answer.len().min(limit)]);
+}
