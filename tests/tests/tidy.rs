@@ -17,7 +17,7 @@ fn root() -> PathBuf {
 }
 
 /// Crates of the workspace that each crate may depend on.
-const ALLOWED: [(&str, &[&str]); 37] = [
+const ALLOWED: [(&str, &[&str]); 38] = [
     ("diagnostics", &[]),
     ("input-files", &[]),
     ("frames", &[]),
@@ -34,6 +34,7 @@ const ALLOWED: [(&str, &[&str]); 37] = [
     ("export", &["diagnostics", "frames", "geometry", "grid", "input-files", "messages", "safety"]),
     ("world", &["convex", "diagnostics", "export", "frames", "geometry", "grid", "messages"]),
     ("cloud", &["export", "frames", "geometry", "grid", "messages"]),
+    ("open-rmf", &["export", "frames", "geometry", "messages"]),
     ("occupancy", &["grid", "input-files", "messages"]),
     ("ros", &["export", "frames", "geometry", "grid", "messages"]),
     ("ingest", &["frames", "geometry", "grid", "messages", "ifc"]),
@@ -110,6 +111,7 @@ const ALLOWED: [(&str, &[&str]); 37] = [
             "input-files",
             "messages",
             "occupancy",
+            "open-rmf",
             "raster",
             "ros",
             "safety",

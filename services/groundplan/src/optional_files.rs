@@ -1,5 +1,5 @@
 //! Files of an output folder that are written where they are asked for: the simulation world, the cloud and the octree of
-//! structure, the ground.
+//! structure, the ground, building maps for Open-RMF.
 
 use crate::failure::Failure;
 use cloud::{CloudOptions, OctomapOptions};
@@ -16,24 +16,28 @@ pub(crate) struct OptionalFiles {
     cloud: Option<CloudOptions>,
     octomap: Option<OctomapOptions>,
     with_ground: bool,
+    with_open_rmf: bool,
     /// What the site alone says of its ground, with the hash of that site: dates select from it.
     site_ground: Mutex<Option<(ContentHash, SiteGround)>>,
 }
 
 impl OptionalFiles {
-    /// A world, a cloud and an octree with options, and the ground, where there are to be any.
+    /// A world, a cloud and an octree with options, the ground, and building maps for Open-RMF, where there are to be any.
     pub(crate) fn new(
         world: Option<WorldOptions>,
         cloud: Option<CloudOptions>,
         octomap: Option<OctomapOptions>,
         with_ground: bool,
+        with_open_rmf: bool,
     ) -> Self {
-        Self { world, cloud, octomap, with_ground, site_ground: Mutex::default() }
+        Self { world, cloud, octomap, with_ground, with_open_rmf, site_ground: Mutex::default() }
     }
 
     /// True if there are to be any of them.
     pub(crate) fn are_asked_for(&self) -> bool {
-        self.world.is_some() || self.cloud.is_some() || self.octomap.is_some() || self.with_ground
+        let is_any =
+            [self.world.is_some(), self.cloud.is_some(), self.octomap.is_some(), self.with_ground, self.with_open_rmf];
+        is_any.contains(&true)
     }
 
     /// The files, and what is to be told about the world.
@@ -50,6 +54,9 @@ impl OptionalFiles {
         }
         if self.with_ground {
             made.files.extend(self.ground_files(input)?);
+        }
+        if self.with_open_rmf {
+            made.files.extend(open_rmf::files(input));
         }
         Ok(made)
     }

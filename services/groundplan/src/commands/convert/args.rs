@@ -77,6 +77,10 @@ pub struct Args {
     #[arg(long)]
     pub(super) with_ground: bool,
 
+    /// Write building map, site and navigation graph for Open-RMF too: levels, lanes that this robot can take, doors, lifts
+    #[arg(long)]
+    pub(super) open_rmf: bool,
+
     /// The world.
     #[command(flatten)]
     pub(super) world: WorldArgs,
@@ -127,6 +131,9 @@ Files in OUT (written whole or not at all, the same bytes for the same input):
                                 for lidars that look in three dimensions; structure.json: their elements, by GlobalId
   octomap/                      with --octomap: structure.bt, an OctoMap: cells that structure occupies, cells that are free in
                                 open rooms, all else unknown; structure.json: its volume, elements and rooms, by GlobalId
+  open-rmf/                     with --open-rmf: NAME.building.yaml for the traffic editor,
+                                NAME.site.json for the site editor, nav_graphs/0.yaml for fleet
+                                adapters: levels, lanes, doors and lifts in Cartesian metres
   ground.ply, ground.json       with --with-ground: the surface that can be walked or driven on as a mesh, for no robot in
                                 particular; what its numbers mean, its surfaces and where one gets between them
   storeys/<index>-<name>/

@@ -61,6 +61,7 @@ impl Run for Args {
             self.cloud.options()?,
             self.octomap.options(&self.cloud)?,
             self.with_ground,
+            self.open_rmf,
         );
         let schedule = ScheduleInput::read(&self.schedule)?;
         let requested_maps = self.requested_maps(schedule.site_zone())?;
@@ -159,8 +160,7 @@ impl Args {
             return Err(Failure::usage("--grid-map and --speed-mask say what is recorded: give --mcap"));
         }
         if self.out.is_none() && (optional.are_asked_for() || self.with_geometry) {
-            let message =
-                "--world, --cloud, --octomap, --with-ground and --with-geometry write into the output folder: give -o";
+            let message = "--world, --cloud, --octomap, --open-rmf, --with-ground and --with-geometry write into the output folder: give -o";
             return Err(Failure::usage(message));
         }
         Ok(())
