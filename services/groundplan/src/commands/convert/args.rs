@@ -125,8 +125,9 @@ Files in OUT (written whole or not at all, the same bytes for the same input):
   site-graph.json               spaces, doors and junctions of all storeys, with stairs and lifts between them
   site-frame.json               the map frame; a later run into the same OUT keeps it
   world/                        with --world: world.sdf for Gazebo and other simulators, with meshes; lookup.json: what its
-                                models are, by GlobalId; doors.urdf; site.glb for viewers; ground.xml: terrain and roads
-                                for MuJoCo, where there are any
+                                models are, by GlobalId; doors.urdf; site.glb for viewers; site.usda
+                                with --usd; ground.xml: terrain and roads for MuJoCo, where
+                                there are any
   cloud/                        with --cloud: structure.{pcd,ply}: the surfaces of what stands finished as points with normals,
                                 for lidars that look in three dimensions; structure.json: their elements, by GlobalId
   octomap/                      with --octomap: structure.bt, an OctoMap: cells that structure occupies, cells that are free in
