@@ -251,7 +251,7 @@ class Judge:
                 expect(0.3 <= math.dist(*ends), f"{id} is {math.dist(*ends):.2f} m wide")
 
 
-def damages(files):
+def damages(files, folder):
     """Files with something wrong in each, and words of what has to be found in it."""
 
     def changed(change):
@@ -295,10 +295,14 @@ def damages(files):
         room = next(k for k, v in enumerate(level["vertices"]) if v[2]["name"] == named)
         level["lanes"] = [lane for lane in level["lanes"] if room not in lane[:2]]
 
+    places = [v[:2] for v in files["nav"]["levels"][nav_level]["vertices"]]
+    storey = folder.level_of(files["nav"]["levels"])[nav_level]
+    is_lane = lambda k: "lift" not in files["nav"]["levels"][nav_level]["vertices"][k][2]
+    pairs = [(a, b) for a in range(len(places)) for b in range(a) if is_lane(a) and is_lane(b)]
+    walled = next((pair for pair in pairs if not (folder.cells_along(storey, *(places[k] for k in pair)) == FREE).all()), None)
+
     def through_walls(f):
-        level = f["nav"]["levels"][nav_level]
-        far = sorted(range(len(level["vertices"])), key=lambda k: level["vertices"][k][0] + level["vertices"][k][1])
-        level["lanes"].append([far[0], far[-1], {}])
+        f["nav"]["levels"][nav_level]["lanes"].append([*walled, {}])
 
     def twice(f):
         named_ones = [v for v in f["building"]["levels"][nav_level]["vertices"] if v[3]]
@@ -313,10 +317,11 @@ def damages(files):
         "another name of a room in the navigation graph": (other_name, "names"),
         "a lane in one direction alone": (one_direction, "in both directions"),
         "a room without lanes": (without_a_room, "lanes join other rooms"),
-        "a lane through walls": (through_walls, "do not lie on free cells"),
         "a name twice": (twice, "used twice"),
         "a level 0.1 m higher": (higher, "another height"),
     }
+    if walled:
+        cases["a lane through walls"] = (through_walls, "do not lie on free cells")
     asked = [lane for level in files["nav"]["levels"].values() for lane in level["lanes"] if "door_name" in lane[2]]
     if asked:
 
@@ -366,7 +371,7 @@ def main():
                 f" {len(files['building']['lifts'])} lifts, {judge.n_names} names, {judge.n_rooms} rooms in {judge.n_parts} parts"
             )
         if options.damage:
-            for what, (damaged, word) in damages(files).items():
+            for what, (damaged, word) in damages(files, judge.folder).items():
                 found = [why for why in judge.judge(damaged) if word in why]
                 print(f" with {what}: {found[0] if found else 'nothing'}")
                 if not found:

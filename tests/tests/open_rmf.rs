@@ -235,6 +235,13 @@ fn lanes_ask_for_the_door_that_they_pass() {
     }
 }
 
+#[test]
+fn levels_are_the_storeys_that_are_written() {
+    let (facts, _) = checked(&convert(&demo_model(), &["--open-rmf", "--storeys", "1"]));
+    assert_eq!(facts.levels.keys().collect::<Vec<_>>(), ["Upper floor"]);
+    assert!(facts.lanes() > 0 && facts.doors() > 0);
+}
+
 /// A lift between two storeys, with a landing door before its front on both.
 fn house_with_a_lift() -> House {
     let mut house = House::new("IFC4");
@@ -254,7 +261,8 @@ fn house_with_a_lift() -> House {
         let door = "$,2.1,1.0,.DOOR.,.DOUBLE_DOOR_SLIDING.,$";
         let door = house.add("IFCDOOR", &format!("Landing {storey}"), door, [[6.68, 2.5, z], [6.72, 3.5, z + 2.1]]);
         house.fill(opening, door);
-        house.add_room(&format!("Hall {storey}"), [[0.0, 0.0, z], [6.6, 6.0, z + 2.8]]);
+        // What YAML would read as a comment, a map or the end of a text.
+        house.add_room(&format!("Hall: \"{storey}\" # {{1}}, -"), [[0.0, 0.0, z], [6.6, 6.0, z + 2.8]]);
     }
     house.add("IFCTRANSPORTELEMENT", "Lift", "$,.ELEVATOR.", [[7.0, 2.2, 0.0], [8.6, 3.8, 5.5]]);
     house

@@ -5,7 +5,7 @@ use crate::failure::Failure;
 use cloud::{CloudOptions, OctomapOptions};
 use export::{ExportFile, ExportInput};
 use ground::SiteGround;
-use messages::{ContentHash, Ground, GroundWriter};
+use messages::{ContentHash, Ground, GroundWriter, MapGrids};
 use std::sync::{Mutex, PoisonError};
 use world::{WorldFiles, WorldOptions};
 
@@ -42,9 +42,13 @@ impl OptionalFiles {
 
     /// The files, and what is to be told about the world.
     ///
+    /// A world, a cloud and the ground are the whole building with all its grids, whichever of them are written; Open-RMF gets the
+    /// storeys that are.
+    ///
     /// # Errors
     /// A cloud of too many points, an octree of too many cells, a schedule state of another site.
-    pub(crate) fn files(&self, input: &ExportInput<'_>) -> Result<WorldFiles, Failure> {
+    pub(crate) fn files(&self, written: &ExportInput<'_>, all_grids: &dyn MapGrids) -> Result<WorldFiles, Failure> {
+        let input = &ExportInput { grids: all_grids, ..*written };
         let mut made = self.world.as_ref().map(|options| world::files(input, options)).unwrap_or_default();
         if let Some(options) = &self.cloud {
             made.files.extend(cloud::files(input, options).map_err(Failure::work)?);
@@ -56,7 +60,7 @@ impl OptionalFiles {
             made.files.extend(self.ground_files(input)?);
         }
         if self.with_open_rmf {
-            made.files.extend(open_rmf::files(input));
+            made.files.extend(open_rmf::files(written));
         }
         Ok(made)
     }
