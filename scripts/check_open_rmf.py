@@ -15,6 +15,7 @@ map and the site, and finds the same in both, is tested in tests/tests/open_rmf.
 - It is a graph that `rmf_fleet_adapter` takes: names once, lifts that are known, cabins one above the other.
 - Lanes lie on free cells of planning.pgm of their level, but for those into lifts.
 - Rooms are joined by lanes and lifts exactly if site-graph.json joins them on one storey or by lifts that this robot takes.
+- Walls lie on occupied cells of it, but for glass and their ends.
 - Doors are elements that stand finished, and lie within their bounds; levels have the heights of floors that the manifest tells.
 """
 import argparse
@@ -28,7 +29,7 @@ import networkx
 import numpy as np
 import yaml
 
-FREE = 254
+FREE, OCCUPIED = 254, 0
 # Rounding to tenths of a millimetre.
 SAME_M = 1e-3
 # Bounds of a door's body, which may be narrower than its opening.
@@ -207,6 +208,13 @@ class Judge:
                 self.n_lanes += 1
                 cells = self.folder.cells_along(storeys[name], ends[0][:2], ends[1][:2])
                 off += [] if (cells == FREE).all() else [(name, ends[0][:2], ends[1][:2])]
+        shares = []
+        for name, level in files["building"]["levels"].items():
+            for a, b, _ in level["walls"]:
+                cells = self.folder.cells_along(storeys[name], level["vertices"][a][:2], level["vertices"][b][:2])
+                shares.append((cells == OCCUPIED).mean())
+        self.n_walls = len(shares)
+        expect(not shares or np.mean(np.array(shares) > 0.8) > 0.9, f"{sum(share <= 0.8 for share in shares)} of {len(shares)} walls do not lie on occupied cells")
         expect(not off, f"{len(off)} lanes do not lie on free cells: {off[:2]}")
 
     def judge_rooms(self, files, expect):
@@ -320,6 +328,16 @@ def damages(files, folder):
         "a name twice": (twice, "used twice"),
         "a level 0.1 m higher": (higher, "another height"),
     }
+    walls = [(level, wall) for level in files["building"]["levels"].values() for wall in level["walls"]]
+    if walls:
+
+        def other_walls(f):
+            for level in f["building"]["levels"].values():
+                for wall in level["walls"]:
+                    level["vertices"][wall[0]][0] += 1.5
+                    level["vertices"][wall[0]][1] += 1.5
+
+        cases["walls that are turned"] = (other_walls, "walls do not lie on occupied cells")
     if walled:
         cases["a lane through walls"] = (through_walls, "do not lie on free cells")
     asked = [lane for level in files["nav"]["levels"].values() for lane in level["lanes"] if "door_name" in lane[2]]
@@ -367,7 +385,7 @@ def main():
         wrong = judge.judge(files)
         if not wrong:
             print(
-                f"{out}: {len(files['building']['levels'])} levels, {judge.n_lanes} lanes there or back, {judge.n_doors} doors,"
+                f"{out}: {len(files['building']['levels'])} levels, {judge.n_lanes} lanes there or back, {judge.n_doors} doors, {judge.n_walls} walls,"
                 f" {len(files['building']['lifts'])} lifts, {judge.n_names} names, {judge.n_rooms} rooms in {judge.n_parts} parts"
             )
         if options.damage:

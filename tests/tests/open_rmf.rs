@@ -29,6 +29,7 @@ struct LevelFacts {
     /// Its elevation.
     tenths: i64,
     lanes: Lanes,
+    walls: Vec<Line>,
     /// Type and ends by name.
     doors: BTreeMap<String, (&'static str, Line)>,
 }
@@ -78,8 +79,10 @@ impl Facts {
             };
             let doors: BTreeMap<_, _> = level.doors.values().map(door).collect();
             assert_eq!(doors.len(), level.doors.len(), "names of doors are unique");
+            let walls = level.walls.values().map(|wall| line(wall.anchors.array().map(|end| at(end).unwrap().0)));
+            let walls = walls.collect();
             let properties = &level.properties;
-            let of = LevelFacts { tenths: tenths(properties.elevation.0), lanes: BTreeMap::new(), doors };
+            let of = LevelFacts { tenths: tenths(properties.elevation.0), lanes: BTreeMap::new(), walls, doors };
             assert!(facts.levels.insert(properties.name.0.clone(), of).is_none(), "names of levels are unique");
         }
         for lane in site.navigation.guided.lanes.values() {
@@ -193,6 +196,13 @@ fn doors_and_lanes_of_the_demo_come_with_the_dates() {
     assert_eq!(doors, [0, 0, 25], "no door hangs in April");
     assert!(lanes[0] < lanes[1] && lanes[1] < lanes[2], "{lanes:?}");
     assert_eq!(rooms, 8, "that are closed until they are finished");
+    // From the south-east corner to the main entrance, in the middle of a wall of 0.3 m.
+    let south = line([[18.55, 0.15], [24.0, 0.15]]);
+    assert!(
+        found.iter().all(|facts| facts.levels["Ground floor"].walls.contains(&south)),
+        "{:?}",
+        found[2].levels["Ground floor"].walls
+    );
     let ground = &found[2].levels["Ground floor"].doors;
     assert_eq!(ground["G.D06 kitchen"].0, "sliding");
     assert_eq!(ground["G.D12 foyer"].0, "double_hinged");

@@ -34,7 +34,7 @@ const ALLOWED: [(&str, &[&str]); 38] = [
     ("export", &["diagnostics", "frames", "geometry", "grid", "input-files", "messages", "safety"]),
     ("world", &["convex", "diagnostics", "export", "frames", "geometry", "grid", "messages"]),
     ("cloud", &["export", "frames", "geometry", "grid", "messages"]),
-    ("open-rmf", &["export", "frames", "geometry", "messages"]),
+    ("open-rmf", &["export", "frames", "geometry", "grid", "messages"]),
     ("occupancy", &["grid", "input-files", "messages"]),
     ("ros", &["export", "frames", "geometry", "grid", "messages"]),
     ("ingest", &["frames", "geometry", "grid", "messages", "ifc"]),

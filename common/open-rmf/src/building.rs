@@ -3,6 +3,7 @@
 use crate::doors::{self, Door};
 use crate::lifts::{self, LevelFloor, Lift};
 use crate::names::{UsedNames, unique};
+use crate::walls;
 use export::{ExportInput, rounded, space_name};
 use frames::metres;
 use messages::{EdgeKind, NodeKind, RouteEdgeRecord, RouteNodeRecord};
@@ -18,6 +19,8 @@ pub(crate) struct Building {
     pub(crate) lifts: Vec<Lift>,
     /// How many ways of each class join levels otherwise than by a lift.
     pub(crate) left_out: BTreeMap<&'static str, usize>,
+    /// How many pieces of walls are not straight.
+    pub(crate) n_walls_left_out: usize,
 }
 
 /// A map storey.
@@ -29,6 +32,8 @@ pub(crate) struct Level {
     pub(crate) vertices: Vec<Vertex>,
     pub(crate) lanes: Vec<Lane>,
     pub(crate) doors: Vec<Door>,
+    /// Both ends of each wall.
+    pub(crate) walls: Vec<[[f64; 2]; 2]>,
 }
 
 /// A place on a level.
@@ -64,21 +69,26 @@ impl Building {
                 vertices: Vec::new(),
                 lanes: Vec::new(),
                 doors: Vec::new(),
+                walls: Vec::new(),
             })
             .collect();
         let floor = |level: &Level| LevelFloor { map_storey: level.map_storey, elevation_m: level.elevation_m };
         let lifts = lifts::lifts(input, &levels.iter().map(floor).collect::<Vec<_>>());
         let landing_doors = lifts.iter().flat_map(|lift| &lift.landing_doors).copied().collect();
         let doors = doors::doors(input, &landing_doors);
+        let mut n_walls_left_out = 0;
         for level in &mut levels {
             level.doors = doors.iter().filter(|door| door.map_storey == level.map_storey).cloned().collect();
+            let (lines, n_left_out) = walls::walls(input, level.map_storey);
+            level.walls = lines;
+            n_walls_left_out += n_left_out;
         }
         let mut graph = GraphBuilder { input, doors: &doors, levels, vertex_of: BTreeMap::new() };
         graph.add_nodes();
         graph.add_lanes();
         graph.add_cabins(&lifts);
         let left_out = graph.left_out();
-        Self { name: building_name(input), levels: graph.levels, lifts, left_out }
+        Self { name: building_name(input), levels: graph.levels, lifts, left_out, n_walls_left_out }
     }
 }
 

@@ -28,12 +28,15 @@ pub(crate) fn bytes(building: &Building) -> Vec<u8> {
     yaml::text(&comments(building), &value)
 }
 
-/// What is not in the file although the robot can go there.
+/// What is not in the file although it is there.
 fn comments(building: &Building) -> Vec<String> {
     let ways: Vec<String> = building.left_out.iter().map(|(class, n)| format!("{n} by {class}")).collect();
     let sentence =
         || format!("Ways between levels that are not here, because Open-RMF has lifts alone: {}", ways.join(", "));
-    (!ways.is_empty()).then(sentence).into_iter().collect()
+    let n_walls = building.n_walls_left_out;
+    let walls =
+        (n_walls > 0).then(|| format!("Pieces of walls that are not here, because they are not straight: {n_walls}"));
+    (!ways.is_empty()).then(sentence).into_iter().chain(walls).collect()
 }
 
 fn level_of(building: &Building, level: &Level) -> Value {
@@ -44,9 +47,15 @@ fn level_of(building: &Building, level: &Level) -> Value {
         vertices.extend(door.ends_m.iter().map(|[x, y]| json!([x, y, 0.0, "", {}])));
         doors.push(json!([first, first + 1, door_of(door)]));
     }
+    let mut walls = Vec::new();
+    for ends_m in &level.walls {
+        let first = vertices.len();
+        vertices.extend(ends_m.iter().map(|[x, y]| json!([x, y, 0.0, "", {}])));
+        walls.push(json!([first, first + 1, {"alpha": [3, 1.0], "texture_name": text("default")}]));
+    }
     let lane = json!({"bidirectional": [4, true], "graph_idx": [2, 0], "orientation": [1, ""]});
     let lanes: Vec<Value> = level.lanes.iter().map(|of| json!([of.ends[0], of.ends[1], lane])).collect();
-    json!({"doors": doors, "elevation": level.elevation_m, "lanes": lanes, "vertices": vertices})
+    json!({"doors": doors, "elevation": level.elevation_m, "lanes": lanes, "vertices": vertices, "walls": walls})
 }
 
 fn vertex_of(building: &Building, vertex: &Vertex) -> Value {

@@ -29,7 +29,8 @@
 //!   into it only if the robot takes it (`lifts` of the options of waypoints).
 //!
 //! Not here, because Open-RMF has no place for it: ways by stairs, ramps, steps and over ground to other levels; the head of the building
-//! map counts them. Not here either are walls, floors and models, of which Open-RMF makes simulations: `world/` is one.
+//! map counts them. Walls are the middle lines of straight pieces of finished walls and curtain walls in the slab of the robot; it counts the
+//! pieces that are not straight, too. Not here either are floors and models, of which Open-RMF makes simulations: `world/` is one.
 //!
 //! # Source
 //! `rmf_building_map_tools` (level.py, building.py, lift.py, doors) and `rmf_site_format` 0.0.2 of Open-RMF, and the parser of graphs in
@@ -37,7 +38,8 @@
 //!
 //! # Where
 //!
-//! - Open-RMF: names: `src/names.rs`; types of doors, which lane passes one: `src/doors.rs`; cabins and landing doors: `src/lifts.rs`
+//! - Open-RMF: names: `src/names.rs`; types of doors, which lane passes one: `src/doors.rs`; cabins and landing doors: `src/lifts.rs`;
+//!   walls that are lines: `src/walls.rs`
 
 mod building;
 mod building_yaml;
@@ -46,6 +48,7 @@ mod lifts;
 mod names;
 mod nav_graph;
 mod site_json;
+mod walls;
 mod yaml;
 
 use building::Building;

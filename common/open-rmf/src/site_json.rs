@@ -97,17 +97,25 @@ impl SiteBuilder {
             let ends = lane.ends.map(|end| numbers[end]);
             self.lanes.insert(number, json!({"anchors": ends, "graphs": {"Only": [graph]}}));
         }
-        let mut doors = Numbered::new();
-        for door in &level.doors {
-            let ends = door.ends_m.map(|at_m| {
-                let number = self.number();
+        let mut edge = |site: &mut Self, ends_m: [[f64; 2]; 2]| {
+            ends_m.map(|at_m| {
+                let number = site.number();
                 anchors.insert(number, anchor(at_m));
                 number
-            });
+            })
+        };
+        let mut doors = Numbered::new();
+        for door in &level.doors {
+            let ends = edge(self, door.ends_m);
             doors.insert(self.number(), json!({"anchors": ends, "name": door.name, "kind": kind_of(door)}));
         }
+        let mut walls = Numbered::new();
+        for ends_m in &level.walls {
+            let ends = edge(self, *ends_m);
+            walls.insert(self.number(), json!({"anchors": ends}));
+        }
         let properties = json!({"name": level.name, "elevation": level.elevation_m});
-        json!({"properties": properties, "anchors": anchors, "doors": doors})
+        json!({"properties": properties, "anchors": anchors, "doors": doors, "walls": walls})
     }
 
     fn lift(&mut self, lift: &Lift, cabin: u32, level_numbers: &[u32]) -> Value {
