@@ -10,6 +10,7 @@ Needs usd-core, trimesh and numpy. Exit codes: 0 all is as it should be, 1 it is
 - Elements are those of lookup.json. What is seen of each, and the leaves of each door, have the bounds and the
   area that trimesh reads in site.glb, by GlobalId.
 - What collides has the number and the bounds of the collision shapes of world.sdf, link by link; static bodies are no rigid bodies.
+- The reader of physics that comes with USD takes every shape, body and joint for valid.
 - Joints are those of doors.urdf, with kind, axis, limits, parent and mass; both ends of each joint meet while the door is closed.
 - Each leaf, moved by its joint from limit to limit as USD defines joints, comes to where doors.urdf has it, and to an opened place: its
   middle has left the opening, where the joint goes as far as its kind does.
@@ -248,7 +249,19 @@ class Judge:
         self.judge_seen(read, expect)
         self.judge_collisions(read, expect)
         self.judge_joints(read, expect)
+        self.judge_physics(stage, expect)
         return wrong
+
+    def judge_physics(self, stage, expect):
+        """What engines get of the stage."""
+        taken = {}
+        for kind, (paths, facts) in UsdPhysics.UsdPhysicsLoadStageFromPrimRange(stage, ["/site"]).items():
+            name = str(kind).split(".")[-1]
+            expect(all(fact.isValid for fact in facts), f"USD takes no {name} from {[str(p) for p, f in zip(paths, facts) if not f.isValid][:2]}")
+            group = "Joint" if name.endswith("Joint") else "Shape" if name.endswith("Shape") else name
+            taken[group] = taken.get(group, 0) + len(paths)
+        told = {"Scene": 1, "Shape": self.n_collisions, "RigidBody": self.n_joints, "Joint": self.n_joints}
+        expect(taken == {kind: n for kind, n in told.items() if n}, f"USD takes {taken} from it, and there are {told}")
 
     def judge_seen(self, read, expect):
         self.n_elements = 0
