@@ -33,11 +33,12 @@ fn the_next_date_changes_the_maps_and_export_writes_what_convert_writes() {
 /// The files of the daemons are those of a conversion with these options.
 fn check_export_is_convert(live: &Live, options: &[&dyn AsRef<OsStr>]) {
     let (exported, converted) = (live.home.path().join("exported"), live.home.path().join("converted"));
-    live.text(&[&"export", &exported, &"--world", &"--cloud", &"--fleet=vda5050,lif"]);
+    let optional: [&dyn AsRef<OsStr>; 5] = [&"--world", &"--usd", &"--cloud", &"--fleet=vda5050,lif", &"--open-rmf"];
+    let export: [&dyn AsRef<OsStr>; 2] = [&"export", &exported];
+    live.text(&export.iter().chain(&optional).copied().collect::<Vec<_>>());
     let model = live.home.path().join("demo.ifc");
-    let convert: [&dyn AsRef<OsStr>; 7] =
-        [&"convert", &model, &"-o", &converted, &"--world", &"--cloud", &"--fleet=vda5050,lif"];
-    let output = groundplan(&convert.iter().chain(options).copied().collect::<Vec<_>>());
+    let convert: [&dyn AsRef<OsStr>; 4] = [&"convert", &model, &"-o", &converted];
+    let output = groundplan(&convert.iter().chain(&optional).chain(options).copied().collect::<Vec<_>>());
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let (exported, converted) = (contents(&exported), contents(&converted));
     assert!(exported.len() > 20);

@@ -17,7 +17,7 @@ fn root() -> PathBuf {
 }
 
 /// Crates of the workspace that each crate may depend on.
-const ALLOWED: [(&str, &[&str]); 42] = [
+const ALLOWED: [(&str, &[&str]); 43] = [
     ("diagnostics", &[]),
     ("input-files", &[]),
     ("frames", &[]),
@@ -37,6 +37,7 @@ const ALLOWED: [(&str, &[&str]); 42] = [
     ("world", &["convex", "diagnostics", "export", "frames", "geometry", "grid", "messages"]),
     ("cloud", &["export", "frames", "geometry", "grid", "messages"]),
     ("fleet", &["export", "frames", "geometry", "grid", "messages", "safety"]),
+    ("open-rmf", &["export", "frames", "geometry", "grid", "messages"]),
     ("occupancy", &["grid", "input-files", "messages"]),
     ("ros", &["export", "frames", "geometry", "grid", "messages"]),
     ("ingest", &["frames", "geometry", "grid", "messages", "ifc"]),
@@ -116,6 +117,7 @@ const ALLOWED: [(&str, &[&str]); 42] = [
             "input-files",
             "messages",
             "occupancy",
+            "open-rmf",
             "raster",
             "replica",
             "ros",

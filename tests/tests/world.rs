@@ -287,10 +287,47 @@ fn the_world_at_a_date_holds_what_stands_and_barriers_close_what_is_blocked() {
 #[test]
 fn the_same_input_gives_the_same_world_on_any_number_of_threads() {
     let world = |threads: &str| -> BTreeMap<_, _> {
-        let files = convert(&demo_model(), &["--world", "--threads", threads]).contents();
-        files.into_iter().filter(|(path, _)| path.starts_with("world")).collect()
+        let files = convert(&demo_model(), &["--world", "--usd", "--open-rmf", "--threads", threads]).contents();
+        files.into_iter().filter(|(path, _)| path.starts_with("world") || path.starts_with("open-rmf")).collect()
     };
     assert!(world("1") == world("2"));
+}
+
+/// What follows this in lines of a text, up to the end of the line.
+fn after<'a>(text: &'a str, start: &str) -> Vec<&'a str> {
+    text.lines().filter_map(|line| line.trim_start().strip_prefix(start)).collect()
+}
+
+#[test]
+fn usd_is_written_where_it_is_asked_for_with_every_element_and_joint() {
+    let maps = convert(&demo_model(), &["--world", "--usd"]);
+    let text = std::fs::read_to_string(maps.path().join("world/site.usda")).unwrap();
+    let lookup = maps.json("world/lookup.json");
+    let ids: BTreeSet<&str> =
+        after(&text, "custom string ifc:globalId = ").iter().map(|id| id.trim_matches('"')).collect();
+    let keys = |of: &str| lookup[of].as_object().unwrap().keys().map(String::as_str).collect::<BTreeSet<_>>();
+    assert_eq!(ids, &keys("elements") | &keys("doors"));
+    let leaves = lookup["doors"].as_object().unwrap().values().flat_map(|door| door["leaves"].as_array().unwrap());
+    let mut wanted: BTreeMap<&str, Vec<i64>> = BTreeMap::new();
+    for leaf in leaves {
+        let (kind, limits, scale) = match leaf["kind"].as_str().unwrap() {
+            "revolute" => ("def PhysicsRevoluteJoint", &leaf["limits_rad"][1], 180.0 / std::f64::consts::PI),
+            "prismatic" => ("def PhysicsPrismaticJoint", &leaf["limits_m"][1], 1.0),
+            kind => panic!("no door of the demo has a leaf that is {kind}"),
+        };
+        wanted.entry(kind).or_default().push((limits.as_f64().unwrap() * scale * 100.0).round() as i64);
+    }
+    for (kind, mut wanted) in wanted {
+        let joints = text.split(kind).skip(1).map(|joint| after(joint, "float physics:upperLimit = ")[0]);
+        let mut found: Vec<i64> = joints.map(|limit| (limit.parse::<f64>().unwrap() * 100.0).round() as i64).collect();
+        found.sort_unstable();
+        wanted.sort_unstable();
+        assert_eq!(found, wanted, "{kind} turns in degrees and slides in metres");
+    }
+    let fixed = convert(&demo_model(), &["--world", "--usd", "--doors", "open"]);
+    let text = std::fs::read_to_string(fixed.path().join("world/site.usda")).unwrap();
+    assert!(text.contains("PhysicsCollisionAPI") && !text.contains("Joint") && !text.contains("RigidBody"));
+    assert!(!convert(&demo_model(), &["--world"]).path().join("world/site.usda").exists());
 }
 
 #[test]

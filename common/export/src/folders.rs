@@ -17,5 +17,5 @@ pub fn sums(folder: &str, files: &[ExportFile]) -> BTreeMap<String, String> {
 
 /// Folder of a map storey inside the output folder, e.g. `storeys/00-ground-floor`.
 pub fn storey_folder(site: &Site<'_>, index: u32, storey: &MapStoreyRecord) -> String {
-    format!("storeys/{index:02}-{}", transliteration::slug(site.text(storey.name)))
+    format!("storeys/{index:02}-{}", transliteration::slug(site.text(storey.name), "storey"))
 }

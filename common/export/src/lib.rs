@@ -140,6 +140,7 @@ pub use schedule_report::{ScheduleFindings, ScheduleReport};
 pub use semantic::Semantic;
 pub use site_frame::{SiteFrameError, SiteFrameFile};
 pub use text::{rounded, text_or_null};
+pub use transliteration::slug;
 pub use waypoints::{Waypoints, nav2_poses, space_name};
 
 use geographic::Geographic;

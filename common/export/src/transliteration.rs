@@ -3,8 +3,8 @@
 /// Folder names longer than this are cut.
 const SLUG_BYTES_MAX: usize = 60;
 
-/// Lower-case ASCII words joined by hyphens; `storey` if nothing is left.
-pub(crate) fn slug(name: &str) -> String {
+/// Lower-case ASCII words joined by hyphens; another word if nothing is left.
+pub fn slug(name: &str, otherwise: &str) -> String {
     let mut out = String::new();
     for c in name.chars().flat_map(char::to_lowercase) {
         match plain(c) {
@@ -16,7 +16,7 @@ pub(crate) fn slug(name: &str) -> String {
     }
     out.truncate(SLUG_BYTES_MAX);
     let slug = out.trim_end_matches('-');
-    if slug.is_empty() { "storey".to_owned() } else { slug.to_owned() }
+    if slug.is_empty() { otherwise.to_owned() } else { slug.to_owned() }
 }
 
 /// ASCII letters for a lower-case letter of the Latin alphabets; `None` for everything else.
@@ -56,10 +56,10 @@ mod tests {
 
     #[test]
     fn slugs_are_ascii_words() {
-        assert_eq!(slug("Erdgeschoß / Küche (1)"), "erdgeschoss-kueche-1");
-        assert_eq!(slug("00 Begane grond"), "00-begane-grond");
-        assert_eq!(slug("Piętro pierwsze"), "pietro-pierwsze");
-        assert_eq!(slug("地下"), "storey");
-        assert_eq!(slug(&"a ".repeat(100)).len(), SLUG_BYTES_MAX - 1, "cut, and no hyphen at the end");
+        assert_eq!(slug("Erdgeschoß / Küche (1)", "storey"), "erdgeschoss-kueche-1");
+        assert_eq!(slug("00 Begane grond", "storey"), "00-begane-grond");
+        assert_eq!(slug("Piętro pierwsze", "storey"), "pietro-pierwsze");
+        assert_eq!(slug("地下", "storey"), "storey");
+        assert_eq!(slug(&"a ".repeat(100), "storey").len(), SLUG_BYTES_MAX - 1, "cut, and no hyphen at the end");
     }
 }

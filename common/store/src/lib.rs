@@ -183,7 +183,7 @@ impl Store {
     /// # Errors
     /// The store cannot be reached or refuses.
     pub fn length(&self, path: &str) -> Result<Option<u64>, StoreError> {
-        match self.runtime.block_on(self.objects.head(&self.at(path)?)) {
+        match self.runtime.block_on(self.objects.head(&self.at(path))) {
             Ok(head) => Ok(Some(head.size)),
             Err(object_store::Error::NotFound { .. }) => Ok(None),
             Err(source) => Err(self.refused(path, source)),
@@ -195,7 +195,7 @@ impl Store {
     /// # Errors
     /// As [`Self::create`].
     pub fn list(&self, folder: &str) -> Result<Vec<Listed>, StoreError> {
-        let prefix = self.at(folder)?;
+        let prefix = self.at(folder);
         let listed = self.runtime.block_on(self.objects.list(Some(&prefix)).try_collect::<Vec<_>>());
         let mut listed: Vec<Listed> = listed
             .map_err(|source| self.refused(folder, source))?
@@ -216,7 +216,7 @@ impl Store {
     /// # Errors
     /// As [`Self::create`].
     pub fn remove(&self, path: &str) -> Result<(), StoreError> {
-        match self.runtime.block_on(self.objects.delete(&self.at(path)?)) {
+        match self.runtime.block_on(self.objects.delete(&self.at(path))) {
             Ok(()) | Err(object_store::Error::NotFound { .. }) => Ok(()),
             Err(source) => Err(self.refused(path, source)),
         }
@@ -226,7 +226,7 @@ impl Store {
         let payload = PutPayload::from(bytes.to_vec());
         let put = self.runtime.block_on(async {
             self.objects
-                .put_opts(&self.at(path)?, payload, mode.into())
+                .put_opts(&self.at(path), payload, mode.into())
                 .await
                 .map_err(|source| self.refused(path, source))
         });
@@ -235,8 +235,8 @@ impl Store {
 
     fn fetch(&self, path: &str, options: GetOptions, max_bytes: u64) -> Result<(Vec<u8>, Option<String>), StoreError> {
         let too_large = || StoreError::TooLarge { path: path.to_owned(), max_bytes };
-        let fetched = self.runtime.block_on(async {
-            let found = self.objects.get_opts(&self.at(path)?, options).await.map_err(|why| self.refused(path, why))?;
+        self.runtime.block_on(async {
+            let found = self.objects.get_opts(&self.at(path), options).await.map_err(|why| self.refused(path, why))?;
             let etag = found.meta.e_tag.clone();
             if found.range.end - found.range.start > max_bytes {
                 return Err(too_large());
@@ -250,13 +250,11 @@ impl Store {
                 bytes.extend_from_slice(&part);
             }
             Ok((bytes, etag))
-        });
-        fetched
+        })
     }
 
-    fn at(&self, path: &str) -> Result<ObjectPath, StoreError> {
-        let joined = self.prefix.parts().chain(path.split('/').map(Into::into)).collect();
-        Ok(joined)
+    fn at(&self, path: &str) -> ObjectPath {
+        self.prefix.parts().chain(path.split('/').map(Into::into)).collect()
     }
 
     fn refused(&self, path: &str, source: object_store::Error) -> StoreError {

@@ -34,7 +34,7 @@ type Location = (Arc<dyn ObjectStore>, ObjectPath);
 pub(crate) fn open(address: &str, credentials: &Credentials) -> Result<Location, StoreError> {
     let open =
         |source: Box<dyn std::error::Error + Send + Sync>| StoreError::Open { address: address.to_owned(), source };
-    let Ok(url) = Url::parse(address) else { return folder(Path::new(address)).map_err(|why| open(why.into())) };
+    let Ok(url) = Url::parse(address) else { return folder(Path::new(address)).map_err(open) };
     // The library of cryptography that all of this program has; a second call changes nothing.
     let _ = rustls::crypto::ring::default_provider().install_default();
     let retry = RetryConfig { max_retries: 3, retry_timeout: RETRY_TIMEOUT, ..RetryConfig::default() };
@@ -42,7 +42,7 @@ pub(crate) fn open(address: &str, credentials: &Credentials) -> Result<Location,
     match url.scheme() {
         "file" => {
             let path = url.to_file_path().map_err(|()| StoreError::Address { address: address.to_owned() })?;
-            folder(&path).map_err(|why| open(why.into()))
+            folder(&path).map_err(open)
         }
         "s3" => {
             let bucket = url.host_str().unwrap_or_default();

@@ -3,7 +3,7 @@
 use crate::door_links::pose_at;
 use crate::meshes::{PlacedMesh, Solid, UNITS_PER_M};
 use crate::scene::{Part, Scene};
-use crate::visuals::{Rgba, class_colour};
+use crate::visuals::{Rgba, class_colour, linear};
 use convex::ConvexBox;
 use grid::Class;
 use serde_json::{Value, json};
@@ -158,11 +158,6 @@ impl Builder {
         if let Some(known) = self.known_materials.get(&colour) {
             return *known;
         }
-        let linear = |c: u8| {
-            let c = f64::from(c) / 255.0;
-            let l = if c <= 0.04045 { c / 12.92 } else { libm::pow((c + 0.055) / 1.055, 2.4) };
-            (l * 1e4).round() / 1e4
-        };
         let [r, g, b, a] = colour;
         let alpha = (f64::from(a) / 255.0 * 1e4).round() / 1e4;
         let mut material = json!({

@@ -5,6 +5,7 @@
 //! groundplan convert house.ifc -o maps --world                                # doors on joints
 //! groundplan convert house.ifc -o maps --world --doors open                   # movable, open, closed or passable
 //! groundplan convert house.ifc -o maps --world --date 2024-04-15 --barriers   # thin walls close blocked rooms
+//! groundplan convert house.ifc -o maps --world --usd                          # as USD, too
 //! groundplan convert house.ifc -o maps --world=world.toml                     # all else, see config/world.toml
 //! gz sim maps/world/world.sdf
 //! ```
@@ -17,6 +18,7 @@
 //! | `world/doors.urdf` | the doors as one tree of links and joints |
 //! | `world/ground.xml` | where there is ground outdoors: the same for MuJoCo, as convex plates |
 //! | `world/site.glb` | the same for viewers, a node per element |
+//! | `world/site.usda` | with `--usd`: the same as USD, with UsdPhysics, for Isaac Sim and others |
 //!
 //! Collision shapes are convex pieces, because physics engines replace other meshes by their hulls: a wall with a door is
 //! two piers and a lintel, so that every doorway is open; boxes where a piece is a box. An element of more than 64 pieces,
@@ -35,6 +37,12 @@
 //! Every link is named by class and GlobalId, models carry the class as label for segmentation cameras, and `lookup.json`
 //! has the element, the accuracy of the pieces and the motion of each door. `scripts/check_world.py OUT` compares the rays
 //! of the world with the maps, those that fall with the heights of the maps (`elevation.png`).
+//!
+//! `site.usda` is one layer in metres, Z up, whose default prim is `/site`: a prim for each element with its `ifc:globalId`, shapes that
+//! are seen as in `site.glb` and shapes that collide as in `world.sdf` (of the purpose `guide`, so that they are not drawn), each mesh
+//! once. A leaf is a rigid body beside the frame of its door, on a joint with the axis and limits of `doors.urdf`, in degrees; USD has no
+//! friction of joints, and damping is a drive without stiffness. What rises is as light as its rest beside the counterweight.
+//! `scripts/check_usd.py OUT` has USD's own validators, and compares it with the other files.
 //!
 //! # Guarantees
 //!
@@ -74,6 +82,8 @@ mod stand_ins;
 mod static_elements;
 mod triangle_fans;
 mod urdf;
+mod usd;
+mod usda;
 mod visuals;
 
 pub use lookup::Lookup;
@@ -103,6 +113,7 @@ pub fn files(input: &ExportInput<'_>, options: &WorldOptions) -> WorldFiles {
         ExportFile::new("world/doors.urdf", urdf::doors(&scene)),
         ExportFile::new("world/site.glb", gltf::site(&scene)),
     ];
+    files.extend(options.usd.then(|| ExportFile::new("world/site.usda", usd::site(&scene))));
     files.extend(mjcf::ground(&scene).map(|text| ExportFile::new("world/ground.xml", text)));
     let (names, materials) = material_file(&scene.materials);
     if !names.is_empty() {

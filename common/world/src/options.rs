@@ -17,6 +17,8 @@ pub struct WorldOptions {
     pub lod_m: f64,
     /// Waypoints are shown.
     pub markers: bool,
+    /// The world is written as USD, too.
+    pub usd: bool,
     /// Limits of convex pieces.
     pub pieces: Pieces,
     /// Sizes and physical properties of doors.
@@ -121,6 +123,7 @@ impl Default for WorldOptions {
             materials: Materials::Semantic,
             lod_m: 0.0,
             markers: false,
+            usd: false,
             pieces: Pieces::default(),
             door: DoorOptions::default(),
         }

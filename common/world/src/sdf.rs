@@ -131,7 +131,7 @@ fn pose([x, y, z]: [f64; 3], [roll, pitch, yaw]: [f64; 3]) -> String {
 }
 
 /// Roll, pitch and yaw about the fixed axes of the world, in this order.
-fn angles(b: &ConvexBox) -> [f64; 3] {
+pub(crate) fn angles(b: &ConvexBox) -> [f64; 3] {
     let [x, y, z] = b.axes;
     let pitch = libm::asin((-x[2]).clamp(-1.0, 1.0));
     [libm::atan2(y[2], z[2]), pitch, libm::atan2(x[1], x[0])]

@@ -38,6 +38,13 @@ pub(crate) fn class_colour(class: Class) -> Rgba {
     [r, g, b, 255]
 }
 
+/// Linear light of a component of a colour, as glTF and USD have it.
+pub(crate) fn linear(component: u8) -> f64 {
+    let c = f64::from(component) / 255.0;
+    let light = if c <= 0.04045 { c / 12.92 } else { libm::pow((c + 0.055) / 1.055, 2.4) };
+    (light * 1e4).round() / 1e4
+}
+
 /// The meshes of an element: one, or one per colour of the model.
 pub(crate) fn coloured_meshes(
     input: &ExportInput<'_>,

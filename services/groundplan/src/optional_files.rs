@@ -1,12 +1,12 @@
 //! Files of an output folder that are written where they are asked for: the simulation world, the cloud and the octree of
-//! structure, the ground, what the control of fleets reads.
+//! structure, the ground, what the control of fleets reads, building maps for Open-RMF.
 
 use crate::failure::Failure;
 use cloud::{CloudOptions, OctomapOptions};
 use export::{ExportFile, ExportInput};
 use fleet::FleetFormat;
 use ground::SiteGround;
-use messages::{ContentHash, Ground, GroundWriter};
+use messages::{ContentHash, Ground, GroundWriter, MapGrids};
 use std::sync::{Mutex, PoisonError};
 use world::{WorldFiles, WorldOptions};
 
@@ -18,33 +18,42 @@ pub(crate) struct OptionalFiles {
     octomap: Option<OctomapOptions>,
     with_ground: bool,
     fleet: Vec<FleetFormat>,
+    with_open_rmf: bool,
     /// What the site alone says of its ground, with the hash of that site: dates select from it.
     site_ground: Mutex<Option<(ContentHash, SiteGround)>>,
 }
 
 impl OptionalFiles {
-    /// A world, a cloud and an octree with options, the ground, and formats of fleets, where there are to be any.
+    /// A world, a cloud and an octree with options, the ground, formats of fleets, and building maps for Open-RMF, where there are to
+    /// be any.
     pub(crate) fn new(
         world: Option<WorldOptions>,
         cloud: Option<CloudOptions>,
         octomap: Option<OctomapOptions>,
         with_ground: bool,
         fleet: Vec<FleetFormat>,
+        with_open_rmf: bool,
     ) -> Self {
-        Self { world, cloud, octomap, with_ground, fleet, site_ground: Mutex::default() }
+        Self { world, cloud, octomap, with_ground, fleet, with_open_rmf, site_ground: Mutex::default() }
     }
 
     /// True if there are to be any of them.
     pub(crate) fn are_asked_for(&self) -> bool {
-        let Self { world, cloud, octomap, with_ground, fleet, site_ground: _ } = self;
-        world.is_some() || cloud.is_some() || octomap.is_some() || *with_ground || !fleet.is_empty()
+        let Self { world, cloud, octomap, with_ground, fleet, with_open_rmf, site_ground: _ } = self;
+        let is_any =
+            [world.is_some(), cloud.is_some(), octomap.is_some(), *with_ground, !fleet.is_empty(), *with_open_rmf];
+        is_any.contains(&true)
     }
 
     /// The files, and what is to be told about the world.
     ///
+    /// A world, a cloud and the ground are the whole building with all its grids, whichever of them are written; fleets and Open-RMF
+    /// get the storeys that are.
+    ///
     /// # Errors
     /// A cloud of too many points, an octree of too many cells, a schedule state of another site.
-    pub(crate) fn files(&self, input: &ExportInput<'_>) -> Result<WorldFiles, Failure> {
+    pub(crate) fn files(&self, written: &ExportInput<'_>, all_grids: &dyn MapGrids) -> Result<WorldFiles, Failure> {
+        let input = &ExportInput { grids: all_grids, ..*written };
         let mut made = self.world.as_ref().map(|options| world::files(input, options)).unwrap_or_default();
         if let Some(options) = &self.cloud {
             made.files.extend(cloud::files(input, options).map_err(Failure::work)?);
@@ -55,7 +64,10 @@ impl OptionalFiles {
         if self.with_ground {
             made.files.extend(self.ground_files(input)?);
         }
-        made.files.extend(fleet::files(input, &self.fleet));
+        made.files.extend(fleet::files(written, &self.fleet));
+        if self.with_open_rmf {
+            made.files.extend(open_rmf::files(written));
+        }
         Ok(made)
     }
 

@@ -87,7 +87,7 @@ impl SiteFollow {
         let kept: Kept = state_file.load()?.unwrap_or_default();
         let shared = Arc::new(Shared::default());
         let mut newest = None;
-        if let Some(file) = index_file.load()?.map(Vec::from) {
+        if let Some(file) = index_file.load()? {
             // Of the disk it is believed no more than of the store.
             match accept(&file, &followed.roots, &followed.site, kept.acknowledged.as_ref()) {
                 Ok((signed, acknowledged)) => {

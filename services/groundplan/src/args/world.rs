@@ -31,6 +31,10 @@ pub struct WorldArgs {
     /// Show the waypoints in the world
     #[arg(long, requires = "world")]
     markers: bool,
+
+    /// Write the world as USD with UsdPhysics, too: world/site.usda
+    #[arg(long, requires = "world")]
+    usd: bool,
 }
 
 impl WorldArgs {
@@ -52,6 +56,7 @@ impl WorldArgs {
         options.lod_m = self.lod.unwrap_or(options.lod_m);
         options.barriers |= self.barriers;
         options.markers |= self.markers;
+        options.usd |= self.usd;
         options.check().map_err(Failure::usage)?;
         Ok(Some(options))
     }

@@ -77,6 +77,10 @@ pub struct Args {
     #[arg(long)]
     pub(super) with_ground: bool,
 
+    /// Write building map, site and navigation graph for Open-RMF too: levels, lanes that this robot can take, doors, lifts
+    #[arg(long)]
+    pub(super) open_rmf: bool,
+
     /// The world.
     #[command(flatten)]
     pub(super) world: WorldArgs,
@@ -125,8 +129,9 @@ Files in OUT (written whole or not at all, the same bytes for the same input):
   site-graph.json               spaces, doors and junctions of all storeys, with stairs and lifts between them
   site-frame.json               the map frame; a later run into the same OUT keeps it
   world/                        with --world: world.sdf for Gazebo and other simulators, with meshes; lookup.json: what its
-                                models are, by GlobalId; doors.urdf; site.glb for viewers; ground.xml: terrain and roads
-                                for MuJoCo, where there are any
+                                models are, by GlobalId; doors.urdf; site.glb for viewers; site.usda
+                                with --usd; ground.xml: terrain and roads for MuJoCo, where
+                                there are any
   cloud/                        with --cloud: structure.{pcd,ply}: the surfaces of what stands finished as points with normals,
                                 for lidars that look in three dimensions; structure.json: their elements, by GlobalId
   octomap/                      with --octomap: structure.bt, an OctoMap: cells that structure occupies, cells that are free in
@@ -134,6 +139,9 @@ Files in OUT (written whole or not at all, the same bytes for the same input):
   fleet/vda5050/                with --fleet vda5050: zone sets and maps of storeys; maps.json:
                                 instant actions that download them before the date and enable them at it
   fleet/lif/site.lif.json       with --fleet lif: the route graph as a layout for each storey
+  open-rmf/                     with --open-rmf: NAME.building.yaml for the traffic editor,
+                                NAME.site.json for the site editor, nav_graphs/0.yaml for fleet
+                                adapters: levels, lanes, doors and lifts in Cartesian metres
   ground.ply, ground.json       with --with-ground: the surface that can be walked or driven on as a mesh, for no robot in
                                 particular; what its numbers mean, its surfaces and where one gets between them
   storeys/<index>-<name>/

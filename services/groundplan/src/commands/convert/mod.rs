@@ -62,6 +62,7 @@ impl Run for Args {
             self.octomap.options(&self.cloud)?,
             self.with_ground,
             self.fleet.formats(),
+            self.open_rmf,
         );
         let schedule = ScheduleInput::read(&self.schedule)?;
         let requested_maps = self.requested_maps(schedule.site_zone())?;
@@ -161,7 +162,7 @@ impl Args {
         }
         if self.out.is_none() && (optional.are_asked_for() || self.with_geometry) {
             return Err(Failure::usage(
-                "--world, --cloud, --octomap, --fleet, --with-ground and --with-geometry write into the output folder: \
+                "--world, --cloud, --octomap, --fleet, --open-rmf, --with-ground and --with-geometry write into the output folder: \
                  give -o",
             ));
         }

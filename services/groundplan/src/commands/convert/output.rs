@@ -183,8 +183,7 @@ impl Job<'_> {
         let mut world_diagnostics = Vec::new();
         if let Some((beside, directory)) = place {
             let write = |file| beside.write(directory, &[file]);
-            // A world and a cloud are the whole building, whichever storeys have maps.
-            let WorldFiles { files, diagnostics } = optional.files(&ExportInput { grids: maps.grids, ..input })?;
+            let WorldFiles { files, diagnostics } = optional.files(&input, maps.grids)?;
             sums = export::each_file(&input, files, write).map_err(Failure::work)?;
             world_diagnostics = diagnostics;
         }

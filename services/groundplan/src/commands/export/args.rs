@@ -40,6 +40,10 @@ pub struct Args {
     #[arg(long)]
     pub(super) with_ground: bool,
 
+    /// Write building map, site and navigation graph for Open-RMF too: levels, lanes that this robot can take, doors, lifts
+    #[arg(long)]
+    pub(super) open_rmf: bool,
+
     /// The world.
     #[command(flatten)]
     pub(super) world: WorldArgs,
@@ -73,6 +77,7 @@ impl Args {
             self.octomap.options(&self.cloud)?,
             self.with_ground,
             self.fleet.formats(),
+            self.open_rmf,
         ))
     }
 }

@@ -73,7 +73,7 @@ impl Sets {
             exact_footprints: false,
             probability: None,
         };
-        let WorldFiles { files, diagnostics } = optional.files(&input)?;
+        let WorldFiles { files, diagnostics } = optional.files(&input, &grids)?;
         for Diagnostic { code, entity, message, .. } in &diagnostics {
             let global_id = entity.as_ref().map(|e| e.global_id.as_str());
             warn!(code = code.name(), global_id, %message, "finding about the world");
