@@ -100,6 +100,8 @@ pub(crate) fn optional_text(seconds: i64) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use daemon::Report;
+    use daemon::facts::ScheduleFacts;
 
     #[test]
     fn a_day_counts_whole_and_an_instant_is_one() {

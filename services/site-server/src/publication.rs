@@ -11,6 +11,7 @@ use replica::{
     Retention, RobotMaps, SignedIndex, SigningKey, SiteIndex, SiteName, StoreyMap, blob_folder, blob_list_path,
     blob_path, current_path, expired, index_folder, index_path, pack, signed_index,
 };
+use std::collections::hash_map::Entry;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
@@ -271,11 +272,14 @@ impl Connected {
             let recipe = bytes.and_then(|bytes| Recipe::parse(&bytes, entry).ok());
             let mut is_whole = recipe.is_some();
             for pack in recipe.iter().flat_map(Recipe::packs) {
-                if !is_there.contains_key(&pack.id) {
-                    let length = self.store.length(&blob_path(&self.site, pack.id))?;
-                    is_there.insert(pack.id, length == Some(pack.bytes));
-                }
-                is_whole &= is_there[&pack.id];
+                let known = match is_there.entry(pack.id) {
+                    Entry::Occupied(known) => *known.get(),
+                    Entry::Vacant(unknown) => {
+                        let length = self.store.length(&blob_path(&self.site, pack.id))?;
+                        *unknown.insert(length == Some(pack.bytes))
+                    }
+                };
+                is_whole &= known;
             }
             match recipe.filter(|_| is_whole) {
                 Some(recipe) => drop(recipes.insert(topic, recipe)),
