@@ -108,8 +108,12 @@ impl Live {
 
     /// What site-follow says is wrong, once it says something with these words.
     fn says(&self, words: &str) -> String {
+        self.daemon_says("site-follow", words)
+    }
+
+    fn daemon_says(&self, name: &str, words: &str) -> String {
         let text = |status: &Value| {
-            let daemon = &status["daemons"]["site-follow"];
+            let daemon = &status["daemons"][name];
             format!("{} {}", daemon["error"].as_str().unwrap_or(""), daemon["warning"].as_str().unwrap_or(""))
         };
         text(&self.wait_for_status(words, |status| text(status).contains(words)))
@@ -214,7 +218,7 @@ fn nothing_older_changed_or_foreign_is_shown() {
     // The old index comes again.
     replaced(&tower.current(), &old);
     let why = robot.says("an old index comes again");
-    assert!(why.contains(&format!("epoch {first}")) || why.contains("acknowledged"), "{why}");
+    assert!(why.contains(&format!("the index has epoch {first}, this robot has acknowledged {second}")), "{why}");
     // One that was changed after it was signed, which says that it is newer.
     let text = String::from_utf8(new.clone()).unwrap();
     let forged = text.replacen(&format!("\"epoch\":{second}"), &format!("\"epoch\":{}", second + 50), 1);
@@ -369,6 +373,54 @@ fn each_make_of_robot_has_its_own_maps() {
     assert!(why.contains("it has lift, scan"), "{why}");
 }
 
+#[test]
+fn a_robot_that_was_off_shows_what_it_has_while_what_is_newer_cannot_be_fetched() {
+    let tower = Tower::new();
+    let server = Live::of(&demo_model(), &tower.serve("signing", FIRST));
+    let first = published(&server, &tower, 0);
+    let mut robot = Live::following(&tower.follow(""));
+    robot.shows(first);
+    let maps = robot.exported("before");
+    robot.down();
+    // Meanwhile there is a newer index, of which the store has lost what is new.
+    let before: Vec<PathBuf> = contents(&tower.at("store/tower/blobs")).into_iter().map(|(path, _)| path).collect();
+    server.text(&[&"date", &"2024-05-20"]);
+    let second = published(&server, &tower, first);
+    let after = contents(&tower.at("store/tower/blobs")).into_iter().filter(|(path, _)| !before.contains(path));
+    let new: Vec<(PathBuf, Vec<u8>)> = after.collect();
+    assert!(!new.is_empty());
+    new.iter().for_each(|(path, _)| std::fs::remove_file(tower.at("store/tower/blobs").join(path)).unwrap());
+    robot.start_up();
+    robot.says("has no tower/blobs/");
+    robot.wait_for_status("what it had is shown", |status| {
+        status["follower"]["epoch"] == first
+            && status["follower"]["newest_epoch"] == second
+            && status["plan"]["is_current"] == true
+    });
+    assert!(robot.exported("after") == maps);
+    new.iter().for_each(|(path, bytes)| replaced(&tower.at("store/tower/blobs").join(path), bytes));
+    robot.shows(second);
+    assert!(robot.exported("newer") == server.exported("newer"));
+}
+
+#[test]
+fn a_store_that_was_set_back_makes_no_epoch_fall() {
+    let tower = Tower::new();
+    let mut server = Live::of(&demo_model(), &tower.serve("signing", FIRST));
+    let first = published(&server, &tower, 0);
+    server.text(&[&"date", &"2024-05-20"]);
+    let second = published(&server, &tower, first);
+    let robot = Live::following(&tower.follow(""));
+    robot.shows(second);
+    server.down();
+    std::fs::remove_dir_all(tower.store()).unwrap();
+    server.up();
+    let third = published(&server, &tower, 0);
+    assert!(third > second, "{third}");
+    robot.shows(third);
+    assert!(robot.exported("maps") == server.exported("maps"));
+}
+
 /// A schedule of which three things change soon, by the clock of this machine.
 fn soon(tower: &Tower, seconds: &[i64]) -> (String, Vec<i64>) {
     let now = jiff::Timestamp::now().as_second();
@@ -410,6 +462,7 @@ fn a_robot_goes_on_to_later_maps_by_its_own_clock_without_server_and_store() {
         status["follower"]["later"].as_array().is_some_and(|later| later.len() >= 3)
     });
     // Neither is there any more.
+    server.down();
     std::fs::rename(tower.store(), tower.at("away")).unwrap();
     let until = |at_s: i64| {
         let text = messages::plan_time(at_s).unwrap().to_string();
@@ -418,7 +471,11 @@ fn a_robot_goes_on_to_later_maps_by_its_own_clock_without_server_and_store() {
     for at_s in &instants {
         until(*at_s);
     }
-    // The server, which went on by its own, has the same maps.
+    assert!(!tower.store().exists());
+    // Past the last set the maps end, and it says so.
+    robot.says("what is shown has no end of validity");
+    // The server, which goes on by its own clock, has the same maps.
+    server.up();
     let shown = messages::plan_time(instants[2]).unwrap().to_string();
     server.wait_for_status("it went on", |status| {
         status["grids"]["plan_time"] == shown.as_str() && status["plan"]["is_current"] == true
@@ -538,11 +595,12 @@ fn a_bucket_serves_a_site() {
     server.text(&[&"date", &"2024-05-20"]);
     is_shown(&robot, "2024-05-20T00:00:00");
     assert!(server.exported("maps") == robot.exported("maps"));
-    // Two servers of one site: an epoch is created once, and the second one says so or goes on above the first.
+    // Two servers of one site: an epoch is created once, and the first one notices that another has published.
     let published = robot.shows(1)["follower"]["epoch"].as_u64().unwrap();
-    drop(server);
     let other = Live::of(&demo_model(), &serve);
     other.wait_for_status("it goes on above", |status| epoch(status) > published);
+    server.text(&[&"date", &"2024-05-21"]);
+    server.daemon_says("site-server", "another server has published epoch");
 }
 
 #[test]

@@ -24,7 +24,9 @@ pub fn hear_daemons(board: &StatusBoard, freshness: &mut Freshness) {
 
 /// What is told of the schedule: by schedule-eval, or by what follows a server in its place.
 pub fn schedule_report(board: &StatusBoard) -> Option<Report<ScheduleFacts>> {
-    board.report(Daemon::ScheduleEval).or_else(|| board.report(Daemon::SiteFollow))
+    // One of them runs; a report of the other is from before the configuration changed.
+    let reports = [Daemon::ScheduleEval, Daemon::SiteFollow].into_iter().filter_map(|daemon| board.report(daemon));
+    reports.max_by_key(|report| report.stamp_ns)
 }
 
 /// When the next schedule state is due; `None` without a report of schedule-eval, or of what follows a server in its place.

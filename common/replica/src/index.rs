@@ -1,7 +1,7 @@
 //! The index of a site: what there is at one epoch, and which blobs it is made of.
 
 use crate::objects::SiteName;
-use messages::ContentId;
+use messages::{ContentHash, ContentId};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -68,8 +68,8 @@ pub struct RobotMaps {
     pub grids: ArchiveEntry,
     /// The `mission-plan` archive; `None` while it is planned.
     pub mission_plan: Option<ArchiveEntry>,
-    /// Hash of what the maps depend on of the robot, as in the headers of samples: 16 hexadecimal digits.
-    pub robot_hash: String,
+    /// Hash of what the maps depend on of the robot, as in the headers of samples.
+    pub robot_hash: ContentHash,
     /// The storeys, in the order of the `grids` archive.
     pub storeys: Vec<StoreyMap>,
 }
@@ -84,8 +84,8 @@ pub struct StoreyMap {
     pub name: String,
     /// GlobalId of the storey; empty where the site has none.
     pub global_id: String,
-    /// Hash of what alone can change the grid, as in its header: 16 hexadecimal digits.
-    pub input_hash: String,
+    /// Hash of what alone can change the grid, as in its header.
+    pub input_hash: ContentHash,
     /// The `grid` archive.
     pub grid: ArchiveEntry,
 }
@@ -96,6 +96,8 @@ pub struct StoreyMap {
 pub struct ArchiveEntry {
     /// sha256 of its bytes.
     pub id: ContentId,
+    /// The content hash that it has in itself: by it the server finds an archive again without its bytes.
+    pub content_hash: ContentHash,
     /// Its length.
     pub bytes: u64,
     /// The blob that tells its blocks.
@@ -160,7 +162,7 @@ pub(crate) mod tests {
     /// An archive of a store, of which only the identity matters.
     pub(crate) fn entry(seed: &str) -> ArchiveEntry {
         let id = ContentId::of(seed.as_bytes());
-        ArchiveEntry { id, bytes: 1, recipe: BlobEntry { id, bytes: 2 } }
+        ArchiveEntry { id, content_hash: ContentHash::NONE, bytes: 1, recipe: BlobEntry { id, bytes: 2 } }
     }
 
     /// An index with sets of these plan times.

@@ -2,13 +2,17 @@
 
 use crate::blocks::{block_bytes, pack_block};
 use crate::index::{ArchiveEntry, BlobEntry};
-use messages::ContentId;
+use messages::{ContentHash, ContentId};
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
 
-/// Packs that an archive may be spread over. With one more it is packed anew: who comes late fetches few objects.
+/// Packs that an archive may be spread over, beside those that its length asks for. With one more it is packed anew: who comes late
+/// fetches few objects.
 const MAX_PACKS: usize = 16;
+
+/// From this length on a pack ends and another one begins, so that each is written, and fetched where ranges are ignored, in minutes.
+const PACK_BYTES: u64 = 32 << 20;
 
 /// An archive that uses less than this share of its packs is packed anew, so that packs of long ago can go.
 const MIN_SHARE_USED: u64 = 4;
@@ -51,13 +55,13 @@ struct BlockPlace(
     u64,
 );
 
-/// A recipe with the pack that it needs, where blocks are new.
+/// A recipe with the packs that it needs, where blocks are new.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct PackedArchive {
     /// The recipe.
     pub recipe: Recipe,
-    /// The new pack.
-    pub pack: Option<Vec<u8>>,
+    /// The new packs.
+    pub packs: Vec<Vec<u8>>,
 }
 
 /// A part of a pack, and the blocks that it has.
@@ -82,57 +86,75 @@ pub enum BadRecipe {
     Numbers(&'static str),
 }
 
-/// Packs an archive: blocks that the earlier recipe of its topic has are named there, all others are in a new pack.
+/// Packs an archive: blocks that the earlier recipe of its topic has are named there, all others are in new packs.
 pub fn pack(archive: &[u8], earlier: Option<&Recipe>) -> PackedArchive {
     let id = ContentId::of(archive);
     let block_bytes = block_bytes(archive.len() as u64);
     let size = usize::try_from(block_bytes).expect("blocks are small");
     let ids: Vec<ContentId> = archive.chunks(size).map(ContentId::of).collect();
     let known = earlier.map(Recipe::places).unwrap_or_default();
-    let known = if is_worth_keeping(&ids, &known) { known } else { HashMap::new() };
+    let known = if is_worth_keeping(archive.len() as u64, &ids, &known) { known } else { HashMap::new() };
 
     let mut packs: Vec<BlobEntry> = Vec::new();
     let mut place_of_pack: BTreeMap<ContentId, u32> = BTreeMap::new();
-    let mut new_pack = Vec::new();
-    let mut new_blocks: HashMap<ContentId, (u64, u64)> = HashMap::new();
+    let mut new_packs: Vec<Vec<u8>> = Vec::new();
+    let mut new_blocks: HashMap<ContentId, (u32, u64, u64)> = HashMap::new();
     let mut blocks = Vec::new();
-    // The new pack has the last place; its blocks get it when it is known.
-    const NEW: u32 = u32::MAX;
     for (id, block) in ids.iter().zip(archive.chunks(size)) {
         if let Some((pack, offset, length)) = known.get(id) {
             let place = *place_of_pack.entry(pack.id).or_insert_with(|| {
                 packs.push(*pack);
                 (packs.len() - 1) as u32
             });
-            blocks.push(BlockPlace(*id, place, *offset, *length));
+            blocks.push((*id, Place::Known(place), *offset, *length));
             continue;
         }
-        let (offset, length) = *new_blocks.entry(*id).or_insert_with(|| {
-            let (packed, offset) = (pack_block(block), new_pack.len() as u64);
-            new_pack.extend_from_slice(&packed);
-            (offset, packed.len() as u64)
+        let (place, offset, length) = *new_blocks.entry(*id).or_insert_with(|| {
+            if new_packs.last().is_none_or(|pack| pack.len() as u64 >= PACK_BYTES) {
+                new_packs.push(Vec::new());
+            }
+            let place = (new_packs.len() - 1) as u32;
+            let packed = pack_block(block);
+            let pack = &mut new_packs[place as usize];
+            let offset = pack.len() as u64;
+            pack.extend_from_slice(&packed);
+            (place, offset, packed.len() as u64)
         });
-        blocks.push(BlockPlace(*id, NEW, offset, length));
+        blocks.push((*id, Place::New(place), offset, length));
     }
-    let pack = (!new_pack.is_empty()).then_some(new_pack);
-    if let Some(pack) = &pack {
-        packs.push(BlobEntry { id: ContentId::of(pack), bytes: pack.len() as u64 });
-    }
-    let last = packs.len().saturating_sub(1) as u32;
-    for block in blocks.iter_mut().filter(|block| block.1 == NEW) {
-        block.1 = last;
-    }
-    PackedArchive { recipe: Recipe { id, bytes: archive.len() as u64, block_bytes, packs, blocks }, pack }
+    // New packs come after the known ones; they have names once they are whole.
+    let n_known = packs.len() as u32;
+    packs.extend(new_packs.iter().map(|pack| BlobEntry { id: ContentId::of(pack), bytes: pack.len() as u64 }));
+    let place = |(id, place, offset, length): (ContentId, Place, u64, u64)| match place {
+        Place::Known(place) => BlockPlace(id, place, offset, length),
+        Place::New(place) => BlockPlace(id, n_known + place, offset, length),
+    };
+    let blocks = blocks.into_iter().map(place).collect();
+    let recipe = Recipe { id, bytes: archive.len() as u64, block_bytes, packs, blocks };
+    PackedArchive { recipe, packs: new_packs }
+}
+
+/// Where a block lies while an archive is packed.
+enum Place {
+    /// In a pack of before.
+    Known(u32),
+    /// In a new one.
+    New(u32),
+}
+
+/// Most packs of an archive of this length.
+fn max_packs(archive_bytes: u64) -> usize {
+    MAX_PACKS + usize::try_from(archive_bytes / PACK_BYTES).unwrap_or(usize::MAX / 2)
 }
 
 /// True if the packs of the known blocks are few, and used enough.
-fn is_worth_keeping(ids: &[ContentId], known: &HashMap<ContentId, (BlobEntry, u64, u64)>) -> bool {
+fn is_worth_keeping(archive_bytes: u64, ids: &[ContentId], known: &HashMap<ContentId, (BlobEntry, u64, u64)>) -> bool {
     let mut used: BTreeMap<ContentId, (u64, u64)> = BTreeMap::new();
     for (pack, _, length) in ids.iter().filter_map(|id| known.get(id)) {
         used.entry(pack.id).or_insert((0, pack.bytes)).0 += length;
     }
     let (bytes_used, bytes) = used.values().fold((0, 0), |(u, b), (used, bytes)| (u + used, b + bytes));
-    used.len() < MAX_PACKS && bytes_used * MIN_SHARE_USED >= bytes
+    used.len() < max_packs(archive_bytes) && bytes_used * MIN_SHARE_USED >= bytes
 }
 
 impl Recipe {
@@ -141,11 +163,11 @@ impl Recipe {
         serde_json::to_vec(self).expect("a recipe has no keys but texts")
     }
 
-    /// The entry of its archive in an index.
-    pub fn entry(&self) -> ArchiveEntry {
+    /// The entry of its archive in an index, with the content hash that the archive has in itself.
+    pub fn entry(&self, content_hash: ContentHash) -> ArchiveEntry {
         let bytes = self.to_bytes();
         let recipe = BlobEntry { id: ContentId::of(&bytes), bytes: bytes.len() as u64 };
-        ArchiveEntry { id: self.id, bytes: self.bytes, recipe }
+        ArchiveEntry { id: self.id, content_hash, bytes: self.bytes, recipe }
     }
 
     /// The recipe that an index names; that the bytes are those that it names was looked at before.
@@ -168,7 +190,8 @@ impl Recipe {
         if self.blocks.len() as u64 != self.bytes.div_ceil(self.block_bytes) {
             return Err("its blocks are not as many as the archive has");
         }
-        if self.packs.len() > MAX_PACKS + 1 {
+        // One more with new blocks, for each that they need.
+        if self.packs.len() > 2 * max_packs(self.bytes) + 1 {
             return Err("it has too many packs");
         }
         for BlockPlace(_, pack, offset, length) in &self.blocks {
@@ -295,10 +318,10 @@ mod tests {
         let first = pack(&archive, None);
         archive[3 * BLOCK + 5] ^= 1;
         let second = pack(&archive, Some(&first.recipe));
-        let length = second.pack.as_ref().unwrap().len();
+        let length = second.packs[0].len();
         assert!((BLOCK..2 * BLOCK).contains(&length), "{length}");
         let third = pack(&archive, Some(&second.recipe));
-        assert_eq!((third.pack, &third.recipe), (None, &second.recipe), "the same again needs nothing");
+        assert_eq!((third.packs, &third.recipe), (Vec::new(), &second.recipe), "the same again needs nothing");
     }
 
     #[test]
@@ -310,16 +333,27 @@ mod tests {
             let at = (date * 7 % 40) * BLOCK;
             archive[at..at + 64].copy_from_slice(&noise(100 + date as u64, 64));
             recipe = pack(&archive, Some(&recipe)).recipe;
-            recipe.check(&recipe.entry()).unwrap();
+            recipe.check(&recipe.entry(ContentHash::NONE)).unwrap();
             most = most.max(recipe.packs().len());
         }
         assert!((2..=MAX_PACKS).contains(&most), "{most}");
     }
 
     #[test]
+    fn a_large_archive_has_packs_of_a_length_that_can_be_sent() {
+        let archive = noise(5, 70 << 20);
+        let PackedArchive { recipe, packs } = pack(&archive, None);
+        assert_eq!(packs.len(), 3);
+        assert!(packs.iter().all(|pack| (pack.len() as u64) < PACK_BYTES + 2 * BLOCK as u64));
+        recipe.check(&recipe.entry(ContentHash::NONE)).unwrap();
+        let store = packs.into_iter().map(|bytes| (ContentId::of(&bytes), bytes)).collect();
+        assert!(fetched(&recipe, &store, &HashMap::new()).0 == archive);
+    }
+
+    #[test]
     fn a_recipe_with_wrong_numbers_is_refused() {
         let good = pack(&noise(3, 3 * BLOCK), None).recipe;
-        let entry = good.entry();
+        let entry = good.entry(ContentHash::NONE);
         assert_eq!(Recipe::parse(&good.to_bytes(), &entry).unwrap(), good);
         let refused = |change: &dyn Fn(&mut Recipe)| {
             let mut wrong = good.clone();
@@ -333,7 +367,7 @@ mod tests {
             &|r| r.blocks[0].1 = 9,
             &|r| r.blocks[0].2 = u64::MAX,
             &|r| r.blocks[0].3 = r.packs[0].bytes + 1,
-            &|r| r.packs = vec![r.packs[0]; 40],
+            &|r| r.packs = vec![r.packs[0]; 60],
         ];
         for (k, change) in cases.iter().enumerate() {
             assert!(refused(*change).contains("is wrong"), "{k}");
@@ -343,8 +377,8 @@ mod tests {
 
     #[test]
     fn an_empty_archive_has_no_pack() {
-        let PackedArchive { recipe, pack } = pack(&[], None);
-        assert_eq!((recipe.n_blocks(), pack), (0, None));
+        let PackedArchive { recipe, packs } = pack(&[], None);
+        assert_eq!((recipe.n_blocks(), packs.len()), (0, 0));
         assert!(recipe.missing(|_| false).is_empty());
     }
 
@@ -364,8 +398,8 @@ mod tests {
             for (at, value) in changes {
                 archive[at] = value;
                 let packed = pack(&archive, recipe.as_ref());
-                if let (Some(bytes), Some(entry)) = (packed.pack, packed.recipe.packs().last()) {
-                    store.insert(entry.id, bytes);
+                for bytes in packed.packs {
+                    store.insert(ContentId::of(&bytes), bytes);
                 }
                 let (whole, _) = fetched(&packed.recipe, &store, &held);
                 prop_assert_eq!(&whole, &archive);

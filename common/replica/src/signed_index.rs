@@ -131,6 +131,10 @@ impl SignedIndex {
     /// Anything else. No line is read before its signature was checked.
     pub fn parse(bytes: &[u8], roots: &[PublicKey]) -> Result<Self, SignedIndexError> {
         let text = from_utf8(bytes).map_err(|_| SignedIndexError::Lines)?;
+        // Lines of another form would be the same index with another sha256.
+        if text.contains('\r') {
+            return Err(SignedIndexError::Lines);
+        }
         let lines: Vec<&str> = text.lines().take(5).collect();
         let [keys_line, keys_by, index_line, index_by] = lines[..] else { return Err(SignedIndexError::Lines) };
         let root = checked(KEYS, keys_line, keys_by)?;

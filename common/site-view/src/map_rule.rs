@@ -12,6 +12,8 @@ use messages::{ContentHash, GridsHead, ScheduleStateHead};
 pub struct MapRule {
     /// When each of [`WATCHED`] was heard; `None` before a bus is followed.
     heard: Option<[Stamp; WATCHED.len()]>,
+    /// True if what follows a server was heard: it publishes the maps.
+    is_following: bool,
     state: Option<StateKey>,
     /// The newest schedule state that differs from the one before, also across generations of the bus, and when it came.
     newer: Option<(ContentHash, Stamp)>,
@@ -51,6 +53,7 @@ impl MapRule {
     /// A daemon was heard at this time. What follows a server publishes the maps in the place of all watched ones; others than these
     /// count for nothing.
     pub fn insert_heartbeat(&mut self, at: Stamp, daemon: Daemon) {
+        self.is_following |= daemon == Daemon::SiteFollow;
         for (heard, watched) in self.heard.iter_mut().flatten().zip(WATCHED) {
             if watched == daemon || daemon == Daemon::SiteFollow {
                 *heard = at.max(*heard);
@@ -137,7 +140,9 @@ impl MapRule {
     fn silence(&self, now: Stamp) -> Option<NoMapReason> {
         let mut watched = self.heard.iter().flatten().zip(WATCHED);
         let silent = watched.find(|(heard, _)| now.since(**heard) >= SILENT_AFTER);
-        silent.map(|(_, daemon)| NoMapReason::Silent { daemon })
+        silent.map(|(_, daemon)| NoMapReason::Silent {
+            daemon: if self.is_following { Daemon::SiteFollow } else { daemon },
+        })
     }
 
     fn expiry(&self, clock: ClockTime) -> Option<NoMapReason> {

@@ -11,6 +11,14 @@ pub enum StoreError {
         /// As given.
         address: String,
     },
+    /// An address with a user, a password or a query.
+    #[error(
+        "the address of the store on {host} has a user, a password or a query: name them in its credentials instead"
+    )]
+    Secret {
+        /// Its host.
+        host: String,
+    },
     /// A folder that cannot be made or opened, or settings that do not fit.
     #[error("the store {address} cannot be opened")]
     Open {

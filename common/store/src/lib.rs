@@ -81,12 +81,24 @@ impl fmt::Debug for Store {
 }
 
 impl Store {
-    /// The store at an address.
+    /// The store at an address, to write into it: a folder is made if it is missing.
     ///
     /// # Errors
-    /// An address of no kind of store, credentials that do not fit.
+    /// An address of no kind of store, or with anything secret; credentials that do not fit.
     pub fn open(address: &str, credentials: &Credentials) -> Result<Self, StoreError> {
-        let (objects, prefix) = location::open(address, credentials)?;
+        Self::open_for(address, credentials, true)
+    }
+
+    /// The same, to read from it: a folder has to be there.
+    ///
+    /// # Errors
+    /// As [`Self::open`].
+    pub fn open_to_read(address: &str, credentials: &Credentials) -> Result<Self, StoreError> {
+        Self::open_for(address, credentials, false)
+    }
+
+    fn open_for(address: &str, credentials: &Credentials, to_write: bool) -> Result<Self, StoreError> {
+        let (objects, prefix) = location::open(address, credentials, to_write)?;
         let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
         let runtime = runtime.map_err(|source| StoreError::Thread { source })?;
         Ok(Self {
@@ -300,6 +312,22 @@ mod tests {
         assert_eq!(store.fetch_whole("tower/index/1.jsonl", 100).unwrap(), b"two");
         assert_eq!(store.length("tower/index/1.jsonl").unwrap(), Some(3));
         assert_eq!(store.length("tower/index/2.jsonl").unwrap(), None);
+    }
+
+    #[test]
+    fn an_address_with_a_password_is_refused_without_repeating_it() {
+        for address in ["https://robot:hunter2@maps.example/x", "s3://maps/x?key=hunter2"] {
+            let why = Store::open(address, &Credentials::default()).unwrap_err();
+            assert!(matches!(why, StoreError::Secret { .. }) && !format!("{why} {why:?}").contains("hunter2"), "{why}");
+        }
+    }
+
+    #[test]
+    fn who_reads_makes_no_folder() {
+        let home = tempfile::tempdir().unwrap();
+        let away = home.path().join("away");
+        assert!(Store::open_to_read(away.to_str().unwrap(), &Credentials::default()).is_err());
+        assert!(!away.exists());
     }
 
     #[test]

@@ -30,11 +30,15 @@ const RETRY_TIMEOUT: Duration = Duration::from_secs(10);
 /// A store, and what goes before all paths.
 type Location = (Arc<dyn ObjectStore>, ObjectPath);
 
-/// The store at an address.
-pub(crate) fn open(address: &str, credentials: &Credentials) -> Result<Location, StoreError> {
+/// The store at an address. A folder that is not there is made only `to_write`.
+pub(crate) fn open(address: &str, credentials: &Credentials, to_write: bool) -> Result<Location, StoreError> {
     let open =
         |source: Box<dyn std::error::Error + Send + Sync>| StoreError::Open { address: address.to_owned(), source };
-    let Ok(url) = Url::parse(address) else { return folder(Path::new(address)).map_err(open) };
+    let Ok(url) = Url::parse(address) else { return folder(Path::new(address), to_write).map_err(open) };
+    // They would be in every message and log.
+    if !url.username().is_empty() || url.password().is_some() || url.query().is_some() {
+        return Err(StoreError::Secret { host: url.host_str().unwrap_or_default().to_owned() });
+    }
     // The library of cryptography that all of this program has; a second call changes nothing.
     let _ = rustls::crypto::ring::default_provider().install_default();
     let retry = RetryConfig { max_retries: 3, retry_timeout: RETRY_TIMEOUT, ..RetryConfig::default() };
@@ -42,7 +46,7 @@ pub(crate) fn open(address: &str, credentials: &Credentials) -> Result<Location,
     match url.scheme() {
         "file" => {
             let path = url.to_file_path().map_err(|()| StoreError::Address { address: address.to_owned() })?;
-            folder(&path).map_err(open)
+            folder(&path, to_write).map_err(open)
         }
         "s3" => {
             let bucket = url.host_str().unwrap_or_default();
@@ -71,8 +75,10 @@ pub(crate) fn open(address: &str, credentials: &Credentials) -> Result<Location,
     }
 }
 
-fn folder(path: &Path) -> Result<Location, Box<dyn std::error::Error + Send + Sync>> {
-    std::fs::create_dir_all(path)?;
+fn folder(path: &Path, to_write: bool) -> Result<Location, Box<dyn std::error::Error + Send + Sync>> {
+    if to_write {
+        std::fs::create_dir_all(path)?;
+    }
     let store = LocalFileSystem::new_with_prefix(path)?.with_fsync(true);
     Ok((Arc::new(store), ObjectPath::default()))
 }

@@ -3,14 +3,15 @@
 use crate::archive_folder::ArchiveFolder;
 use daemon::{Failure, FollowConfig, chain};
 use jiff::Timestamp;
+use jiff::tz::TimeZone;
 use messages::ContentId;
 use replica::{
-    Acknowledged, ArchiveEntry, MAX_INDEX_BYTES, PlanSet, PublicKey, Recipe, SignedIndex, SiteIndex, SiteName, accept,
-    blob_path, current_path, unpack_block,
+    Acknowledged, ArchiveEntry, IndexClock, MAX_INDEX_BYTES, PlanSet, PublicKey, Recipe, SignedIndex, SiteIndex,
+    SiteName, accept, blob_path, current_path, unpack_block,
 };
 use std::collections::BTreeSet;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 use store::{Credentials, Fetched, Store, StoreError};
 use tracing::{info, warn};
 
@@ -28,23 +29,32 @@ const MAX_RECIPE_BYTES: u64 = 16 << 20;
 pub(crate) struct Findings {
     /// The newest index that was accepted.
     pub(crate) newest: Option<Arc<AcceptedIndex>>,
-    /// How many of its sets are here, from the first.
-    pub(crate) n_complete: usize,
     /// When the store last answered, milliseconds since 1970 in UTC.
     pub(crate) asked_ms: Option<i64>,
     /// Bytes that are fetched for an index, and how many there are.
     pub(crate) fetching: Option<[u64; 2]>,
     /// Bytes that were fetched since the start.
     pub(crate) fetched_bytes: u64,
+    /// Blocks that were put in their places since the start.
+    n_blocks: u64,
     /// Why the newest index, or something of it, is not here.
-    pub(crate) error: Option<String>,
+    pub(crate) trouble: Option<Trouble>,
     /// What the service has on disk as acknowledged: what is older is refused.
     pub(crate) acknowledged: Option<Acknowledged>,
-    /// Archives that the service shows: they stay.
-    pub(crate) shown: BTreeSet<ContentId>,
+    /// Archives of the index that is in force, or is to be after a start: they stay until another one is.
+    pub(crate) in_force: BTreeSet<ContentId>,
     /// Archives that the service found damaged.
     pub(crate) damaged: Vec<ContentId>,
     is_stopped: bool,
+}
+
+/// Why something is not here.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Trouble {
+    /// In words.
+    pub(crate) why: String,
+    /// True if the store answered: with something wrong, or without what it should have. False if it could not be asked.
+    pub(crate) is_answer: bool,
 }
 
 /// An index that was accepted.
@@ -150,6 +160,14 @@ impl Followed {
     }
 }
 
+/// What came of a look.
+enum Looked {
+    /// All of the newest index is here.
+    Whole,
+    /// Something that is due later is not, and the index is asked for again before.
+    Unfinished,
+}
+
 /// The thread.
 pub(crate) struct Fetcher {
     config: FollowConfig,
@@ -171,26 +189,34 @@ impl Fetcher {
         let poll = Duration::from_secs(u64::from(self.config.poll_s));
         let mut n_failures = 0u32;
         loop {
-            let before = self.shared.lock().fetched_bytes;
+            let (asked_before, blocks_before) = {
+                let findings = self.shared.lock();
+                (findings.asked_ms, findings.n_blocks)
+            };
             let looked = self.look();
             let mut findings = self.shared.lock();
-            if findings.fetched_bytes > before {
+            if findings.n_blocks > blocks_before {
                 // It goes on, if slowly: what is here is not fetched again.
                 n_failures = 0;
             }
+            let is_unfinished = matches!(looked, Ok(Looked::Unfinished));
             match looked {
-                Ok(()) => (n_failures, findings.error) = (0, None),
+                Ok(_) => (n_failures, findings.trouble) = (0, None),
                 Err(why) => {
-                    let text = chain(why.as_ref());
-                    if findings.error.as_ref() != Some(&text) {
-                        warn!(service = "site-follow", error = text, "what the store has is not here");
+                    let is_answer = findings.asked_ms != asked_before;
+                    let trouble = Trouble { why: chain(why.as_ref()), is_answer };
+                    if findings.trouble.as_ref() != Some(&trouble) {
+                        warn!(service = "site-follow", error = trouble.why, "what the store has is not here");
                     }
                     n_failures = n_failures.saturating_add(1);
-                    findings.error = Some(text);
+                    findings.trouble = Some(trouble);
                 }
             }
             findings.fetching = None;
-            // After a failure at once again, then less and less often.
+            if is_unfinished && !findings.is_stopped && findings.damaged.is_empty() {
+                continue;
+            }
+            // After a failure less and less often.
             let wait = if n_failures == 0 {
                 poll
             } else {
@@ -204,16 +230,15 @@ impl Fetcher {
             }
             for id in std::mem::take(&mut findings.damaged) {
                 self.folder.forget(id);
-                findings.n_complete = 0;
             }
         }
     }
 
     /// Asks once: for the index, then for what is not here of it.
-    fn look(&mut self) -> Result<(), Failure> {
+    fn look(&mut self) -> Result<Looked, Failure> {
         if self.store.is_none() {
             let credentials = self.config.credentials.as_deref().map(Credentials::read).transpose()?;
-            self.store = Some(Store::open(&self.config.store, &credentials.unwrap_or_default())?);
+            self.store = Some(Store::open_to_read(&self.config.store, &credentials.unwrap_or_default())?);
         }
         let Some(store) = &self.store else { unreachable!("it was opened") };
         let path = current_path(&self.followed.site);
@@ -233,7 +258,7 @@ impl Fetcher {
         };
         match newest {
             Some(newest) => self.complete(&newest),
-            None => Ok(()),
+            None => Ok(Looked::Whole),
         }
     }
 
@@ -247,20 +272,21 @@ impl Fetcher {
         if let Some(newest) = findings.newest.as_ref().filter(|newest| newest.acknowledged == acknowledged) {
             return Ok(Arc::clone(newest));
         }
+        check_zone(&signed.index)?;
         let epoch = signed.index.epoch;
         let accepted = Arc::new(AcceptedIndex { file, signed, acknowledged });
         findings.newest = Some(Arc::clone(&accepted));
-        findings.n_complete = self.followed.n_complete(&accepted.signed.index, &self.folder);
         info!(service = "site-follow", epoch, "a new index");
         Ok(accepted)
     }
 
-    /// Fetches what is not here of an index, set by set.
-    fn complete(&self, accepted: &AcceptedIndex) -> Result<(), Failure> {
+    /// Fetches what is not here of an index, set by set. What is due later does not keep a newer index waiting.
+    fn complete(&self, accepted: &AcceptedIndex) -> Result<Looked, Failure> {
         let index = &accepted.signed.index;
-        if self.shared.lock().n_complete == index.sets.len() {
-            return Ok(());
+        if self.followed.n_complete(index, &self.folder) == index.sets.len() {
+            return Ok(Looked::Whole);
         }
+        let (begun, poll) = (Instant::now(), Duration::from_secs(u64::from(self.config.poll_s)));
         let mut wanted: Vec<Vec<&ArchiveEntry>> = Vec::new();
         let mut seen = BTreeSet::new();
         for set in &index.sets {
@@ -270,14 +296,16 @@ impl Fetcher {
         }
         for (place, archives) in wanted.iter().enumerate() {
             for entry in archives {
+                if place > 0 && begun.elapsed() > poll {
+                    return Ok(Looked::Unfinished);
+                }
                 self.fetch_archive(entry)?;
             }
-            self.shared.lock().n_complete = place + 1;
         }
-        let shown = self.shared.lock().shown.clone();
-        self.folder.retain(&seen.into_iter().chain(shown).collect());
+        let in_force = self.shared.lock().in_force.clone();
+        self.folder.retain(&seen.into_iter().chain(in_force).collect());
         info!(service = "site-follow", epoch = index.epoch, sets = index.sets.len(), "all of the index is here");
-        Ok(())
+        Ok(Looked::Whole)
     }
 
     fn fetch_archive(&self, entry: &ArchiveEntry) -> Result<(), Failure> {
@@ -305,6 +333,7 @@ impl Fetcher {
                 let block = unpack_block(recipe.part(&fetch, &bytes, *place), range.end - range.start, id);
                 let block = block.map_err(|why| format!("{path} in {}: {why}", store.address()))?;
                 part.put(*place, range, &block)?;
+                self.shared.lock().n_blocks += 1;
             }
             done += bytes.len() as u64;
             self.count(bytes.len() as u64);
@@ -315,6 +344,17 @@ impl Fetcher {
     fn count(&self, bytes: u64) {
         self.shared.lock().fetched_bytes += bytes;
     }
+}
+
+/// Refuses an index whose clock nobody here can read: its maps would never end.
+///
+/// # Errors
+/// A zone that this version does not know.
+pub(crate) fn check_zone(index: &SiteIndex) -> Result<(), Failure> {
+    let IndexClock::Wall { zone } = &index.clock else { return Ok(()) };
+    TimeZone::get(zone)
+        .map(drop)
+        .map_err(|why| format!("the site's clock is in a zone that is not known here: {why}").into())
 }
 
 /// Asks again for what broke off on the way; what the store itself says is so.

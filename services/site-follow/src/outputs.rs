@@ -31,6 +31,16 @@ pub struct FollowOutputs {
     index: LatchedOutput<topics::Grids>,
     mission_plan: LatchedOutput<topics::MissionPlan>,
     bus: Option<Bus>,
+    /// What goes once the decision that is underway is settled.
+    leaving: Leaving,
+}
+
+/// Topics that nothing is published on any more.
+#[derive(Debug, Default)]
+struct Leaving {
+    tasks: bool,
+    /// Grids from this slot on.
+    grids_from: Option<usize>,
 }
 
 impl Default for FollowOutputs {
@@ -43,6 +53,7 @@ impl Default for FollowOutputs {
             index: LatchedOutput::new(topics::Grids),
             mission_plan: LatchedOutput::new(topics::MissionPlan),
             bus: None,
+            leaving: Leaving::default(),
         }
     }
 }
@@ -145,16 +156,13 @@ impl<D: Decide> Outputs<D> for FollowOutputs {
             FollowSample::Site(site) => self.site.publish(epochs, site),
             FollowSample::Tasks(Some(tasks)) => self.tasks.publish(epochs, tasks),
             FollowSample::Tasks(None) => {
-                self.tasks.withdraw();
-                match &self.bus {
-                    Some(bus) => self.tasks.attach(bus, epochs),
-                    None => Ok(()),
-                }
+                self.leaving.tasks = true;
+                Ok(())
             }
             FollowSample::State(state) => self.state.publish(epochs, state),
             FollowSample::Grid(slot, grid) => self.grid(slot, epochs)?.publish(epochs, grid),
             FollowSample::Index(index, n_grids) => {
-                self.grids.truncate(n_grids);
+                self.leaving.grids_from = Some(n_grids);
                 self.index.publish(epochs, index)
             }
             FollowSample::MissionPlan(plan) => self.mission_plan.publish(epochs, plan),
@@ -163,9 +171,18 @@ impl<D: Decide> Outputs<D> for FollowOutputs {
 
     fn settle(&mut self) {
         in_order!(self, output => output.settle());
+        // What no index names any more goes after the index that says so, and when there is no way back.
+        let Leaving { tasks, grids_from } = std::mem::take(&mut self.leaving);
+        if tasks {
+            self.tasks.withdraw();
+        }
+        if let Some(n_grids) = grids_from {
+            self.grids.truncate(n_grids);
+        }
     }
 
     fn go_back(&mut self, _: &D, epochs: &mut Epochs) {
+        self.leaving = Leaving::default();
         in_order!(self, output => output.go_back(epochs));
     }
 

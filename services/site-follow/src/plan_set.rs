@@ -10,7 +10,7 @@ use replica::{ArchiveEntry, PlanSet, SiteIndex};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// What was published of each topic: by its name, the archive.
+/// What was published of each topic: by its name, what identifies the sample.
 pub(crate) type PublishedArchives = BTreeMap<String, ContentId>;
 
 /// An archive that cannot be shown.
@@ -88,12 +88,11 @@ pub(crate) fn samples_of(
     if let Some(sample) = reader.new_of(bus::topics::ScheduleState, "schedule-state", &set.schedule_state, of_site)? {
         samples.push(FollowSample::State(sample));
     }
-    let bits = |text: &str| u64::from_str_radix(text, 16).map(ContentHash::from_bits).unwrap_or(ContentHash::NONE);
-    let inputs = InputHashes { schedule_state: state, robot: bits(&maps.robot_hash), ..of_site };
+    let inputs = InputHashes { schedule_state: state, robot: maps.robot_hash, ..of_site };
     for (k, place) in places.iter().enumerate() {
         let storey = &maps.storeys[*place];
         let slot = GridSlot::new(k).ok_or_else(|| SetError::Other("there are more storeys than slots".to_owned()))?;
-        let inputs = InputHashes { own: bits(&storey.input_hash), ..inputs };
+        let inputs = InputHashes { own: storey.input_hash, ..inputs };
         let name = format!("grid/{k:02}");
         let entry = &storey.grid;
         if let Some(sample) = reader.new_of(bus::topics::Grid(slot), &name, entry, inputs)? {
@@ -102,7 +101,7 @@ pub(crate) fn samples_of(
     }
     let is_whole = places.len() == maps.storeys.len();
     let grids = reader.checked::<payload::Grids>(&maps.grids)?;
-    let grids = if is_whole { grids } else { cut(&grids, &places).map_err(|why| reader.damaged(&maps.grids, &why))? };
+    let grids = if is_whole { grids } else { cut(&grids, &places).map_err(SetError::Other)? };
     let index_hash = grids.content_hash();
     let index_id = ContentId::of(grids.bytes().bytes());
     reader.now.insert("grids".to_owned(), index_id);
@@ -144,13 +143,20 @@ fn cut(grids: &Checked<payload::Grids>, places: &[usize]) -> Result<Checked<payl
 }
 
 impl Reader<'_> {
-    fn damaged(&self, entry: &ArchiveEntry, why: &str) -> SetError {
-        SetError::Damaged { id: entry.id, why: why.to_owned() }
+    /// What is wrong with an archive that cannot be opened: the disk, or what the server has published.
+    fn unusable(&self, entry: &ArchiveEntry, why: &str) -> SetError {
+        let id = entry.id;
+        match self.folder.is_intact(entry) {
+            true => {
+                SetError::Other(format!("the archive {id} is as the server published it, and cannot be used: {why}"))
+            }
+            false => SetError::Damaged { id, why: why.to_owned() },
+        }
     }
 
     fn checked<P: Payload>(&mut self, entry: &ArchiveEntry) -> Result<Checked<P>, SetError> {
-        let buffer: ArchiveBuffer = self.folder.read(entry).map_err(|why| self.damaged(entry, &why.to_string()))?;
-        let checked = Checked::<P>::new(buffer).map_err(|why| self.damaged(entry, &chain(&why)))?;
+        let buffer: ArchiveBuffer = self.folder.read(entry).map_err(|why| self.unusable(entry, &why.to_string()))?;
+        let checked = Checked::<P>::new(buffer).map_err(|why| self.unusable(entry, &chain(&why)))?;
         self.new_hashes.insert(entry.id, checked.content_hash());
         Ok(checked)
     }
@@ -171,8 +177,11 @@ impl Reader<'_> {
         entry: &ArchiveEntry,
         inputs: InputHashes,
     ) -> Result<Option<NewSample<T>>, SetError> {
-        self.now.insert(name.to_owned(), entry.id);
-        if self.published.get(name) == Some(&entry.id) {
+        // A mission plan is told by its header which grids it is of, every sample which map frame it has.
+        let parts: [&[u8]; 3] = [entry.id.sha256(), &inputs.grids.to_le_bytes(), &self.frame_epoch.to_le_bytes()];
+        let key = ContentId::of_parts(parts);
+        self.now.insert(name.to_owned(), key);
+        if self.published.get(name) == Some(&key) {
             return Ok(None);
         }
         let archive = Arc::new(self.checked::<T::Payload>(entry)?);

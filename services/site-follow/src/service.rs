@@ -1,7 +1,7 @@
 //! What site-follow decides: which set of maps is shown, from which index.
 
 use crate::archive_folder::ArchiveFolder;
-use crate::fetcher::{AcceptedIndex, Fetcher, Followed, Shared, stop};
+use crate::fetcher::{AcceptedIndex, Fetcher, Followed, Shared, Trouble, check_zone, stop};
 use crate::outputs::FollowOutputs;
 use crate::plan_set::{PublishedArchives, SetError, SetSamples, samples_of};
 use bus::Bus;
@@ -38,14 +38,16 @@ pub struct SiteFollow {
     folder: ArchiveFolder,
     shared: Arc<Shared>,
     in_force: InForce,
-    /// The newest index with a set that is here, if it is newer than the one in force.
-    newest: Option<Candidate>,
+    /// The newest index that was accepted, if it is not the one in force.
+    newest: Option<Arc<AcceptedIndex>>,
+    /// What an operator should know of the state that was found at the start.
+    finding: Option<String>,
     state_file: StateFile,
     index_file: KeptFile,
     /// Content hashes of archives that were read: what the disk has under a name does not change.
     hashes: Mutex<BTreeMap<ContentId, ContentHash>>,
-    /// An archive that was found damaged in a decision, for the thread that fetches.
-    damaged: Mutex<Option<ContentId>>,
+    /// Why the last decision could not show what is due.
+    trouble: Mutex<Option<SetError>>,
 }
 
 /// What a decision changes.
@@ -67,12 +69,6 @@ struct Kept {
     reached: Option<(String, ReachedPlanTime)>,
 }
 
-/// An index that may come into force.
-struct Candidate {
-    accepted: Arc<AcceptedIndex>,
-    n_complete: usize,
-}
-
 impl SiteFollow {
     /// The daemon on this machine, with what it showed last, and the thread that asks the store.
     ///
@@ -86,23 +82,20 @@ impl SiteFollow {
         let index_file = KeptFile::at(&config.state, "site-follow-index.jsonl");
         let kept: Kept = state_file.load()?.unwrap_or_default();
         let shared = Arc::new(Shared::default());
-        let mut newest = None;
-        if let Some(file) = index_file.load()? {
-            // Of the disk it is believed no more than of the store.
-            match accept(&file, &followed.roots, &followed.site, kept.acknowledged.as_ref()) {
-                Ok((signed, acknowledged)) => {
-                    let n_complete = followed.n_complete(&signed.index, &folder);
-                    let accepted = Arc::new(AcceptedIndex { file, signed, acknowledged });
-                    let mut findings = shared.lock();
-                    (findings.newest, findings.n_complete) = (Some(Arc::clone(&accepted)), n_complete);
-                    newest = (n_complete > 0).then_some(Candidate { accepted, n_complete });
-                }
-                Err(why) => {
-                    warn!(service = "site-follow", error = chain(&why), "what was shown last is not shown again")
-                }
+        let mut finding = state_file.finding().map(str::to_owned);
+        let newest = match index_file.load() {
+            Ok(file) => file.and_then(|file| shown_before(file, &followed, &kept)),
+            Err(why) => {
+                // It is fetched again.
+                finding.get_or_insert(format!("what was shown last cannot be read: {why}"));
+                None
             }
-        }
-        shared.lock().acknowledged = kept.acknowledged.clone().filter(|known| known.site == followed.site);
+        };
+        let mut findings = shared.lock();
+        findings.acknowledged = kept.acknowledged.clone().filter(|known| known.site == followed.site);
+        findings.newest.clone_from(&newest);
+        findings.in_force = newest.iter().flat_map(|accepted| archive_ids(&followed, &accepted.signed.index)).collect();
+        drop(findings);
         let fetcher = Fetcher::new(follow.clone(), followed.clone(), folder.clone(), Arc::clone(&shared));
         std::thread::Builder::new().name("site-follow-get".to_owned()).spawn(|| {
             // What is shown goes before what will be.
@@ -117,10 +110,11 @@ impl SiteFollow {
             shared,
             in_force: InForce { kept, ..InForce::default() },
             newest,
+            finding,
             state_file,
             index_file,
             hashes: Mutex::default(),
-            damaged: Mutex::default(),
+            trouble: Mutex::default(),
         };
         let epochs = Epochs::at(&config.state, "site-follow-epochs.json")?;
         Ok(Committed::new(service, FollowOutputs::default(), epochs, &config.state, activity))
@@ -129,7 +123,7 @@ impl SiteFollow {
     /// The plan time of the robot's clock, if the index says that it follows one.
     fn read_clock(&self, index: &SiteIndex, kept: &Kept, machine: MachineTime) -> Option<(String, TimeZone, Reading)> {
         let IndexClock::Wall { zone: name } = &index.clock else { return None };
-        // The zones are those of the program; a name that it does not have was refused with the index.
+        // A name that the program does not have was refused with the index.
         let zone = TimeZone::get(name).ok()?;
         let reached = kept.reached.as_ref().filter(|(of, _)| of == name).map(|(_, reached)| *reached);
         let synchronised = self.synchronised_while.as_deref().is_none_or(|path| path.exists());
@@ -174,30 +168,44 @@ impl SiteFollow {
 
     /// Shows the set of the newest index that is due, if another one is shown.
     fn show(&self, decision: &mut Decision<Self>, machine: MachineTime) -> Result<(), Failure> {
-        let (index, n_complete, accepted) = match (&self.newest, &self.in_force.index) {
-            (Some(newest), _) => {
-                (Arc::new(newest.accepted.signed.index.clone()), newest.n_complete, Some(&newest.accepted))
-            }
-            (None, Some(index)) => (Arc::clone(index), self.followed.n_complete(index, &self.folder), None),
-            (None, None) => return Ok(()),
+        let newest = self.newest.as_ref().map(|accepted| {
+            (&accepted.signed.index, self.followed.n_complete(&accepted.signed.index, &self.folder), Some(accepted))
+        });
+        let newest = newest.filter(|(_, n_complete, _)| *n_complete > 0);
+        let in_force = self.in_force.index.as_deref();
+        let Some((index, n_complete, accepted)) =
+            newest.or_else(|| in_force.map(|index| (index, self.followed.n_complete(index, &self.folder), None)))
+        else {
+            return Ok(());
         };
-        let clock = self.read_clock(&index, &self.in_force.kept, machine);
+        let clock = self.read_clock(index, &self.in_force.kept, machine);
         let now_s = clock.as_ref().and_then(|(_, _, reading)| reading.plan_time_s);
         let choice = index.choose(now_s);
-        let Some(last) = n_complete.checked_sub(1) else { return Ok(()) };
-        let place = choice.place.min(last);
-        if accepted.is_none() && self.in_force.shown == Some(place) {
+        let place = choice.place.min(n_complete.saturating_sub(1));
+        if accepted.is_none() && self.in_force.shown == Some(place) || n_complete == 0 {
             return self.keep_clock(decision, clock, machine);
         }
+        // What is due is not here yet, and what is here is of before what is shown: that stays.
         let set = &index.sets[place];
+        if place < choice.place && self.shown_set().is_some_and(|shown| set.plan_time_s < shown.plan_time_s) {
+            return self.keep_clock(decision, clock, machine);
+        }
         let mut hashes = self.hashes.lock().unwrap_or_else(PoisonError::into_inner);
-        let samples = samples_of(&index, set, &self.followed, &self.folder, &self.in_force.published, &mut hashes);
-        let SetSamples { samples, published } = samples.inspect_err(|why| {
-            if let SetError::Damaged { id, .. } = why {
-                *self.damaged.lock().unwrap_or_else(PoisonError::into_inner) = Some(*id);
-            }
-        })?;
+        let samples = samples_of(index, set, &self.followed, &self.folder, &self.in_force.published, &mut hashes);
         drop(hashes);
+        let mut trouble = self.trouble.lock().unwrap_or_else(PoisonError::into_inner);
+        let SetSamples { samples, published } = match samples {
+            Ok(samples) => {
+                *trouble = None;
+                samples
+            }
+            Err(why) => {
+                // It is told as long as it is so.
+                *trouble = Some(why);
+                return Ok(());
+            }
+        };
+        drop(trouble);
         let next = &mut decision.next;
         if let Some((zone, _, reading)) = clock
             && reading.distrust.is_none()
@@ -214,7 +222,7 @@ impl SiteFollow {
             decision.history.push(HistoryEvent { kind: HistoryKind::Index, by: None, summary });
         }
         decision.save.push(self.state_file.saving(&next.kept)?);
-        (next.index, next.shown, next.published) = (Some(index), Some(place), published);
+        (next.index, next.shown, next.published) = (Some(Arc::new(index.clone())), Some(place), published);
         decision.publish.extend(samples);
         Ok(())
     }
@@ -236,21 +244,22 @@ impl Decide for SiteFollow {
     }
 
     fn gather(&mut self) -> Result<(), Failure> {
-        if let Some(id) = self.damaged.lock().unwrap_or_else(PoisonError::into_inner).take() {
-            let mut findings = self.shared.lock();
+        let mut findings = self.shared.lock();
+        let damaged = match &*self.trouble.lock().unwrap_or_else(PoisonError::into_inner) {
+            Some(SetError::Damaged { id, .. }) => Some(*id),
+            _ => None,
+        };
+        if let Some(id) = damaged.filter(|id| !findings.damaged.contains(id)) {
             findings.damaged.push(id);
-            findings.n_complete = 0;
-            self.newest = None;
-            drop(findings);
             self.shared.wake();
-            return Ok(());
         }
-        let findings = self.shared.lock();
         let in_force = self.in_force.kept.acknowledged.as_ref().filter(|_| self.in_force.index.is_some());
-        let is_new = |newest: &&Arc<AcceptedIndex>| in_force != Some(&newest.acknowledged);
-        let newest = findings.newest.as_ref().filter(|_| findings.n_complete > 0).filter(is_new);
-        self.newest =
-            newest.map(|accepted| Candidate { accepted: Arc::clone(accepted), n_complete: findings.n_complete });
+        let newest = findings.newest.as_ref().filter(|newest| in_force != Some(&newest.acknowledged));
+        // What was shown before the start counts until something is in force, also where a newer index is not here yet.
+        let is_here = |index: &SiteIndex| self.followed.n_complete(index, &self.folder) > 0;
+        if self.in_force.index.is_some() || newest.is_some_and(|newest| is_here(&newest.signed.index)) {
+            self.newest = newest.cloned();
+        }
         Ok(())
     }
 
@@ -266,7 +275,8 @@ impl Decide for SiteFollow {
         }
         let is_fetching = self.shared.lock().fetching.is_some();
         let due_in = self.next_update_ms(now.machine).map(|at_ms| at_ms.saturating_sub(now.machine.wall_ms));
-        let due_in = due_in.and_then(|ms| u64::try_from(ms.max(1)).ok()).map(Duration::from_millis);
+        // What is late is looked for with each heartbeat.
+        let due_in = due_in.and_then(|ms| u64::try_from(ms).ok()).filter(|ms| *ms > 0).map(Duration::from_millis);
         decision.wake_in = due_in.into_iter().chain(is_fetching.then_some(LOOK_INTERVAL)).min();
         Ok(decision)
     }
@@ -276,7 +286,7 @@ impl Decide for SiteFollow {
         self.newest = None;
         let mut findings = self.shared.lock();
         findings.acknowledged = self.in_force.kept.acknowledged.clone();
-        findings.shown = self.in_force.published.values().copied().collect::<BTreeSet<_>>();
+        findings.in_force = self.in_force.index.iter().flat_map(|index| archive_ids(&self.followed, index)).collect();
     }
 
     fn standing(&self, now: &Now<'_, Self>) -> Standing {
@@ -291,16 +301,16 @@ impl Decide for SiteFollow {
             Some(until) => format!("what is shown is valid until {until}"),
             None => "what is shown has no end of validity".to_owned(),
         });
-        let store = findings.error.clone().map(|why| match &shown {
-            Some(shown) => format!("{why}; {shown}"),
-            None => why,
-        });
-        // What the store has is an error where it answers with something wrong, or has not answered for a while.
-        let (error, warning) = match (store, is_late || silent_ms.is_some_and(|ms| ms < late_ms / 2)) {
-            (Some(why), true) => (Some(why), None),
-            (Some(why), false) => (None, Some(why)),
-            (None, _) => (None, None),
-        };
+        let own = self.trouble.lock().unwrap_or_else(PoisonError::into_inner).as_ref().map(ToString::to_string);
+        let (mut error, mut warning) = (own, self.finding.clone());
+        if let Some(Trouble { why, is_answer }) = findings.trouble.clone() {
+            let told = shown.map_or(why.clone(), |shown| format!("{why}; {shown}"));
+            // A store that cannot be asked for a moment is no error: what is shown stays.
+            match is_answer || is_late {
+                true => error = Some(error.map_or(told.clone(), |own| format!("{own}; {told}"))),
+                false => warning = Some(warning.map_or(told.clone(), |own| format!("{own}; {told}"))),
+            }
+        }
         Standing { error, warning: warning.or(distrust) }
     }
 
@@ -311,7 +321,7 @@ impl Decide for SiteFollow {
         let clock = index.and_then(|index| self.read_clock(index, &self.in_force.kept, now.machine));
         let shown = self.in_force.shown.unwrap_or(0);
         let later = index.map_or(&[][..], |index| &index.sets[..]).iter().skip(shown + 1);
-        let n_here = findings.n_complete.saturating_sub(shown + 1);
+        let n_here = index.map_or(0, |index| self.followed.n_complete(index, &self.folder)).saturating_sub(shown + 1);
         FollowFacts {
             store: self.config.store.clone(),
             site: self.config.site.clone(),
@@ -347,6 +357,32 @@ impl Decide for SiteFollow {
             },
         }
     }
+}
+
+/// What was shown before the start, if it may be believed: of the disk no more than of the store.
+fn shown_before(file: Vec<u8>, followed: &Followed, kept: &Kept) -> Option<Arc<AcceptedIndex>> {
+    let accepted = accept(&file, &followed.roots, &followed.site, kept.acknowledged.as_ref()).map_err(Failure::from);
+    let accepted = accepted.and_then(|(signed, acknowledged)| {
+        check_zone(&signed.index)?;
+        Ok(Arc::new(AcceptedIndex { file, signed, acknowledged }))
+    });
+    match accepted {
+        Ok(accepted) => Some(accepted),
+        Err(why) => {
+            let error = chain(why.as_ref());
+            warn!(service = "site-follow", error, "what was shown last is not shown again");
+            None
+        }
+    }
+}
+
+/// The archives of an index that a robot needs, of all of its sets.
+fn archive_ids(followed: &Followed, index: &SiteIndex) -> BTreeSet<ContentId> {
+    let of_set = |set: &PlanSet| {
+        let archives = followed.archives(index, set).unwrap_or_default();
+        archives.into_iter().map(|entry| entry.id).collect::<Vec<_>>()
+    };
+    index.sets.iter().flat_map(of_set).collect()
 }
 
 impl Drop for SiteFollow {

@@ -3,7 +3,7 @@
 use crate::later_sets::LaterSets;
 use crate::pieces::{Piece, RobotPieces, SetPieces, SitePieces};
 use crate::service::words;
-use daemon::{Failure, ServeConfig, SiteConfig};
+use daemon::{Failure, ServeConfig, SiteConfig, StateFile};
 use jiff::{SignedDuration, Timestamp};
 use messages::{ContentHash, ContentId, LAYOUT_VERSION};
 use replica::{
@@ -13,9 +13,11 @@ use replica::{
 };
 use std::collections::hash_map::Entry;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::os::unix::fs::MetadataExt;
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
-use store::{Credentials, Fetched, Listed, Store, StoreError};
+use store::{Credentials, Fetched, Listed, Store};
 use tracing::{info, warn};
 
 /// A store that refuses is tried again after this long, then less and less often.
@@ -99,6 +101,9 @@ pub(crate) struct Publisher {
     shared: Arc<Shared>,
     later: LaterSets,
     store: Option<Connected>,
+    state: PathBuf,
+    /// That another server publishes the site, once it was noticed.
+    rival: Option<String>,
 }
 
 /// A store, and what is in it.
@@ -113,20 +118,26 @@ struct Connected {
     entries: BTreeMap<(String, ContentHash), (ArchiveEntry, Vec<BlobEntry>)>,
     /// Bytes that were written since the last index.
     new_bytes: u64,
+    taken: TakenEpoch,
     /// Indices since the past was looked through.
     n_since_cleaned: u64,
 }
 
 impl Publisher {
-    /// The thread of a site.
+    /// The thread of a site, with its state folder.
     ///
     /// # Errors
-    /// Keys that cannot be used, or are not those of the site.
-    pub(crate) fn new(config: ServeConfig, shared: Arc<Shared>) -> Result<Self, Failure> {
-        let read = |path: &std::path::Path| {
+    /// Keys that cannot be used, that others can read, or that are not those of the site.
+    pub(crate) fn new(config: ServeConfig, state: &Path, shared: Arc<Shared>) -> Result<Self, Failure> {
+        let read = |path: &Path| {
             std::fs::read_to_string(path)
                 .map_err(|why| Failure::from(format!("{} cannot be read: {why}", path.display())))
         };
+        let mode = std::fs::metadata(&config.key).map_or(0, |file| file.mode());
+        if mode & 0o077 != 0 {
+            let key = config.key.display();
+            return Err(format!("the key {key} can be read by others: chmod 600 {key}").into());
+        }
         let key =
             SigningKey::from_pem(&read(&config.key)?).map_err(|why| format!("{}: {why}", config.key.display()))?;
         let keys = read(&config.keys)?;
@@ -142,7 +153,8 @@ impl Publisher {
                 key.public()
             )));
         }
-        Ok(Self { config, site, key, keys, shared, later: LaterSets::default(), store: None })
+        let (later, state) = (LaterSets::default(), state.to_owned());
+        Ok(Self { config, site, key, keys, shared, later, store: None, state, rival: None })
     }
 
     /// Publishes what it is given until it is stopped.
@@ -176,6 +188,9 @@ impl Publisher {
                 }
                 Err(why) => {
                     let text = words(&why);
+                    if why.downcast_ref::<Rival>().is_some() {
+                        self.rival = Some(text.clone());
+                    }
                     warn!(service = "site-server", error = text, "the site is not in the store");
                     state.outcome.error = Some(text);
                     // What is in the store is looked at again.
@@ -187,15 +202,19 @@ impl Publisher {
     }
 
     fn publish(&mut self, job: &Job) -> Result<Outcome, Failure> {
+        if let Some(rival) = &self.rival {
+            return Err(rival.clone().into());
+        }
         let signing = Signing { keys: &self.keys, key: &self.key };
         let connected = match self.store.take() {
             Some(connected) => connected,
-            None => Connected::open(&self.config, &self.site, &self.keys)?,
+            None => Connected::open(&self.config, &self.state, &self.site, &self.keys)?,
         };
         let connected = self.store.insert(connected);
         let is_wall = matches!(job.site.clock, IndexClock::Wall { .. });
         // What is due now does not wait for what is due later, unless that is there already.
-        let mut new_bytes = connected.publish(job, connected.known_later(job), None, &signing)?;
+        let (known, why) = connected.known_later(job);
+        let mut new_bytes = connected.publish(job, known, why, &signing)?;
         let (mut later, mut why_no_later) = (Vec::new(), None);
         if is_wall {
             match self.later.draw(&job.config, &job.site, &job.set, usize::from(self.config.ahead)) {
@@ -205,9 +224,11 @@ impl Publisher {
             let later = later.iter().map(|set| connected.set(set)).collect::<Result<_, _>>()?;
             new_bytes += connected.publish(job, later, why_no_later.clone(), &signing)?;
         }
-        connected.clean(&self.config)?;
+        // What was published is published, whatever becomes of the past.
+        let uncleaned =
+            connected.clean(&self.config).err().map(|why| format!("the past is not cleaned: {}", words(&why)));
         let plan_times_s = connected.newest.iter().flat_map(|index| &index.sets).map(|set| set.plan_time_s).collect();
-        let warning = why_no_later.clone().map(|why| format!("nothing is drawn ahead: {why}"));
+        let warning = why_no_later.clone().map(|why| format!("nothing is drawn ahead: {why}")).or(uncleaned);
         let epoch = connected.newest.as_ref().map_or(0, |index| index.epoch);
         Ok(Outcome { epoch, plan_times_s, new_bytes, why_no_later, error: None, warning })
     }
@@ -221,7 +242,7 @@ struct Signing<'a> {
 
 impl Connected {
     /// Opens the store and looks at what it has.
-    fn open(config: &ServeConfig, site: &SiteName, keys: &str) -> Result<Self, Failure> {
+    fn open(config: &ServeConfig, state: &Path, site: &SiteName, keys: &str) -> Result<Self, Failure> {
         let credentials = config.credentials.as_deref().map(Credentials::read).transpose()?;
         let store = Store::open(&config.store, &credentials.unwrap_or_default())?;
         let (_, root) = KeyList::parse_signed(keys)?;
@@ -230,28 +251,34 @@ impl Connected {
             Fetched::New { bytes, .. } => Some(read(&bytes)?),
             Fetched::Missing | Fetched::Unchanged => None,
         };
-        let site = site.clone();
         let mut connected = Self {
-            site,
+            site: site.clone(),
             store,
             newest,
             recipes: HashMap::new(),
             entries: BTreeMap::new(),
             new_bytes: 0,
+            taken: TakenEpoch::at(state, site)?,
             n_since_cleaned: CLEAN_EVERY,
         };
-        // A server that died between the index and the word that it is the newest left one behind.
-        let mut epoch = connected.newest.as_ref().map_or(0, |index| index.epoch);
-        loop {
-            let left = match connected.store.fetch_whole(&index_path(&connected.site, epoch + 1), MAX_INDEX_BYTES) {
-                Ok(left) => left,
-                Err(StoreError::Missing { .. }) => break,
-                Err(why) => return Err(why.into()),
-            };
+        // A server that died between the index and the word that it is the newest left one behind; a word of before may have come back.
+        let listed = connected.store.list(&index_folder(site))?;
+        let last = listed.iter().filter_map(|index| epoch_of(&index.path)).max();
+        let known = connected.newest.as_ref().map_or(0, |index| index.epoch);
+        if let Some(last) = last.filter(|last| *last > known) {
+            let left = connected.store.fetch_whole(&index_path(site, last), MAX_INDEX_BYTES)?;
             connected.newest = Some(read(&left)?);
-            connected.store.replace(&current_path(&connected.site), &left)?;
-            epoch += 1;
+            connected.store.replace(&current_path(site), &left)?;
         }
+        let found = connected.newest.as_ref().map_or(0, |index| index.epoch);
+        if connected.taken.epoch > found {
+            let taken = connected.taken.epoch;
+            warn!(
+                service = "site-server",
+                found, taken, "the store is older than what was published: epochs go on above"
+            );
+        }
+
         connected.read_recipes()?;
         Ok(connected)
     }
@@ -261,7 +288,7 @@ impl Connected {
     fn read_recipes(&mut self) -> Result<(), Failure> {
         let Some(newest) = &self.newest else { return Ok(()) };
         let mut is_there: HashMap<ContentId, bool> = HashMap::new();
-        let mut recipes = HashMap::new();
+        let (mut recipes, mut entries) = (HashMap::new(), BTreeMap::new());
         for (topic, entry) in archives_of(newest) {
             let path = blob_path(&self.site, entry.recipe.id);
             let bytes = match self.store.fetch_whole(&path, MAX_RECIPE_BYTES) {
@@ -282,28 +309,42 @@ impl Connected {
                 is_whole &= known;
             }
             match recipe.filter(|_| is_whole) {
-                Some(recipe) => drop(recipes.insert(topic, recipe)),
+                Some(recipe) => {
+                    entries.insert((topic.clone(), entry.content_hash), (*entry, recipe.packs().to_vec()));
+                    recipes.insert(topic, recipe);
+                }
                 None => {
                     warn!(service = "site-server", topic, "something of it is lost in the store: it is written again")
                 }
             }
         }
-        self.recipes = recipes;
+        (self.recipes, self.entries) = (recipes, entries);
         Ok(())
     }
 
-    /// The sets of the newest index that are later than that of a job, of the same site: they are right until others are drawn.
-    fn known_later(&self, job: &Job) -> Vec<PlanSet> {
-        let is_same_site = self.entries.contains_key(&(job.site.site.topic.clone(), job.site.site.hash));
-        let Some(newest) = self.newest.as_ref().filter(|index| is_same_site && index.clock == job.site.clock) else {
-            return Vec::new();
-        };
+    /// The sets of the newest index that are later than that of a job, of the same site and schedule, or why it has none: they are right
+    /// until others are drawn.
+    fn known_later(&self, job: &Job) -> (Vec<PlanSet>, Option<String>) {
+        let is_of = |piece: &Piece, entry: &ArchiveEntry| entry.content_hash == piece.hash;
+        let newest = self
+            .newest
+            .as_ref()
+            .filter(|index| index.clock == job.site.clock && is_of(&job.site.site, &index.site_archive));
         // Only if the present is one of its sets: another schedule has other later ones.
-        let present = newest.sets.iter().position(|set| {
-            let entry = self.entries.get(&(job.set.state.topic.clone(), job.set.state.hash));
-            set.plan_time_s == job.set.plan_time_s && entry.is_some_and(|(entry, _)| *entry == set.schedule_state)
+        let found = newest.and_then(|index| {
+            let is_present =
+                |set: &PlanSet| set.plan_time_s == job.set.plan_time_s && is_of(&job.set.state, &set.schedule_state);
+            Some((index, index.sets.iter().position(is_present)?))
         });
-        present.map_or_else(Vec::new, |place| newest.sets[place + 1..].to_vec())
+        let Some((index, place)) = found else { return (Vec::new(), None) };
+        // What the store has lost of them is not named again.
+        let is_whole = |set: &&PlanSet| {
+            archives_of_set(set)
+                .iter()
+                .all(|(topic, entry)| self.entries.contains_key(&(topic.clone(), entry.content_hash)))
+        };
+        let later = index.sets[place + 1..].iter().take_while(is_whole).cloned().collect();
+        (later, index.why_no_later.clone())
     }
 
     /// Writes what is new of a set and later ones, and the index of the next epoch; nothing if the newest index says the same. The
@@ -318,7 +359,8 @@ impl Connected {
         let site_archive = self.entry(&job.site.site)?;
         let tasks = job.site.tasks.as_ref().map(|tasks| self.entry(tasks)).transpose()?;
         let sets: Vec<PlanSet> = std::iter::once(self.set(&job.set)?).chain(later).collect();
-        let epoch = self.newest.as_ref().map_or(0, |index| index.epoch) + 1;
+        let newest = self.newest.as_ref().map_or(0, |index| index.epoch);
+        let epoch = newest.max(self.taken.epoch) + 1;
         let index = SiteIndex {
             format: SiteIndex::FORMAT,
             site: self.site.clone(),
@@ -340,14 +382,17 @@ impl Connected {
             return Ok(new_bytes);
         }
         let file = signed_index(signing.keys, &index, signing.key)?;
+        let path = index_path(&self.site, epoch);
+        // An epoch is never taken twice, whatever becomes of the store.
+        self.taken.take(epoch)?;
+        // What was written without an answer is our own.
+        if !self.store.create(&path, &file)? && self.store.fetch_whole(&path, MAX_INDEX_BYTES)? != file {
+            return Err(Rival { epoch, site: self.site.clone() }.into());
+        }
         let needed = self.needed(&index);
         self.store.replace(&blob_list_path(&self.site, epoch), &serde_json::to_vec(&needed)?)?;
-        if !self.store.create(&index_path(&self.site, epoch), &file)? {
-            return Err(
-                format!("another server has published epoch {epoch} of the site {}: only one may", self.site).into()
-            );
-        }
         self.store.replace(&current_path(&self.site), &file)?;
+
         info!(service = "site-server", epoch, sets = index.sets.len(), new_bytes, "the site is in the store");
         self.newest = Some(index);
         self.n_since_cleaned += 1;
@@ -365,21 +410,20 @@ impl Connected {
     }
 
     fn robot_maps(&mut self, maps: &RobotPieces) -> Result<RobotMaps, Failure> {
-        let hex = |hash: ContentHash| format!("{:016x}", hash.to_bits());
         let mut storeys = Vec::new();
         for storey in &maps.storeys {
             storeys.push(StoreyMap {
                 map_storey: storey.map_storey,
                 name: storey.name.clone(),
                 global_id: storey.global_id.clone(),
-                input_hash: hex(storey.input_hash),
+                input_hash: storey.input_hash,
                 grid: self.entry(&storey.grid)?,
             });
         }
         Ok(RobotMaps {
             grids: self.entry(&maps.grids)?,
             mission_plan: maps.mission_plan.as_ref().map(|plan| self.entry(plan)).transpose()?,
-            robot_hash: hex(maps.robot_hash),
+            robot_hash: maps.robot_hash,
             storeys,
         })
     }
@@ -390,12 +434,12 @@ impl Connected {
         if let Some((entry, _)) = self.entries.get(&key) {
             return Ok(*entry);
         }
-        let PackedArchive { recipe, pack } = pack(piece.bytes.bytes(), self.recipes.get(&piece.topic));
-        if let Some(pack) = &pack {
+        let PackedArchive { recipe, packs } = pack(piece.bytes.bytes(), self.recipes.get(&piece.topic));
+        for pack in &packs {
             self.write(pack)?;
         }
         self.write(&recipe.to_bytes())?;
-        let entry = recipe.entry();
+        let entry = recipe.entry(piece.hash);
         self.entries.insert(key, (entry, recipe.packs().to_vec()));
         self.recipes.insert(piece.topic.clone(), recipe);
         Ok(entry)
@@ -417,6 +461,8 @@ impl Connected {
         let archives: BTreeSet<ContentId> = index.archives().map(|entry| entry.id).collect();
         // What no index that may come next has is forgotten.
         self.entries.retain(|_, (entry, _)| archives.contains(&entry.id));
+        let topics: BTreeSet<String> = archives_of(index).into_iter().map(|(topic, _)| topic).collect();
+        self.recipes.retain(|topic, _| topics.contains(topic));
         let of_entry = |(entry, packs): &(ArchiveEntry, Vec<BlobEntry>)| {
             std::iter::once(entry.recipe).chain(packs.iter().copied()).collect::<Vec<_>>()
         };
@@ -462,7 +508,9 @@ impl Connected {
             self.store.remove(&blob_list_path(&self.site, *epoch))?;
             lists.remove(epoch);
         }
-        let needed: BTreeSet<String> = lists.values().flatten().map(|blob| blob_path(&self.site, blob.id)).collect();
+        let newest: Vec<BlobEntry> = self.newest.clone().map(|index| self.needed(&index)).unwrap_or_default();
+        let needed: BTreeSet<String> =
+            lists.values().flatten().chain(&newest).map(|blob| blob_path(&self.site, blob.id)).collect();
         let is_needless = |blob: &&Listed| !needed.contains(&blob.path) && now.duration_since(blob.modified) > MIN_AGE;
         let mut n_blobs = 0;
         for blob in blobs.iter().filter(is_needless) {
@@ -470,6 +518,36 @@ impl Connected {
             n_blobs += 1;
         }
         info!(service = "site-server", indices = gone.len(), blobs = n_blobs, "the past was cleaned");
+        Ok(())
+    }
+}
+
+/// Another server publishes the site: this one ends its work, until somebody has decided which one it is.
+#[derive(Debug, thiserror::Error)]
+#[error(
+    "another server has published epoch {epoch} of the site {site}: only one may; stop one of the two, and start the other again"
+)]
+struct Rival {
+    epoch: u64,
+    site: SiteName,
+}
+
+/// The highest epoch that was taken, on the disk of the server: a store that is set back, or lost, does not make epochs fall.
+struct TakenEpoch {
+    file: StateFile,
+    epoch: u64,
+}
+
+impl TakenEpoch {
+    fn at(state: &Path, site: &SiteName) -> Result<Self, Failure> {
+        let file = StateFile::at(state, &format!("site-server-{site}.json"))?;
+        let epoch = file.load()?.unwrap_or(0);
+        Ok(Self { file, epoch })
+    }
+
+    fn take(&mut self, epoch: u64) -> Result<(), Failure> {
+        self.file.save(&epoch)?;
+        self.epoch = epoch;
         Ok(())
     }
 }
@@ -483,14 +561,18 @@ fn epoch_of(path: &str) -> Option<u64> {
 fn archives_of(index: &SiteIndex) -> Vec<(String, &ArchiveEntry)> {
     let mut archives = vec![("site".to_owned(), &index.site_archive)];
     archives.extend(index.tasks.iter().map(|tasks| ("tasks".to_owned(), tasks)));
-    for set in index.sets.iter().rev() {
-        archives.push(("schedule-state".to_owned(), &set.schedule_state));
-        for (robot, maps) in &set.robots {
-            let topic = |topic: &str| Piece::topic_of(robot, topic);
-            archives.push((topic("grids"), &maps.grids));
-            archives.extend(maps.mission_plan.iter().map(|plan| (topic("mission-plan"), plan)));
-            archives.extend(maps.storeys.iter().map(|s| (topic(&format!("grid/{}", s.map_storey)), &s.grid)));
-        }
+    archives.extend(index.sets.iter().rev().flat_map(archives_of_set));
+    archives
+}
+
+/// The archives of a set with their topics.
+fn archives_of_set(set: &PlanSet) -> Vec<(String, &ArchiveEntry)> {
+    let mut archives = vec![("schedule-state".to_owned(), &set.schedule_state)];
+    for (robot, maps) in &set.robots {
+        let topic = |topic: &str| Piece::topic_of(robot, topic);
+        archives.push((topic("grids"), &maps.grids));
+        archives.extend(maps.mission_plan.iter().map(|plan| (topic("mission-plan"), plan)));
+        archives.extend(maps.storeys.iter().map(|s| (topic(&format!("grid/{}", s.map_storey)), &s.grid)));
     }
     archives
 }

@@ -8,12 +8,12 @@ use daemon::{
     Asked, CurrentActivity, Done, Event, Failure, Report, ServeConfig, ServeRequest, Service, SiteConfig, Standing,
     StatusBoard, UNNAMED_ROBOT, chain,
 };
-use messages::{Activity, SampleHeader};
+use messages::{Activity, ContentHash, SampleHeader};
 use replica::IndexClock;
 use site_view::{SiteSet, SiteSetReader};
 use std::collections::BTreeMap;
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// While a newer schedule state has no maps yet, this often is looked for them.
 const LOOK_INTERVAL: Duration = Duration::from_millis(100);
@@ -21,6 +21,19 @@ const LOOK_INTERVAL: Duration = Duration::from_millis(100);
 daemon::inputs! {
     /// What wakes it; whole sets are read beside it, of each robot.
     pub(crate) enum ServeInput { Site, ScheduleState }
+}
+
+/// What is missing for so long is told.
+const TOLD_AFTER: Duration = Duration::from_secs(5);
+
+/// What is to be done next.
+enum Next {
+    /// Something is missing.
+    Missing(String),
+    /// The newest set was given.
+    Given,
+    /// This is to be given, and is known as this then.
+    Job(Box<Job>, (SetKey, IndexClock)),
 }
 
 /// Gives what a site has drawn to a store.
@@ -33,6 +46,10 @@ pub(crate) struct SiteServer {
     shared: Arc<Shared>,
     /// What was given to the thread last.
     given: Option<(SetKey, IndexClock)>,
+    /// Since when something is missing of what is to be given next, and what.
+    waits: Option<(Instant, String)>,
+    /// Why a sample could not be read at the last look.
+    error: Option<String>,
 }
 
 impl SiteServer {
@@ -43,35 +60,74 @@ impl SiteServer {
     pub(crate) fn start(config: &SiteConfig, activity: CurrentActivity) -> Result<Self, Failure> {
         let serve = config.serve.clone().ok_or("the configuration has no [serve]: nothing is published")?;
         let shared = Arc::new(Shared::default());
-        let publisher = Publisher::new(serve.clone(), Arc::clone(&shared))?;
+        let publisher = Publisher::new(serve.clone(), &config.state, Arc::clone(&shared))?;
         std::thread::Builder::new().name("site-server-put".to_owned()).spawn(|| {
             // Maps of this machine do not wait for those of others.
             daemon::in_background();
             publisher.run();
         })?;
-        Ok(Self { config: config.clone(), serve, activity, readers: Vec::new(), shared, given: None })
+        Ok(Self {
+            config: config.clone(),
+            serve,
+            activity,
+            readers: Vec::new(),
+            shared,
+            given: None,
+            waits: None,
+            error: None,
+        })
     }
 
-    /// Gives the thread the newest set, if every robot has it and it was not given.
+    /// Gives the thread the newest set, if every robot has it and it was not given. The answer is when to look again.
     fn publish(&mut self) -> Result<Option<Duration>, Failure> {
         for (_, reader) in &mut self.readers {
             reader.take()?;
         }
-        let sets: Option<Vec<(&String, SiteSet<'_>)>> =
-            self.readers.iter().map(|(name, reader)| Some((name, reader.set()?))).collect();
-        let Some(sets) = sets else { return Ok(Some(LOOK_INTERVAL)) };
-        let Some((_, first)) = sets.first() else { return Ok(None) };
-        let state = first.state.content_hash();
-        if sets
-            .iter()
-            .any(|(_, set)| set.state.content_hash() != state || set.site.content_hash() != first.site.content_hash())
-        {
-            return Ok(Some(LOOK_INTERVAL));
+        let Some(job) = self.next_job()? else { return Ok(None) };
+        match job {
+            Next::Missing(what) => {
+                let since = self.waits.take().map_or_else(Instant::now, |(since, _)| since);
+                self.waits = Some((since, what));
+                // Often at first, then with each heartbeat.
+                Ok((since.elapsed() < TOLD_AFTER).then_some(LOOK_INTERVAL))
+            }
+            Next::Given => {
+                self.waits = None;
+                Ok(None)
+            }
+            Next::Job(job, given) => {
+                self.shared.give(*job);
+                (self.given, self.waits) = (Some(given), None);
+                self.activity.set(Activity::Published);
+                Ok(None)
+            }
         }
-        let clock = clock_of(&StatusBoard::of_own(&self.config));
+    }
+
+    /// What is to be given next; `None` before there is any reader.
+    fn next_job(&self) -> Result<Option<Next>, Failure> {
+        let missing = self.readers.iter().find(|(_, reader)| reader.set().is_none());
+        if let Some((name, _)) = missing {
+            return Ok(Some(Next::Missing(format!("there are no maps of {name} that belong together"))));
+        }
+        let sets: Vec<(&String, SiteSet<'_>)> =
+            self.readers.iter().filter_map(|(name, reader)| Some((name, reader.set()?))).collect();
+        let Some((_, first)) = sets.first() else { return Ok(None) };
+        let (site, state) = (first.site.content_hash(), first.state.content_hash());
+        let is_same = |set: &SiteSet<'_>| (set.site.content_hash(), set.state.content_hash()) == (site, state);
+        if let Some((name, _)) = sets.iter().find(|(_, set)| !is_same(set)) {
+            let what = format!("the maps of {name} are of another date than those of {}", sets[0].0);
+            return Ok(Some(Next::Missing(what)));
+        }
+
+        // How the plan time moves is told beside the bus: it counts once it is told of this state.
+        let Some(clock) = clock_of(&StatusBoard::of_own(&self.config), state) else {
+            let what = "schedule-eval has not told yet how the plan time moves".to_owned();
+            return Ok(Some(Next::Missing(what)));
+        };
         let key: SetKey = key_of(first, &sets);
         if self.given.as_ref() == Some(&(key.clone(), clock.clone())) {
-            return Ok(None);
+            return Ok(Some(Next::Given));
         }
         self.activity.set(Activity::Writing);
         let site = SitePieces {
@@ -88,17 +144,15 @@ impl SiteServer {
             state: piece("schedule-state", first.state),
             robots: robots.collect::<BTreeMap<_, _>>(),
         };
-        self.shared.give(Job { site, set, config: self.config.clone() });
-        self.given = Some((key, clock));
-        self.activity.set(Activity::Published);
-        Ok(None)
+        let job = Job { site, set, config: self.config.clone() };
+        Ok(Some(Next::Job(Box::new(job), (key, clock))))
     }
 }
 
 /// What identifies what all robots have.
 fn key_of(first: &SiteSet<'_>, sets: &[(&String, SiteSet<'_>)]) -> SetKey {
     let of_robot = |(_, set): &(&String, SiteSet<'_>)| {
-        let plan = set.mission_plan.map_or(messages::ContentHash::NONE, |plan| plan.content_hash());
+        let plan = set.mission_plan.map_or(ContentHash::NONE, |plan| plan.content_hash());
         [set.index.content_hash(), plan]
     };
     let of_site = [first.site.content_hash(), first.state.content_hash()];
@@ -135,13 +189,14 @@ fn robot_pieces(name: &str, set: &SiteSet<'_>) -> RobotPieces {
     }
 }
 
-/// How the plan time moves, as schedule-eval says.
-fn clock_of(board: &StatusBoard) -> IndexClock {
-    let report: Option<Report<ScheduleFacts>> = board.report(bus::Daemon::ScheduleEval);
-    match report.map(|report| report.facts) {
-        Some(ScheduleFacts { is_wall_clock: true, site_zone: Some(zone), .. }) => IndexClock::Wall { zone },
+/// How the plan time moves, as schedule-eval says of a schedule state; `None` as long as it does not.
+fn clock_of(board: &StatusBoard, state: ContentHash) -> Option<IndexClock> {
+    let report: Report<ScheduleFacts> = board.report(bus::Daemon::ScheduleEval)?;
+    let facts = Some(report.facts).filter(|facts| facts.state.content_hash == state)?;
+    Some(match facts {
+        ScheduleFacts { is_wall_clock: true, site_zone: Some(zone), .. } => IndexClock::Wall { zone },
         _ => IndexClock::ByServer,
-    }
+    })
 }
 
 impl Service for SiteServer {
@@ -174,7 +229,10 @@ impl Service for SiteServer {
             // Rules or options of waypoints may be others: later sets are drawn with them.
             (self.config, self.given) = (*config, None);
         }
-        Ok(Done { wake_in: self.publish()?, ..Done::default() })
+        // What cannot be read stands until it can.
+        let published = self.publish();
+        self.error = published.as_ref().err().map(words);
+        Ok(Done { wake_in: published.unwrap_or(None), ..Done::default() })
     }
 
     fn answer(&mut self, request: ServeRequest, _: &Asked) -> Result<Done<Option<()>>, Failure> {
@@ -183,7 +241,9 @@ impl Service for SiteServer {
 
     fn standing(&self) -> Standing {
         let outcome = self.shared.outcome();
-        Standing { error: outcome.error, warning: outcome.warning }
+        let waits = self.waits.as_ref().filter(|(since, _)| since.elapsed() >= TOLD_AFTER);
+        let waits = waits.map(|(_, what)| format!("nothing newer is published: {what}"));
+        Standing { error: self.error.clone().or(outcome.error), warning: waits.or(outcome.warning) }
     }
 
     fn facts(&self) -> ServeFacts {

@@ -79,6 +79,16 @@ impl Run for Args {
             }
             Command::Show { file } => Ok(Outcome::from(format!("{}\n", read_key(file)?.public()))),
             Command::List { site, number, root, keys, out } => {
+                if let Ok(before) = fs::read_to_string(out) {
+                    let named = |why| Failure::usage(format!("{}: {why}", out.display()));
+                    let (before, _) = KeyList::parse_signed(&before).map_err(|why| named(why.to_string()))?;
+                    if before.site == *site && before.number >= *number {
+                        return Err(named(format!(
+                            "it is list {}: the next one needs a higher --number",
+                            before.number
+                        )));
+                    }
+                }
                 let list = KeyList { site: site.clone(), number: *number, keys: keys.clone() };
                 let signed = list.signed_by(&read_key(root)?);
                 let failed = |why| Failure::work(format!("{} cannot be written: {why}", out.display()));
