@@ -255,7 +255,8 @@ impl SiteConfig {
     pub fn parse(text: &str, home: &Path) -> Result<Self, toml::de::Error> {
         let mut config: Self = toml::from_str(text)?;
         check_robots(&config.robots, text)?;
-        check_server(&config)?;
+        let has_files = !config.models.is_empty() || !config.schedule.files.is_empty();
+        check_server(config.follow.as_ref(), [config.serve.is_some(), !config.robots.is_empty(), has_files])?;
         if let Some(threads) = config.threads
             && !(1..=MAX_THREADS).contains(&threads)
         {

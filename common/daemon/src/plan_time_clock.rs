@@ -214,8 +214,8 @@ mod tests {
     }
 
     fn civil(text: &str) -> Option<i64> {
-        let time: frames::PlanTime = text.parse().unwrap();
-        Some(time.civil_seconds())
+        let time: jiff::civil::DateTime = text.parse().unwrap();
+        Some(UTC.to_timestamp(time).unwrap().as_second())
     }
 
     /// The machine at an instant in UTC, in its first boot, which began in 1970.

@@ -1,6 +1,5 @@
 //! Configuration of sites on many machines: `[serve]` of the machine that draws, `[follow]` of the robots that show what it drew.
 
-use crate::config::SiteConfig;
 use bus::RobotName;
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -90,18 +89,23 @@ fn count_from(home: &Path, store: &mut String) {
 }
 
 /// Refuses what cannot be together: one bus has the maps that are drawn on it, or those of a server.
-pub(crate) fn check_server(config: &SiteConfig) -> Result<(), toml::de::Error> {
-    let Some(follow) = &config.follow else { return Ok(()) };
+///
+/// The last three say whether the configuration has `[serve]`, `[[robots]]`, and models or schedule files.
+pub(crate) fn check_server(
+    follow: Option<&FollowConfig>,
+    [serves, has_robots, has_files]: [bool; 3],
+) -> Result<(), toml::de::Error> {
+    let Some(follow) = follow else { return Ok(()) };
     let refused = |why: &str| Err(serde::de::Error::custom(why.to_owned()));
-    if config.serve.is_some() {
+    if serves {
         return refused("[follow] and [serve]: a site is drawn here and served, or its server is followed");
     }
-    if !config.robots.is_empty() {
+    if has_robots {
         return refused(
             "[follow] and [[robots]]: one robot follows on one bus; [follow] robot says whose maps it shows",
         );
     }
-    if !config.models.is_empty() || !config.schedule.files.is_empty() {
+    if has_files {
         return refused(
             "[follow] with models or schedule files: the server of the site has them, and nothing is drawn here",
         );
@@ -134,6 +138,7 @@ fn default_poll_s() -> u16 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::config::SiteConfig;
 
     const FOLLOW: &str = "state = \"x\"\n[follow]\nstore = \"maps\"\nsite = \"tower\"\nroots = [\"ed25519:A\"]\n";
 

@@ -242,7 +242,7 @@ impl Fetcher {
         }
         let Some(store) = &self.store else { unreachable!("it was opened") };
         let path = current_path(&self.followed.site);
-        let fetched = store.fetch_unless(&path, self.etag.as_deref(), MAX_INDEX_BYTES)?;
+        let fetched = tried(|| store.fetch_unless(&path, self.etag.as_deref(), MAX_INDEX_BYTES))?;
         self.shared.lock().asked_ms = Some(Timestamp::now().as_millisecond());
         let newest = match fetched {
             Fetched::Missing => {

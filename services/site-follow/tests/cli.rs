@@ -1,0 +1,4 @@
+//! The daemon as a process.
+
+#[path = "../../../common/daemon/tests/support/process.rs"]
+mod process;
