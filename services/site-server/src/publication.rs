@@ -2,8 +2,7 @@
 
 use crate::later_sets::LaterSets;
 use crate::pieces::{Piece, RobotPieces, SetPieces, SitePieces};
-use crate::service::words;
-use daemon::{Failure, ServeConfig, SiteConfig, StateFile};
+use daemon::{Failure, ServeConfig, SiteConfig, StateFile, chain};
 use jiff::{SignedDuration, Timestamp};
 use messages::{ContentHash, ContentId, LAYOUT_VERSION};
 use replica::{
@@ -187,7 +186,7 @@ impl Publisher {
                     (state.outcome, wait, retried) = (outcome, FIRST_WAIT, None);
                 }
                 Err(why) => {
-                    let text = words(&why);
+                    let text = chain(why.as_ref());
                     if why.downcast_ref::<Rival>().is_some() {
                         self.rival = Some(text.clone());
                     }
@@ -219,14 +218,14 @@ impl Publisher {
         if is_wall {
             match self.later.draw(&job.config, &job.site, &job.set, usize::from(self.config.ahead)) {
                 Ok(drawn) => later = drawn,
-                Err(why) => why_no_later = Some(words(&why)),
+                Err(why) => why_no_later = Some(chain(why.as_ref())),
             }
             let later = later.iter().map(|set| connected.set(set)).collect::<Result<_, _>>()?;
             new_bytes += connected.publish(job, later, why_no_later.clone(), &signing)?;
         }
         // What was published is published, whatever becomes of the past.
         let uncleaned =
-            connected.clean(&self.config).err().map(|why| format!("the past is not cleaned: {}", words(&why)));
+            connected.clean(&self.config).err().map(|why| format!("the past is not cleaned: {}", chain(why.as_ref())));
         let plan_times_s = connected.newest.iter().flat_map(|index| &index.sets).map(|set| set.plan_time_s).collect();
         let warning = why_no_later.clone().map(|why| format!("nothing is drawn ahead: {why}")).or(uncleaned);
         let epoch = connected.newest.as_ref().map_or(0, |index| index.epoch);

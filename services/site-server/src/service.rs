@@ -231,7 +231,7 @@ impl Service for SiteServer {
         }
         // What cannot be read stands until it can.
         let published = self.publish();
-        self.error = published.as_ref().err().map(words);
+        self.error = published.as_ref().err().map(|why| chain(why.as_ref()));
         Ok(Done { wake_in: published.unwrap_or(None), ..Done::default() })
     }
 
@@ -263,9 +263,4 @@ impl Drop for SiteServer {
     fn drop(&mut self) {
         self.shared.stop();
     }
-}
-
-/// A failure in words.
-pub(crate) fn words(why: &Failure) -> String {
-    chain(why.as_ref())
 }
