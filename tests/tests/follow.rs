@@ -419,6 +419,19 @@ fn a_store_that_was_set_back_makes_no_epoch_fall() {
     assert!(third > second, "{third}");
     robot.shows(third);
     assert!(robot.exported("maps") == server.exported("maps"));
+    // What others have put in the place of the index is replaced when the server starts.
+    server.down();
+    std::fs::write(tower.current(), "no index").unwrap();
+    robot.says("it is not four lines of text");
+    server.up();
+    server.text(&[&"date", &"2024-05-21"]);
+    let begun = Instant::now();
+    while std::fs::read(tower.current()).unwrap() == b"no index" {
+        assert!(begun.elapsed() < DEADLINE, "it is not replaced");
+        std::thread::sleep(POLL_INTERVAL);
+    }
+    let fourth = published(&server, &tower, third);
+    robot.shows(fourth);
 }
 
 /// A schedule of which three things change soon, by the clock of this machine.

@@ -47,7 +47,8 @@ fn a_load_reports_progress_that_rises_to_its_end() {
     assert!(percents.is_sorted() && percents.last() == Some(&100), "{lines:?}");
     let between = percents.iter().filter(|percent| (1..100).contains(*percent)).count();
     assert!(between >= 2, "there is something between begin and end: {lines:?}");
-    assert!(lines.iter().any(|(_, doing)| doing.ends_with(" demo.ifc")), "{lines:?}");
+    // The newest is printed: which words come through is not certain.
+    assert!(lines.iter().any(|(_, doing)| doing.contains(" demo.ifc")), "{lines:?}");
     live.down();
 }
 

@@ -332,7 +332,8 @@ mod tests {
         }
 
         fn heartbeat(&mut self, ms: u64) -> &mut Self {
-            for daemon in Daemon::ALL {
+            // What follows a server is never on the bus of a site that is drawn.
+            for daemon in Daemon::ALL.into_iter().filter(|daemon| *daemon != Daemon::SiteFollow) {
                 self.set.insert_heartbeat(at(ms), daemon);
             }
             self
@@ -498,6 +499,18 @@ mod tests {
         test_set.schedule_state(6, 13, 49);
         let verdict = test_set.set.verdict(at(7), ClockTime::Unknown);
         assert_eq!(verdict, MapVerdict::Overtaken, "a clock that stands passes nothing");
+    }
+
+    #[test]
+    fn what_follows_a_server_is_heard_for_all_that_draw_and_named_when_it_is_silent() {
+        let mut set = ConsistentSet::<()>::new(at(0));
+        set.insert_heartbeat(at(2_000), Daemon::SiteFollow);
+        let silent = |set: &ConsistentSet<()>, ms| match set.verdict(at(ms), ClockTime::Plan(50)) {
+            MapVerdict::NoMap(NoMapReason::Silent { daemon }) => Some(daemon),
+            _ => None,
+        };
+        assert_eq!(silent(&set, 4_999), None);
+        assert_eq!(silent(&set, 5_000), Some(Daemon::SiteFollow));
     }
 
     #[test]

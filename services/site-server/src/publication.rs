@@ -6,8 +6,8 @@ use daemon::{Failure, ServeConfig, SiteConfig, StateFile, chain};
 use jiff::{SignedDuration, Timestamp};
 use messages::{ContentHash, ContentId, LAYOUT_VERSION};
 use replica::{
-    ArchiveEntry, BlobEntry, IndexClock, KeptIndex, KeyList, MAX_INDEX_BYTES, PackedArchive, PlanSet, Recipe,
-    Retention, RobotMaps, SignedIndex, SigningKey, SiteIndex, SiteName, StoreyMap, blob_folder, blob_list_path,
+    ArchiveEntry, BlobEntry, IndexClock, KeptIndex, KeyList, MAX_INDEX_BYTES, PackedArchive, PlanSet, PublicKey,
+    Recipe, Retention, RobotMaps, SignedIndex, SigningKey, SiteIndex, SiteName, StoreyMap, blob_folder, blob_list_path,
     blob_path, current_path, expired, index_folder, index_path, pack, signed_index,
 };
 use std::collections::hash_map::Entry;
@@ -245,9 +245,8 @@ impl Connected {
         let credentials = config.credentials.as_deref().map(Credentials::read).transpose()?;
         let store = Store::open(&config.store, &credentials.unwrap_or_default())?;
         let (_, root) = KeyList::parse_signed(keys)?;
-        let read = |file: &[u8]| -> Result<SiteIndex, Failure> { Ok(SignedIndex::parse(file, &[root])?.index) };
         let newest = match store.fetch_unless(&current_path(site), None, MAX_INDEX_BYTES)? {
-            Fetched::New { bytes, .. } => Some(read(&bytes)?),
+            Fetched::New { bytes, .. } => own("current.jsonl", &bytes, root),
             Fetched::Missing | Fetched::Unchanged => None,
         };
         let mut connected = Self {
@@ -265,10 +264,15 @@ impl Connected {
         let last = listed.iter().filter_map(|index| epoch_of(&index.path)).max();
         let known = connected.newest.as_ref().map_or(0, |index| index.epoch);
         if let Some(last) = last.filter(|last| *last > known) {
-            let left = connected.store.fetch_whole(&index_path(site, last), MAX_INDEX_BYTES)?;
-            connected.newest = Some(read(&left)?);
-            connected.store.replace(&current_path(site), &left)?;
+            let path = index_path(site, last);
+            let left = connected.store.fetch_whole(&path, MAX_INDEX_BYTES)?;
+            if let Some(index) = own(&path, &left, root) {
+                connected.newest = Some(index);
+                connected.store.replace(&current_path(site), &left)?;
+            }
         }
+        // An epoch that somebody else has written under is not written again.
+        connected.taken.epoch = connected.taken.epoch.max(last.unwrap_or(0));
         let found = connected.newest.as_ref().map_or(0, |index| index.epoch);
         if connected.taken.epoch > found {
             let taken = connected.taken.epoch;
@@ -277,7 +281,6 @@ impl Connected {
                 found, taken, "the store is older than what was published: epochs go on above"
             );
         }
-
         connected.read_recipes()?;
         Ok(connected)
     }
@@ -549,6 +552,14 @@ impl TakenEpoch {
         self.epoch = epoch;
         Ok(())
     }
+}
+
+/// An index that the keys of this site signed; what others have put there is told, and counts for nothing.
+fn own(path: &str, file: &[u8], root: PublicKey) -> Option<SiteIndex> {
+    let parsed = SignedIndex::parse(file, &[root]);
+    let refused =
+        |why| warn!(service = "site-server", path, error = chain(&why), "it is no index of this site: it is replaced");
+    parsed.map_err(refused).ok().map(|signed| signed.index)
 }
 
 /// The epoch in the path of an index.
