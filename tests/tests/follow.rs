@@ -522,15 +522,22 @@ impl Drop for WebServer {
     }
 }
 
-#[test]
-fn a_folder_behind_any_web_server_serves_a_site() {
+/// A site whose store is behind a web server, with the epoch of its first index; `None`, and a loud word, without Python.
+fn behind_a_web_server() -> Option<(Tower, Live, u64, WebServer)> {
     if Command::new("python3").arg("--version").output().is_err() {
-        return announce("SKIPPED: no python3 for a web server");
+        announce("SKIPPED: no python3 for a web server");
+        return None;
     }
     let tower = Tower::new();
     let server = Live::of(&demo_model(), &tower.serve("signing", FIRST));
     let first = published(&server, &tower, 0);
     let web = WebServer::start(&tower.store());
+    Some((tower, server, first, web))
+}
+
+#[test]
+fn a_folder_behind_any_web_server_serves_a_site() {
+    let Some((tower, server, first, web)) = behind_a_web_server() else { return };
     let robot = Live::following(&tower.follow_at(&web.url, ""));
     robot.shows(first);
     server.text(&[&"date", &"2024-05-20"]);
@@ -618,13 +625,7 @@ fn a_bucket_serves_a_site() {
 
 #[test]
 fn a_web_server_that_breaks_off_is_asked_again_for_what_is_missing() {
-    if Command::new("python3").arg("--version").output().is_err() {
-        return announce("SKIPPED: no python3 for a web server");
-    }
-    let tower = Tower::new();
-    let server = Live::of(&demo_model(), &tower.serve("signing", FIRST));
-    let first = published(&server, &tower, 0);
-    let web = WebServer::start(&tower.store());
+    let Some((tower, server, first, web)) = behind_a_web_server() else { return };
     let behind: u16 = web.url.rsplit(':').next().unwrap().parse().unwrap();
     let proxy = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
     let url = format!("http://127.0.0.1:{}", proxy.local_addr().unwrap().port());

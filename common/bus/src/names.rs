@@ -54,6 +54,11 @@ impl Daemon {
     /// Daemons that `groundplan up` starts in the place of [`Daemon::SUPERVISED`] for a robot that follows the server of its site.
     pub const FOLLOWING: [Self; 2] = [Self::SiteFollow, Self::SlamAlign];
 
+    /// True for daemons that draw a site: what they publish comes from its server instead where a robot follows one.
+    pub fn draws(self) -> bool {
+        matches!(self, Self::IfcIngest | Self::ScheduleEval | Self::Rasterize | Self::WaypointGen)
+    }
+
     /// True for daemons of the site's own user; robots and clients may be of others.
     pub fn is_of_site(self) -> bool {
         !matches!(self, Self::Robot | Self::Groundplan)
@@ -191,14 +196,8 @@ impl TopicName {
     /// True if this daemon may publish it: its producer, and on a robot that follows the server of its site what publishes all that is
     /// drawn there. The two are never on one bus: the configuration of a site has one or the other.
     pub fn is_published_by(self, daemon: Daemon) -> bool {
-        match self.producer() {
-            Daemon::IfcIngest | Daemon::ScheduleEval | Daemon::Rasterize | Daemon::WaypointGen
-                if daemon == Daemon::SiteFollow =>
-            {
-                self != Self::Candidate
-            }
-            producer => producer == daemon,
-        }
+        let producer = self.producer();
+        producer == daemon || (daemon == Daemon::SiteFollow && producer.draws() && self != Self::Candidate)
     }
 
     /// The only daemon that publishes it where the site is drawn.

@@ -4,7 +4,7 @@ use crate::failure::Failure;
 use crate::file_text::FileText;
 use crate::setting::Configured;
 use input_files::{MAX_CONFIGURATION_BYTES, read_regular_text};
-use messages::{DoorCapability, RobotProfile, SafetyKind, SafetyRules, SafetySubject};
+use messages::{DoorCapability, Grids, RobotProfile, SafetyKind, SafetyRules, SafetySubject};
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
 
@@ -98,6 +98,16 @@ impl Default for Robot {
 }
 
 impl Robot {
+    /// The robot that an index of grids was drawn for: it has it whole.
+    pub fn of_index(index: &Grids<'_>) -> Self {
+        Self {
+            name: index.robot_name.to_owned(),
+            profile: index.head.robot,
+            footprint_m: index.robot_footprint_m.to_vec(),
+            safety: SafetyRules::of(index),
+        }
+    }
+
     /// Reads a profile.
     ///
     /// # Errors

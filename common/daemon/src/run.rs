@@ -90,8 +90,7 @@ pub fn run_with<S: Service + 'static>(
 
 /// The configuration of a daemon: of one robot for daemons of which each robot has its own.
 fn own_config(daemon: Daemon, site: &SiteConfig, robot: Option<RobotName>) -> Result<SiteConfig, Failure> {
-    let draws = matches!(daemon, Daemon::IfcIngest | Daemon::ScheduleEval | Daemon::Rasterize | Daemon::WaypointGen);
-    if draws && site.follow.is_some() {
+    if daemon.draws() && site.follow.is_some() {
         return Err(
             "[follow]: this robot shows what the server of its site has drawn, and nothing is drawn here".into()
         );

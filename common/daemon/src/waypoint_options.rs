@@ -1,4 +1,4 @@
-//! Which waypoints are planned, as it is kept: a file of options with its content, and what a command set beside it. `waypoint-gen`
+//! The options of waypoints as they are kept: a file with its content, and what a command set beside it. `waypoint-gen`
 //! plans with it, and `site-server` plans ahead with the same.
 
 use crate::config::SiteConfig;

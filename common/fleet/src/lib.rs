@@ -1,4 +1,4 @@
-//! What the control of a fleet reads of a site at a date: zones and map downloads by VDA 5050, layouts by LIF.
+//! Files for the control of a fleet, of a site at a date: zones and map downloads by VDA 5050, layouts by LIF.
 //!
 //! ```text
 //! groundplan convert house.ifc -o maps --date 2024-04-15 --fleet vda5050,lif

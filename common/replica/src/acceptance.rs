@@ -1,4 +1,4 @@
-//! What a robot accepts: nothing older than what it acknowledged, nothing that its keys do not say.
+//! Acceptance of an index by a robot: nothing older than what it acknowledged, nothing that its keys do not say.
 
 use crate::keys::PublicKey;
 use crate::objects::SiteName;

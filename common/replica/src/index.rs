@@ -127,9 +127,6 @@ impl SiteIndex {
     /// The form that this version reads and writes.
     pub const FORMAT: u32 = 1;
 
-    /// The name under which maps of a robot without a name are.
-    pub const UNNAMED_ROBOT: &str = "robot";
-
     /// The set to be shown at a plan time of the robot's clock, where it has one: the last one that has begun, and never one before the
     /// first, which is the server's word for the present.
     pub fn choose(&self, plan_time_s: Option<i64>) -> SetChoice {

@@ -1,4 +1,4 @@
-//! Which indices of the past stay, and for how long.
+//! Retention of indices of the past: by age, and within a size.
 
 use jiff::{SignedDuration, Timestamp};
 

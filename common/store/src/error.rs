@@ -1,4 +1,4 @@
-//! Why a store does not do what it is asked for.
+//! Errors of a store: addresses, objects that are missing or too large, refusals.
 
 use crate::credentials::CredentialsError;
 

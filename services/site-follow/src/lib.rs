@@ -1,4 +1,4 @@
-//! What shows a site that another machine draws: its rules, for the daemon and for simulations of a site.
+//! The rules of a robot that shows a site which another machine draws, for the daemon and for simulations of a site.
 
 mod archive_folder;
 mod fetcher;

@@ -1,4 +1,4 @@
-//! What site-follow decides: which set of maps is shown, from which index.
+//! The decisions of site-follow: the set of maps that is shown, and the index that it is from.
 
 use crate::archive_folder::ArchiveFolder;
 use crate::fetcher::{AcceptedIndex, Fetcher, Followed, Shared, Trouble, check_zone, stop};

@@ -2,9 +2,7 @@
 
 use crate::pieces::{Piece, RobotPieces, SetPieces, SitePieces, StoreyPiece};
 use daemon::{Failure, Robot, SiteConfig, WaypointOptions, progress_in_force, rules_in_force};
-use messages::{
-    ArchiveBuffer, Checked, ContentHash, Grid, Grids, MissionPlan, SafetyRules, ScheduleState, Site, Tasks, payload,
-};
+use messages::{ContentHash, Grid, Grids, MissionPlan, ScheduleState, Site, Tasks};
 use raster::Rasterizer;
 use schedule::{Overrides, Rules, Timeline, evaluate, parse_actuals};
 use std::collections::BTreeMap;
@@ -88,14 +86,7 @@ impl LaterSets {
         state: &ScheduleState<'_>,
         present: &RobotPieces,
     ) -> Result<RobotPieces, Failure> {
-        let index = Checked::<payload::Grids>::new(ArchiveBuffer::copy_of(present.grids.bytes.bytes()))?;
-        let index = index.view();
-        let robot = Robot {
-            name: index.robot_name.to_owned(),
-            profile: index.head.robot,
-            footprint_m: index.robot_footprint_m.to_vec(),
-            safety: SafetyRules::of(&index),
-        };
+        let robot = Robot::of_index(&Grids::open(present.grids.bytes.bytes())?);
         let first = present.storeys.first().map(|storey| Grid::open(storey.grid.bytes.bytes())).transpose()?;
         let resolution_m = first.map_or(config.robot.resolution_m, |grid| grid.spec().resolution_m());
         let (site_hash, robot_hash) = (site.content_hash(), present.robot_hash);

@@ -1,4 +1,4 @@
-//! What is given to a store: archives of one schedule state, as they are on the bus or will be.
+//! Archives of one schedule state for a store, as they are on the bus or will be.
 
 use messages::{ArchiveBuffer, ContentHash};
 use replica::IndexClock;

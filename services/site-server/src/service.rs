@@ -1,4 +1,4 @@
-//! What site-server publishes, and when: sets that belong together, as soon as every robot of the site has one.
+//! Sets that belong together, taken from the bus for the store as soon as every robot of the site has one.
 
 use crate::pieces::{Piece, RobotPieces, SetKey, SetPieces, SitePieces, StoreyPiece};
 use crate::publication::{Job, Publisher, Shared};

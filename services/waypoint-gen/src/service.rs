@@ -1,4 +1,4 @@
-//! What waypoint-gen decides: which waypoints are planned, once per set of maps and options.
+//! The decisions of waypoint-gen: waypoints are planned once per set of maps and options.
 
 use crate::options_setting;
 use bus::{Bus, GridSlot, RawSubscriber, TopicName, topics};

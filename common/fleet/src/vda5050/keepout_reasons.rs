@@ -1,4 +1,4 @@
-//! Why cells of a map are keep-out: a closed room, work, or no floor at its level.
+//! Reasons of keep-out cells of a map: a closed room, work, or no floor at its level.
 
 use export::ExportInput;
 use geometry::{Slab, SlabCut};

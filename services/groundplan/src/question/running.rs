@@ -14,7 +14,7 @@ use bus::{Daemon, Stamp};
 use daemon::{Robot, SiteConfig, StatusBoard, progress_in_force, rules_in_force};
 use jiff::Timestamp;
 use jiff::tz::TimeZone;
-use messages::{EdgeKind, MissionPlan, SafetyRules, Site, StoreyEntry};
+use messages::{EdgeKind, MissionPlan, Site, StoreyEntry};
 use raster::Rasterizer;
 use schedule::{Overrides, Rules, Timeline, evaluate, parse_actuals};
 use site_view::{Freshness, MapsInUse, SiteSet, SiteSetReader, SiteViews};
@@ -47,8 +47,7 @@ pub(super) fn answer<Q: Question>(arguments: &QuestionArgs, question: &Q) -> Res
     let schedule = schedule_in_force(&config, &views.site);
     let progress = ProgressLine::new(false);
     let SiteViews { site, index, grids, .. } = &views;
-    let (name, footprint_m) = (index.robot_name.to_owned(), index.robot_footprint_m.to_vec());
-    let robot = Robot { name, profile: index.head.robot, footprint_m, safety: SafetyRules::of(index) };
+    let robot = Robot::of_index(index);
     let resolution_m = grids.first().map_or(config.robot.resolution_m, |grid| grid.spec().resolution_m());
     let start = start_is_known(question, given.is_some(), mission_plan);
     let options = given.unwrap_or_else(|| options_of(site, mission_plan));
