@@ -1,0 +1,1 @@
+//! Robots and the server of their site, besides the store.
