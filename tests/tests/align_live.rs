@@ -3,14 +3,12 @@
 
 mod support;
 
-use bus::{Bus, Daemon, Origin, Publisher, Waiter, topics};
-use daemon::SiteConfig;
-use messages::{InputHashes, SlamMap, SlamMapHead};
 use serde_json::Value;
 use std::time::Instant;
 use support::house::{House, PLAIN};
 use support::live::{DEADLINE, Live};
-use support::{Maps, convert, demo_model, turned_map};
+use support::mapping_robot::{MappingRobot, planning_at};
+use support::{convert, demo_model, turned_map};
 
 fn json(live: &Live, arguments: &[&dyn AsRef<std::ffi::OsStr>]) -> Value {
     serde_json::from_str(&live.text(arguments)).unwrap()
@@ -72,53 +70,6 @@ fn failure(live: &Live, arguments: &[&dyn AsRef<std::ffi::OsStr>]) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
-/// A robot that publishes a map of the ground floor as its own.
-struct Robot {
-    publisher: Publisher<topics::SlamMap>,
-    _bus: (Bus, Waiter),
-    cells: Vec<i8>,
-    size: [u32; 2],
-    epoch: u64,
-}
-
-impl Robot {
-    fn of(live: &Live, maps: &Maps, map: &str) -> Self {
-        let config = SiteConfig::read(&live.config()).unwrap();
-        let (bus, waiter) = Bus::join(&config.domain().unwrap(), Daemon::Robot).unwrap();
-        let directory = maps.manifest["storeys"][0]["directory"].as_str().unwrap();
-        let bytes = std::fs::read(maps.path().join(directory).join(map)).unwrap();
-        let (width, height, pixels) = grid::decode_pgm(&bytes).unwrap();
-        let cells = pixels.into_iter().map(|p| match p {
-            grid::FREE => 0,
-            grid::OCCUPIED => 100,
-            _ => -1,
-        });
-        let publisher = bus.publisher(topics::SlamMap, 1 << 20).unwrap();
-        let size = [width as u32, height as u32];
-        Self { publisher, _bus: (bus, waiter), cells: cells.collect(), size, epoch: 0 }
-    }
-
-    /// The robot sees through a rectangle of the model's map: x from, y from, x to, y to.
-    fn sees_through(&mut self, maps: &Maps, [x0, y0, x1, y1]: [f64; 4]) {
-        let origin = [0, 1].map(|k| maps.manifest["storeys"][0]["origin_m"][k].as_f64().unwrap());
-        for (index, cell) in self.cells.iter_mut().enumerate() {
-            let (column, row) = (index as u32 % self.size[0], index as u32 / self.size[0]);
-            let at = [origin[0] + (f64::from(column) + 0.5) * 0.05, origin[1] + (f64::from(row) + 0.5) * 0.05];
-            if x0 < at[0] && at[0] < x1 && y0 < at[1] && at[1] < y1 {
-                *cell = 0;
-            }
-        }
-    }
-
-    fn publish(&mut self, x_m: f64) {
-        let [width, height] = self.size;
-        let head = SlamMapHead { resolution_m: 0.05, origin: [x_m, 1.0, 0.0], width, height };
-        self.epoch += 1;
-        let origin = Origin { epoch: self.epoch, frame_epoch: 0, inputs: InputHashes::default() };
-        self.publisher.publish_copy(SlamMap::write(&head, &self.cells).bytes(), origin).unwrap();
-    }
-}
-
 /// Waits for an alignment that is as it should be.
 fn wait_for(live: &Live, is_it: impl Fn(&Value) -> bool) -> Value {
     let begun = Instant::now();
@@ -136,7 +87,7 @@ fn wait_for(live: &Live, is_it: impl Fn(&Value) -> bool) -> Value {
 fn maps_of_a_robot_are_followed_and_a_jump_waits_until_somebody_confirms_it() {
     let maps = convert(&demo_model(), &[]);
     let mut live = Live::of(&demo_model(), "");
-    let mut robot = Robot::of(&live, &maps, "planning.pgm");
+    let mut robot = MappingRobot::of(&live, &maps, "planning.pgm");
     robot.publish(2.0);
     let first = wait_for(&live, |a| a["state"] == "found" || a["state"] == "tracked");
     assert_eq!(first["verdict"], "accepted");
@@ -207,18 +158,6 @@ fn maps_of_a_robot_are_followed_and_a_jump_waits_until_somebody_confirms_it() {
     live.down();
 }
 
-/// A pixel of the planning map that the daemons hold, at a place of the ground floor.
-fn planning_at(live: &Live, [x_m, y_m]: [f64; 2]) -> u8 {
-    let out = live.home.path().join("exported");
-    live.text(&[&"export", &out]);
-    let manifest: Value = serde_json::from_slice(&std::fs::read(out.join("manifest.json")).unwrap()).unwrap();
-    let storey = &manifest["storeys"][0];
-    let pgm = std::fs::read(out.join(storey["directory"].as_str().unwrap()).join("planning.pgm")).unwrap();
-    let (width, _, pixels) = grid::decode_pgm(&pgm).unwrap();
-    let cell = [(0, x_m), (1, y_m)].map(|(k, c)| ((c - storey["origin_m"][k].as_f64().unwrap()) / 0.05) as usize);
-    pixels[cell[1] * width + cell[0]]
-}
-
 #[test]
 fn what_is_early_counts_by_itself_and_what_is_absent_when_somebody_confirms_it() {
     let maps = convert(&demo_model(), &[]);
@@ -229,7 +168,7 @@ fn what_is_early_counts_by_itself_and_what_is_absent_when_somebody_confirms_it()
     assert_eq!(planning_at(&live, in_wall), grid::OCCUPIED);
     let (lift, in_lift) = ("1ghCNJDIzNKO1u55gceO4K", [14.85, 13.7]);
     assert_ne!(planning_at(&live, in_lift), grid::OCCUPIED);
-    let mut robot = Robot::of(&live, &maps, "localization.pgm");
+    let mut robot = MappingRobot::of(&live, &maps, "localization.pgm");
     robot.sees_through(&maps, [5.7, 10.2, 6.8, 14.6]);
     robot.publish(2.0);
     wait_for(&live, |a| a["state"] == "found" || a["state"] == "tracked");

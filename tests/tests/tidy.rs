@@ -132,7 +132,7 @@ const ALLOWED: [(&str, &[&str]); 43] = [
 ];
 
 /// Foreign crates, and the crates that alone may name each.
-const FENCED: [(&str, &[&str]); 26] = [
+const FENCED: [(&str, &[&str]); 28] = [
     ("ifc-lite-core", &["ifc"]),
     ("ifc-lite-geometry", &["ifc"]),
     ("ifc-lite-processing", &["ifc"]),
@@ -150,9 +150,11 @@ const FENCED: [(&str, &[&str]); 26] = [
     ("tokio", &["ros-bridge", "store", "web"]),
     ("object_store", &["store"]),
     ("reqwest", &["store"]),
-    ("rustls", &["store"]),
+    ("rustls", &["groundplan", "store"]),
     ("url", &["store"]),
     ("ring", &["replica"]),
+    ("ureq", &["groundplan"]),
+    ("zenoh", &["fleet-link"]),
     ("zstd", &["replica"]),
     ("axum", &["web"]),
     ("axum-server", &["web"]),

@@ -136,7 +136,7 @@ pub struct RequestTimeouts {
 
 /// Sends a request and waits for its answer; `progress` gets its progress, `pause` sleeps between two polls. A request that
 /// [may be sent twice](Request::may_be_sent_twice) is sent once more where the daemon dies before it has answered. Daemons send
-/// requests to schedule-eval alone, which sends none: no daemon waits for itself.
+/// requests to schedule-eval and site-follow alone, which send none: no daemon waits for itself.
 ///
 /// # Errors
 /// The daemon does not run, refuses, or does not answer.

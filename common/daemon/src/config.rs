@@ -2,7 +2,7 @@
 
 use crate::robot_config::{AlignConfig, NamedRobotConfig, RobotConfig, WaypointConfig, check_robots, separate_bridges};
 use crate::ros_config::RosConfig;
-use crate::server_config::{FollowConfig, ServeConfig, check_server};
+use crate::server_config::{FollowConfig, ServeConfig, check_link, check_server};
 use crate::web_config::WebConfig;
 use bus::{Domain, DomainError, RobotName};
 use input_files::{MAX_CONFIGURATION_BYTES, read_regular_text};
@@ -256,7 +256,9 @@ impl SiteConfig {
         let mut config: Self = toml::from_str(text)?;
         check_robots(&config.robots, text)?;
         let has_files = !config.models.is_empty() || !config.schedule.files.is_empty();
-        check_server(config.follow.as_ref(), [config.serve.is_some(), !config.robots.is_empty(), has_files])?;
+        let has_robots = !config.robots.is_empty();
+        check_server(config.follow.as_ref(), [config.serve.is_some(), has_robots, has_files])?;
+        check_link(config.serve.as_ref(), has_robots)?;
         if let Some(threads) = config.threads
             && !(1..=MAX_THREADS).contains(&threads)
         {

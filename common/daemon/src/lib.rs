@@ -51,6 +51,7 @@ mod decision;
 pub mod facts;
 mod failure;
 mod file_text;
+mod fleet;
 mod history;
 mod input;
 mod kept_file;
@@ -105,6 +106,11 @@ pub use config_key::line_of_key;
 pub use decision::{AnswerOnce, AnswerTo, Decide, Decision, Now, Occasion, Outputs};
 pub use failure::{Failure, chain};
 pub use file_text::FileText;
+pub use fleet::{
+    AbsentByRobot, DaemonReport, ElementObservation, FLEET_FILE, FleetDocument, FleetElement, FleetRobot,
+    MAX_FLEET_ELEMENTS, Observations, REPORT_INTERVAL_S, ReportAnswer, RobotPlace, RobotReport, RobotState,
+    SILENT_AFTER_S, ToldAbsence, ToldByRobot, ToldObservation, fleet_elements,
+};
 pub use history::{History, HistoryEntry, HistoryEvent, HistoryKind, SiteHistory, parse_history};
 pub use input::{Input, NoInput, not_an_input};
 pub use kept_file::KeptFile;
@@ -138,7 +144,9 @@ pub use save::Save;
 pub use schedule_inputs::{
     MAX_TABLE_BYTES, mend_progress, progress_in_force, read_progress, rules_in_force, saving_observed,
 };
-pub use server_config::{FollowConfig, ServeConfig, UNNAMED_ROBOT};
+pub use server_config::{
+    FollowConfig, FollowLinkConfig, MAX_LINKED_ROBOTS, ServeConfig, ServeLinkConfig, UNNAMED_ROBOT,
+};
 pub use service::{AnswerOf, Asked, CurrentActivity, Done, Event, Service, Standing};
 pub use setting::{
     Configured, KeptSetting, OlderSetting, Setting, SettingInForce, SettingKey, SettingSource, check_setting,

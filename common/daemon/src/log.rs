@@ -13,7 +13,7 @@ use tracing_subscriber::{EnvFilter, Layer, Registry, fmt, reload};
 
 /// The default filter: information from the crates of this workspace, warnings from others; but not an error for each client of
 /// Foxglove that connects to it and does not speak its protocol.
-const DEFAULT_FILTER: &str = "warn,groundplan=info,daemon=info,ifc_ingest=info,schedule_eval=info,rasterize=info,waypoint_gen=info,slam_align=info,ros_bridge=info,groundplan_web=info,site_follow=info,site_server=info,foxglove=off";
+const DEFAULT_FILTER: &str = "warn,groundplan=info,daemon=info,ifc_ingest=info,schedule_eval=info,rasterize=info,waypoint_gen=info,slam_align=info,ros_bridge=info,groundplan_web=info,site_follow=info,site_server=info,foxglove=off,zenoh=off";
 
 /// A log that cannot be had.
 #[derive(Debug, thiserror::Error)]

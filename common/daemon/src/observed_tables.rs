@@ -74,6 +74,11 @@ impl ObservedTables {
         tables
     }
 
+    /// The rows of a robot by element; `None` if it never gave a table.
+    pub fn rows_of(&self, robot: RobotName) -> Option<&BTreeMap<String, ObservedRow>> {
+        self.robots.get(robot.as_str())
+    }
+
     /// The table of all robots, as bytes of a table of progress.
     pub fn in_force(&self) -> Vec<u8> {
         let mut table = "id,start,finish\n".to_owned();

@@ -142,8 +142,13 @@ pub struct NamedRobotConfig {
     pub ros: RosConfig,
 }
 
-fn robot_name<'de, D: Deserializer<'de>>(deserializer: D) -> Result<RobotName, D::Error> {
+pub(crate) fn robot_name<'de, D: Deserializer<'de>>(deserializer: D) -> Result<RobotName, D::Error> {
     String::deserialize(deserializer)?.parse().map_err(D::Error::custom)
+}
+
+pub(crate) fn robot_names<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<RobotName>, D::Error> {
+    let names = Vec::<String>::deserialize(deserializer)?;
+    names.iter().map(|name| name.parse().map_err(D::Error::custom)).collect()
 }
 
 pub(crate) fn optional_robot_name<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<RobotName>, D::Error> {

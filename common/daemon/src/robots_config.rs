@@ -45,6 +45,16 @@ impl SiteConfig {
         names
     }
 
+    /// Names of the robots whose observed progress counts, in their order: those of the site, and those that tell its server what they
+    /// see. None for a site whose robot has no name.
+    pub fn observers(&self) -> Vec<RobotName> {
+        let mut names = self.robot_names();
+        names.extend(self.serve.iter().flat_map(|serve| &serve.link).flat_map(|link| &link.robots));
+        names.sort_unstable();
+        names.dedup();
+        names
+    }
+
     /// The configuration as it is for a robot: of a site with one robot that need not be named. What the site has for all of them
     /// stays; state of the robot lies in a folder of its own in that of the site.
     ///

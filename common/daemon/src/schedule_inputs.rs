@@ -48,7 +48,7 @@ pub fn saving_observed(state: &Path, table: Vec<u8>) -> Save {
 /// The file system refuses.
 pub fn mend_progress(config: &SiteConfig) -> io::Result<Option<String>> {
     let state = &config.site_state;
-    let observed = match config.robots.is_empty() {
+    let observed = match config.observers().is_empty() {
         true => KeptFile::at(state, OBSERVED_TABLE),
         false => observed_tables_file(state),
     };
@@ -87,11 +87,12 @@ pub fn progress_in_force<A, E: Error + Send + Sync + 'static>(
     let failed = |source| ConfigFileError::Io { what: "progress", path: state.clone(), source };
     let [reported, _] = ReportedProgress::at(state).tables().map_err(failed)?;
     let reported = reported.map_or_else(|| Ok(Vec::new()), read)?;
-    if config.robots.is_empty() {
+    let observers = config.observers();
+    if observers.is_empty() {
         return Ok([reported, read(state.join(OBSERVED_TABLE))?]);
     }
     let (what, path) = ("observed progress", observed_tables_file(state).path());
-    let tables = ObservedTables::load(state, &config.robot_names());
+    let tables = ObservedTables::load(state, &observers);
     let tables = tables.map_err(|source| ConfigFileError::Io { what, path: path.clone(), source })?;
     let observed = parse(&tables.in_force());
     let observed = observed.map_err(|source| ConfigFileError::Content { what, path, source: source.into() })?;

@@ -30,6 +30,57 @@ pub struct ServeConfig {
     /// Bytes that indices of the past may take, in gigabytes.
     #[serde(default = "default_keep_gb")]
     pub keep_gb: u32,
+    /// Tells robots of new indices at once, and takes what they see; without it they look by themselves.
+    #[serde(default)]
+    pub link: Option<ServeLinkConfig>,
+}
+
+/// The link of a server with its robots.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ServeLinkConfig {
+    /// Where it listens: `tcp/ADDRESS:PORT` or `tls/ADDRESS:PORT`.
+    pub listen: Vec<String>,
+    /// Robots that may tell what they see, each under its own name alone.
+    #[serde(deserialize_with = "crate::robot_config::robot_names")]
+    #[schemars(with = "Vec<String>")]
+    pub robots: Vec<RobotName>,
+    /// Their passwords, lines `ROBOT:PASSWORD` of a file that only its user can read.
+    #[serde(default)]
+    pub passwords: Option<PathBuf>,
+    /// Certificate of the server, PEM, for `tls`.
+    #[serde(default)]
+    pub certificate: Option<PathBuf>,
+    /// Its private key, PEM.
+    #[serde(default)]
+    pub key: Option<PathBuf>,
+    /// The authority of the robots' certificates, PEM, for `tls`: their common names are those of the robots.
+    #[serde(default)]
+    pub robots_authority: Option<PathBuf>,
+}
+
+/// The link of a robot with the server of its site.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FollowLinkConfig {
+    /// Where the server listens: `tcp/HOST:PORT` or `tls/HOST:PORT`; the first that answers is taken.
+    pub connect: Vec<String>,
+    /// Name of this robot, as the server has it.
+    #[serde(deserialize_with = "crate::robot_config::robot_name")]
+    #[schemars(with = "String")]
+    pub name: RobotName,
+    /// Its password, the only line of a file that only its user can read.
+    #[serde(default)]
+    pub password: Option<PathBuf>,
+    /// The authority of the server's certificate, PEM, for `tls`.
+    #[serde(default)]
+    pub authority: Option<PathBuf>,
+    /// Certificate of this robot, PEM, for `tls`.
+    #[serde(default)]
+    pub certificate: Option<PathBuf>,
+    /// Its private key, PEM.
+    #[serde(default)]
+    pub key: Option<PathBuf>,
 }
 
 /// Shows what the server of a site has drawn.
@@ -56,13 +107,17 @@ pub struct FollowConfig {
     #[serde(default = "default_poll_s")]
     #[schemars(range(min = 1, max = 3600))]
     pub poll_s: u16,
+    /// Hears of new indices at once, and tells the server what this robot sees.
+    #[serde(default)]
+    pub link: Option<FollowLinkConfig>,
 }
 
 impl ServeConfig {
     /// Paths of files. A store that is a folder counts from `home` from here on.
     pub(crate) fn paths(&mut self, home: &Path) -> impl Iterator<Item = &mut PathBuf> {
         count_from(home, &mut self.store);
-        [&mut self.key, &mut self.keys].into_iter().chain(&mut self.credentials)
+        let of_link = self.link.iter_mut().flat_map(ServeLinkConfig::paths);
+        [&mut self.key, &mut self.keys].into_iter().chain(&mut self.credentials).chain(of_link)
     }
 }
 
@@ -70,7 +125,8 @@ impl FollowConfig {
     /// Paths of files. A store that is a folder counts from `home` from here on.
     pub(crate) fn paths(&mut self, home: &Path) -> impl Iterator<Item = &mut PathBuf> {
         count_from(home, &mut self.store);
-        self.credentials.iter_mut()
+        let of_link = self.link.iter_mut().flat_map(FollowLinkConfig::paths);
+        self.credentials.iter_mut().chain(of_link)
     }
 
     /// Whose maps are shown, as the index of the server has it.
@@ -78,6 +134,23 @@ impl FollowConfig {
         self.robot.as_ref().map_or(UNNAMED_ROBOT, RobotName::as_str)
     }
 }
+
+impl ServeLinkConfig {
+    fn paths(&mut self) -> impl Iterator<Item = &mut PathBuf> {
+        let Self { passwords, certificate, key, robots_authority, .. } = self;
+        [passwords, certificate, key, robots_authority].into_iter().flatten()
+    }
+}
+
+impl FollowLinkConfig {
+    fn paths(&mut self) -> impl Iterator<Item = &mut PathBuf> {
+        let Self { password, authority, certificate, key, .. } = self;
+        [password, authority, certificate, key].into_iter().flatten()
+    }
+}
+
+/// So many robots can have a link with their server.
+pub const MAX_LINKED_ROBOTS: usize = 1_000;
 
 /// The name under which an index has the maps of a robot without one.
 pub const UNNAMED_ROBOT: &str = "robot";
@@ -113,8 +186,34 @@ pub(crate) fn check_server(
     if follow.roots.is_empty() {
         return refused("[follow] roots: without a root key of the site nothing of it can be believed");
     }
+    if let Some(link) = &follow.link
+        && link.certificate.is_some() != link.key.is_some()
+    {
+        return refused("[follow.link]: certificate and key belong together");
+    }
     if !(1..=3600).contains(&follow.poll_s) {
         return refused("[follow] poll_s must be 1 to 3600");
+    }
+    Ok(())
+}
+
+/// Refuses a link of robots without names: whose observation counts could not be told.
+pub(crate) fn check_link(serve: Option<&ServeConfig>, has_robots: bool) -> Result<(), toml::de::Error> {
+    let Some(link) = serve.and_then(|serve| serve.link.as_ref()) else { return Ok(()) };
+    let refused = |why: String| Err(serde::de::Error::custom(why));
+    if !has_robots {
+        return refused("[serve.link] without [[robots]]: the robots of the site need names".to_owned());
+    }
+    if link.robots.is_empty() || link.robots.len() > MAX_LINKED_ROBOTS {
+        return refused(format!("[serve.link] robots: 1 to {MAX_LINKED_ROBOTS} names"));
+    }
+    let mut names = link.robots.clone();
+    names.sort_unstable();
+    if let Some(twice) = names.windows(2).find(|pair| pair[0] == pair[1]) {
+        return refused(format!("[serve.link] robots: {} is there twice", twice[0]));
+    }
+    if link.certificate.is_some() != link.key.is_some() {
+        return refused("[serve.link]: certificate and key belong together".to_owned());
     }
     Ok(())
 }
@@ -165,6 +264,22 @@ mod tests {
             let why = parse(&format!("{FOLLOW}{more}")).unwrap_err().to_string();
             assert!(why.contains(word), "{why}");
         }
+        let serve = "state = \"x\"\n[serve]\nstore = \"s\"\nsite = \"t\"\nkey = \"k\"\nkeys = \"l\"\n[serve.link]\nlisten = []\n";
+        let robots = "[[robots]]\nname = \"scout\"\n";
+        for (text, word) in [
+            (format!("{serve}robots = [\"a\"]\n"), "[[robots]]"),
+            (format!("{serve}robots = []\n{robots}"), "1 to 1000"),
+            (format!("{serve}robots = [\"a\", \"b\", \"a\"]\n{robots}"), "a is there twice"),
+            (format!("{serve}robots = [\"A B\"]\n{robots}"), "no name of a robot"),
+            (format!("{serve}robots = [\"a\"]\nkey = \"k\"\n{robots}"), "belong together"),
+            (format!("{FOLLOW}[follow.link]\nconnect = []\nname = \"a\"\nkey = \"k\"\n"), "belong together"),
+        ] {
+            let why = parse(&text).unwrap_err().to_string();
+            assert!(why.contains(word), "{why}");
+        }
+        let linked = parse(&format!("{serve}robots = [\"scout\", \"b\"]\n{robots}")).unwrap();
+        let names: Vec<String> = linked.observers().iter().map(ToString::to_string).collect();
+        assert_eq!(names, ["b", "scout"]);
         assert!(parse(&FOLLOW.replace("[\"ed25519:A\"]", "[]")).is_err());
         assert!(parse(&format!("{FOLLOW}poll_s = 0\n")).is_err());
     }

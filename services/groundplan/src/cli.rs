@@ -2,8 +2,8 @@
 
 use crate::commands::{
     actuals, align, changes, completions, confirm, convert, date, deviations, doctor, door, down, export, findings,
-    follow, keeper, key, link, load, log, man, metrics, monitor, record, relay, robot, room, scans, serve, slam_map,
-    states, status, tasks, topic, undo, up, view, way, waypoints,
+    fleet, follow, keeper, key, link, load, log, man, metrics, monitor, record, relay, robot, room, scans, serve,
+    slam_map, states, status, tasks, topic, undo, up, view, way, waypoints,
 };
 use crate::failure::Failure;
 use crate::run::{Outcome, Run};
@@ -89,6 +89,8 @@ pub enum Command {
     Serve(serve::Args),
     /// Show on this robot what the server of its site has drawn
     Follow(follow::Args),
+    /// Ask the server of a site how its robots are
+    Fleet(fleet::Args),
     /// Make and list keys of a site for many machines
     Key(key::Args),
     /// Check that this machine can run the daemons; exit code 0 if it can
@@ -154,6 +156,7 @@ impl Command {
             Self::View(arguments) => arguments,
             Self::Serve(arguments) => arguments,
             Self::Follow(arguments) => arguments,
+            Self::Fleet(arguments) => arguments,
             Self::Key(arguments) => arguments,
             Self::Doctor(arguments) => arguments,
             Self::Keeper(arguments) => arguments,

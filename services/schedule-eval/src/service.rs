@@ -46,7 +46,7 @@ pub struct ScheduleEval {
     /// The state folder, for the tables of progress.
     state: PathBuf,
     usable_rules_file: StateFile,
-    /// The robots with names, each of which has a table of observed progress.
+    /// Robots with names, each of which has a table of observed progress.
     robots: Vec<RobotName>,
     /// What an operator should know of tables of progress that were damaged before this start.
     mended_progress: Option<String>,
@@ -76,7 +76,7 @@ impl ScheduleEval {
         let usable_rules_file = StateFile::at(&config.state, "evaluated-rules.json")?;
         let mended_progress = mend_progress(config)?;
         let overrides = Overrides::in_force(progress_in_force(config, parse_actuals)?);
-        let robots = config.robot_names();
+        let robots = config.observers();
         let observed_tables = ObservedTables::load(&config.site_state, &robots)?;
         let overrides = Overrides { conflicts: conflicts(&observed_tables), ..overrides };
         let [table, _] = tables_of_state(&config.state)?;

@@ -45,6 +45,8 @@ pub(crate) struct Findings {
     pub(crate) in_force: BTreeSet<ContentId>,
     /// Archives that the service found damaged.
     pub(crate) damaged: Vec<ContentId>,
+    /// The server says that an index is new.
+    is_called: bool,
     is_stopped: bool,
 }
 
@@ -89,6 +91,12 @@ pub(crate) struct Followed {
 impl Shared {
     pub(crate) fn lock(&self) -> MutexGuard<'_, Findings> {
         self.findings.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// An index is new: the store is asked now.
+    pub(crate) fn call(&self) {
+        self.lock().is_called = true;
+        self.wake();
     }
 
     /// Wakes the thread: it ends, or fetches what is damaged.
@@ -222,12 +230,14 @@ impl Fetcher {
             } else {
                 poll.saturating_mul(1 << n_failures.min(6) >> 1).min(MAX_WAIT.max(poll))
             };
-            let is_needed = |findings: &mut Findings| !findings.is_stopped && findings.damaged.is_empty();
+            let is_needed =
+                |findings: &mut Findings| !findings.is_stopped && !findings.is_called && findings.damaged.is_empty();
             let waited = self.shared.changed.wait_timeout_while(findings, wait, is_needed);
             let (mut findings, _) = waited.unwrap_or_else(PoisonError::into_inner);
             if findings.is_stopped {
                 return;
             }
+            findings.is_called = false;
             for id in std::mem::take(&mut findings.damaged) {
                 self.folder.forget(id);
             }

@@ -2,6 +2,8 @@
 
 mod archive_folder;
 mod fetcher;
+mod observer;
 mod outputs;
 mod plan_set;
 pub mod service;
+mod teller;

@@ -4,12 +4,13 @@ use crate::archive_folder::ArchiveFolder;
 use crate::fetcher::{AcceptedIndex, Fetcher, Followed, Shared, Trouble, check_zone, stop};
 use crate::outputs::FollowOutputs;
 use crate::plan_set::{PublishedArchives, SetError, SetSamples, samples_of};
+use crate::teller::{Teller, ToTell, link_settings};
 use bus::Bus;
 use daemon::facts::{FollowFacts, ScheduleFacts};
 use daemon::{
     Committed, CurrentActivity, Decide, Decision, Epochs, Failure, FollowConfig, FollowRequest, HistoryEvent,
-    HistoryKind, KeptFile, MachineTime, NoInput, Now, Occasion, PlanTimeClock, ReachedPlanTime, Reading, SiteConfig,
-    Standing, StateFile, chain,
+    HistoryKind, KeptFile, MAX_TABLE_BYTES, MachineTime, NoInput, Now, Occasion, PlanTimeClock, ReachedPlanTime,
+    Reading, SiteConfig, Standing, StateFile, chain,
 };
 use jiff::tz::TimeZone;
 use messages::{ContentHash, ContentId, plan_time};
@@ -26,6 +27,9 @@ const LOOK_INTERVAL: Duration = Duration::from_millis(100);
 
 /// A reading of the clock is on disk at least this often.
 const KEEP_CLOCK_MS: i64 = 3_600_000;
+
+/// The table of progress that the robot observed, in the state folder.
+const OBSERVED_FILE: &str = "follow-observed.csv";
 
 /// A store that was not reached for so many looks is told.
 const LATE_LOOKS: i64 = 4;
@@ -48,6 +52,8 @@ pub struct SiteFollow {
     hashes: Mutex<BTreeMap<ContentId, ContentHash>>,
     /// Why the last decision could not show what is due.
     trouble: Mutex<Option<SetError>>,
+    to_tell: Arc<ToTell>,
+    observed_file: KeptFile,
 }
 
 /// What a decision changes.
@@ -59,6 +65,8 @@ pub struct InForce {
     /// Which of its sets.
     shown: Option<usize>,
     published: PublishedArchives,
+    /// The table of progress that the robot observed.
+    observed: Option<Arc<str>>,
 }
 
 /// What survives the daemon beside the index itself.
@@ -96,6 +104,22 @@ impl SiteFollow {
         findings.newest.clone_from(&newest);
         findings.in_force = newest.iter().flat_map(|accepted| archive_ids(&followed, &accepted.signed.index)).collect();
         drop(findings);
+        let observed_file = KeptFile::at(&config.state, OBSERVED_FILE);
+        let observed = observed_file.load()?.map(String::from_utf8).transpose()?.map(Arc::from);
+        let to_tell = Arc::new(ToTell::default());
+        to_tell.set_progress(observed.clone());
+        if let Some(link) = &follow.link {
+            let settings = link_settings(&follow, link);
+            // What can be known of it now is not found out later, in a thread.
+            settings.check()?;
+            let fetched = Arc::clone(&shared);
+            let wake = move || fetched.call();
+            let teller = Teller::new(config.clone(), settings, Arc::clone(&to_tell), wake);
+            std::thread::Builder::new().name("site-follow-tell".to_owned()).spawn(|| {
+                daemon::in_background();
+                teller.run();
+            })?;
+        }
         let fetcher = Fetcher::new(follow.clone(), followed.clone(), folder.clone(), Arc::clone(&shared));
         std::thread::Builder::new().name("site-follow-get".to_owned()).spawn(|| {
             // What is shown goes before what will be.
@@ -108,13 +132,15 @@ impl SiteFollow {
             synchronised_while: config.clock.synchronised_while.clone(),
             folder,
             shared,
-            in_force: InForce { kept, ..InForce::default() },
+            in_force: InForce { kept, observed, ..InForce::default() },
             newest,
             finding,
             state_file,
             index_file,
             hashes: Mutex::default(),
             trouble: Mutex::default(),
+            to_tell,
+            observed_file,
         };
         let epochs = Epochs::at(&config.state, "site-follow-epochs.json")?;
         Ok(Committed::new(service, FollowOutputs::default(), epochs, &config.state, activity))
@@ -142,6 +168,17 @@ impl SiteFollow {
         let next_s = set.valid_until_s?;
         let clock = PlanTimeClock::Wall { reached: ReachedPlanTime::default() };
         Some(machine.wall_ms.saturating_add(clock.until_ms(next_s, machine.wall_ms, &zone)?))
+    }
+
+    /// What the server does not hear of this robot, and why.
+    fn unheard(&self) -> Option<String> {
+        let has_rows = |table: &Arc<str>| table.lines().filter(|line| !line.trim().is_empty()).nth(1).is_some();
+        match &self.config.link {
+            Some(_) => self.to_tell.error().map(|why| format!("the server does not hear this robot: {why}")),
+            None => self.in_force.observed.as_ref().filter(|table| has_rows(table)).map(|_| {
+                "what the robot observed changes no maps: without [follow.link] the server is not told".to_owned()
+            }),
+        }
     }
 
     fn shown_set(&self) -> Option<&PlanSet> {
@@ -239,7 +276,8 @@ impl Decide for SiteFollow {
         match input {}
     }
 
-    fn attach(&mut self, _: &Bus) -> Result<(), Failure> {
+    fn attach(&mut self, bus: &Bus) -> Result<(), Failure> {
+        self.to_tell.attach(bus);
         Ok(())
     }
 
@@ -271,7 +309,14 @@ impl Decide for SiteFollow {
                 return Err("[follow] cannot change while site-follow runs: restart it".into());
             }
             Occasion::Configuration(_) => {}
-            Occasion::Request(request, _) => match request {},
+            Occasion::Request(FollowRequest::SetObserved { table }, _) => {
+                if table.text.len() as u64 > MAX_TABLE_BYTES {
+                    return Err("the table of observed progress is larger than any can be".into());
+                }
+                decision.save.push(self.observed_file.saving(table.text.clone().into_bytes()));
+                decision.next.observed = Some(table.text.into());
+                return Ok(decision.answered(|_, _| ()));
+            }
         }
         let is_fetching = self.shared.lock().fetching.is_some();
         let due_in = self.next_update_ms(now.machine).map(|at_ms| at_ms.saturating_sub(now.machine.wall_ms));
@@ -282,6 +327,9 @@ impl Decide for SiteFollow {
     }
 
     fn become_in_force(&mut self, next: InForce) {
+        if self.in_force.observed != next.observed {
+            self.to_tell.set_progress(next.observed.clone());
+        }
         self.in_force = next;
         self.newest = None;
         let mut findings = self.shared.lock();
@@ -311,7 +359,9 @@ impl Decide for SiteFollow {
                 false => warning = Some(warning.map_or(told.clone(), |own| format!("{own}; {told}"))),
             }
         }
-        Standing { error, warning: warning.or(distrust) }
+        let unheard = self.unheard();
+        let warnings: Vec<String> = warning.into_iter().chain(distrust).chain(unheard).collect();
+        Standing { error, warning: (!warnings.is_empty()).then(|| warnings.join("; ")) }
     }
 
     fn facts(&self, now: &Now<'_, Self>) -> FollowFacts {
@@ -388,5 +438,6 @@ fn archive_ids(followed: &Followed, index: &SiteIndex) -> BTreeSet<ContentId> {
 impl Drop for SiteFollow {
     fn drop(&mut self) {
         stop(&self.shared);
+        self.to_tell.stop();
     }
 }

@@ -15,11 +15,13 @@
 //!
 //! - what is published, and when: `src/service.rs`
 //! - sets of later plan times: `src/later_sets.rs`
+//! - what robots are told and tell, and the document of the fleet: `src/robots.rs`, `daemon::FleetDocument`
 //! - which blobs are new, the order of objects, what goes: `src/publication.rs`
 
 mod later_sets;
 mod pieces;
 mod publication;
+mod robots;
 mod service;
 
 use service::SiteServer;

@@ -64,6 +64,8 @@ pub(crate) struct Shared {
 struct State {
     job: Option<Job>,
     outcome: Outcome,
+    /// Epoch of the index that is the newest in the store; 0 while that is not known.
+    epoch: u64,
     is_stopped: bool,
 }
 
@@ -76,6 +78,15 @@ impl Shared {
     pub(crate) fn give(&self, job: Job) {
         self.lock().job = Some(job);
         self.changed.notify_all();
+    }
+
+    /// Epoch of the newest index in the store, as soon as it is there; 0 before.
+    pub(crate) fn epoch(&self) -> u64 {
+        self.lock().epoch
+    }
+
+    fn is_in_store(&self, index: Option<&SiteIndex>) {
+        self.lock().epoch = index.map_or(0, |index| index.epoch);
     }
 
     /// What came of the last one.
@@ -214,6 +225,7 @@ impl Publisher {
         // What is due now does not wait for what is due later, unless that is there already.
         let (known, why) = connected.known_later(job);
         let mut new_bytes = connected.publish(job, known, why, &signing)?;
+        self.shared.is_in_store(connected.newest.as_ref());
         let (mut later, mut why_no_later) = (Vec::new(), None);
         if is_wall {
             match self.later.draw(&job.config, &job.site, &job.set, usize::from(self.config.ahead)) {
@@ -222,6 +234,7 @@ impl Publisher {
             }
             let later = later.iter().map(|set| connected.set(set)).collect::<Result<_, _>>()?;
             new_bytes += connected.publish(job, later, why_no_later.clone(), &signing)?;
+            self.shared.is_in_store(connected.newest.as_ref());
         }
         // What was published is published, whatever becomes of the past.
         let uncleaned =

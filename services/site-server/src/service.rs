@@ -2,11 +2,13 @@
 
 use crate::pieces::{Piece, RobotPieces, SetKey, SetPieces, SitePieces, StoreyPiece};
 use crate::publication::{Job, Publisher, Shared};
+use crate::robots;
+use crate::robots::{Robots, link_settings};
 use bus::{Bus, RobotName};
 use daemon::facts::{ScheduleFacts, ServeFacts};
 use daemon::{
-    Asked, CurrentActivity, Done, Event, Failure, Report, ServeConfig, ServeRequest, Service, SiteConfig, Standing,
-    StatusBoard, UNNAMED_ROBOT, chain,
+    Asked, CurrentActivity, Done, Event, FLEET_FILE, Failure, Report, ServeConfig, ServeRequest, Service, SiteConfig,
+    Standing, StatusBoard, UNNAMED_ROBOT, chain,
 };
 use messages::{Activity, ContentHash, SampleHeader};
 use replica::IndexClock;
@@ -44,6 +46,7 @@ pub(crate) struct SiteServer {
     /// By the name of the robot in the index.
     readers: Vec<(String, SiteSetReader)>,
     shared: Arc<Shared>,
+    robots: Arc<robots::Shared>,
     /// What was given to the thread last.
     given: Option<(SetKey, IndexClock)>,
     /// Since when something is missing of what is to be given next, and what.
@@ -66,12 +69,21 @@ impl SiteServer {
             daemon::in_background();
             publisher.run();
         })?;
+        let robots = Arc::new(robots::Shared::default());
+        if let Some(link) = &serve.link {
+            let document = config.site_state.join(FLEET_FILE);
+            let (published, shared) = (Arc::clone(&shared), Arc::clone(&robots));
+            let settings = link_settings(&serve, link);
+            let thread = Robots::new(&serve, settings, &config.state, document, published, shared)?;
+            std::thread::Builder::new().name("site-server-hear".to_owned()).spawn(|| thread.run())?;
+        }
         Ok(Self {
             config: config.clone(),
             serve,
             activity,
             readers: Vec::new(),
             shared,
+            robots,
             given: None,
             waits: None,
             error: None,
@@ -209,6 +221,7 @@ impl Service for SiteServer {
             names if names.is_empty() => vec![None],
             names => names.into_iter().map(Some).collect(),
         };
+        self.robots.attach(bus);
         self.readers.clear();
         for name in names {
             let of_robot = match name {
@@ -243,7 +256,9 @@ impl Service for SiteServer {
         let outcome = self.shared.outcome();
         let waits = self.waits.as_ref().filter(|(since, _)| since.elapsed() >= TOLD_AFTER);
         let waits = waits.map(|(_, what)| format!("nothing newer is published: {what}"));
-        Standing { error: self.error.clone().or(outcome.error), warning: waits.or(outcome.warning) }
+        // How robots are is not how the server is: `groundplan fleet status` tells that.
+        let error = self.error.clone().or(outcome.error).or_else(|| self.robots.error());
+        Standing { error, warning: waits.or(outcome.warning) }
     }
 
     fn facts(&self) -> ServeFacts {
@@ -262,5 +277,6 @@ impl Service for SiteServer {
 impl Drop for SiteServer {
     fn drop(&mut self) {
         self.shared.stop();
+        self.robots.stop();
     }
 }

@@ -1,7 +1,9 @@
 //! The table of observed progress that schedule-eval has: sent again until it is that in force, also after a death.
 
 use bus::{Bus, RobotName};
-use daemon::{ActualsSource, Failure, FileText, RequestTimeouts, ScheduleRequest, write_durably};
+use daemon::{
+    ActualsSource, Failure, FileText, FollowRequest, RequestTimeouts, ScheduleRequest, SiteConfig, write_durably,
+};
 use std::path::PathBuf;
 use std::time::Duration;
 use tracing::info;
@@ -13,17 +15,40 @@ const RETRY_INTERVAL: Duration = Duration::from_millis(2);
 /// Gives schedule-eval a table, which is in force there when this returns. It is waited for where the last argument says so.
 pub type GiveTable = dyn FnMut(&Bus, FileText, bool) -> Result<(), Failure> + Send;
 
-/// Gives schedule-eval a table of this robot by a request.
-pub(crate) fn give_table(bus: &Bus, robot: Option<RobotName>, table: FileText, waits: bool) -> Result<(), Failure> {
-    let robot = robot.map(|robot| robot.to_string());
-    let request = ScheduleRequest::SetActuals { file: Some(table), source: ActualsSource::Observed, robot };
+/// Who takes what a robot observed.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum TableTaker {
+    /// schedule-eval, of a site that is drawn here: the table is of this robot.
+    ScheduleEval(Option<RobotName>),
+    /// site-follow, which tells the server of the site.
+    SiteFollow,
+}
+
+impl TableTaker {
+    pub(crate) fn of(config: &SiteConfig) -> Self {
+        config.follow.as_ref().map_or(Self::ScheduleEval(config.robot_name), |_| Self::SiteFollow)
+    }
+}
+
+/// Gives a table of this robot by a request.
+pub(crate) fn give_table(bus: &Bus, taker: TableTaker, table: FileText, waits: bool) -> Result<(), Failure> {
     let timeouts = RequestTimeouts { starting: if waits { TIMEOUT } else { Duration::ZERO }, answer: TIMEOUT };
     let pause = || {
         std::thread::sleep(RETRY_INTERVAL);
         Ok(())
     };
-    daemon::ask(bus, &request, timeouts, |_| {}, pause)?;
-    info!(service = "slam-align", "observations applied");
+    match taker {
+        TableTaker::ScheduleEval(robot) => {
+            let robot = robot.map(|robot| robot.to_string());
+            let request = ScheduleRequest::SetActuals { file: Some(table), source: ActualsSource::Observed, robot };
+            daemon::ask(bus, &request, timeouts, |_| {}, pause)?;
+            info!(service = "slam-align", "observations applied");
+        }
+        TableTaker::SiteFollow => {
+            daemon::ask(bus, &FollowRequest::SetObserved { table }, timeouts, |_| {}, pause)?;
+            info!(service = "slam-align", "observations are told to the server of the site");
+        }
+    }
     Ok(())
 }
 

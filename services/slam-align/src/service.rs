@@ -8,7 +8,7 @@ use crate::in_force::{InForce, Used, hint_of, max_jump, pose_event};
 use crate::job::{Job, JobResult, SearchArea, work};
 use crate::map_setting::{MapSetting, OtherMap};
 use crate::newest_inputs::{NewestInputs, NewestSite};
-use crate::observed_table::{GiveTable, ObservedTable, give_table};
+use crate::observed_table::{GiveTable, ObservedTable, TableTaker, give_table};
 use crate::outputs::{AlignOutputs, AlignSample};
 use crate::persisted_state::PersistedState;
 use crate::robot_map::RobotMap;
@@ -74,8 +74,8 @@ impl SlamAlign {
     pub fn start(config: &SiteConfig, activity: CurrentActivity) -> Result<Committed<Self>, Failure> {
         let mut references = None;
         let worker = Worker::start(config.n_threads(), move |job: &Job| work(&mut references, job))?;
-        let robot = config.robot_name;
-        let give = move |bus: &Bus, table: FileText, waits: bool| give_table(bus, robot, table, waits);
+        let taker = TableTaker::of(config);
+        let give = move |bus: &Bus, table: FileText, waits: bool| give_table(bus, taker, table, waits);
         Self::start_with(config, activity, worker, Box::new(give))
     }
 

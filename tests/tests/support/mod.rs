@@ -7,10 +7,12 @@ pub(crate) mod foxglove_peer;
 pub(crate) mod house;
 pub(crate) mod live;
 pub(crate) mod map_server;
+pub(crate) mod mapping_robot;
 pub(crate) mod peer;
 pub(crate) mod ros_facts;
 pub(crate) mod ros_node;
 pub(crate) mod ros_peer;
+pub(crate) mod tower;
 
 use serde_json::Value;
 use std::collections::BTreeMap;

@@ -1,5 +1,6 @@
 //! Requests to site-server and site-follow.
 
+use crate::file_text::FileText;
 use crate::request::Request;
 use bus::Daemon;
 use serde::{Deserialize, Serialize};
@@ -8,9 +9,15 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub enum ServeRequest {}
 
-/// Requests to site-follow: there are none, what it shows is decided by the server of the site.
+/// Requests to site-follow. What it shows is decided by the server of the site.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub enum FollowRequest {}
+pub enum FollowRequest {
+    /// Progress that the robot observed, a table as for [`crate::ScheduleRequest::SetActuals`]: it is kept, and told to the server.
+    SetObserved {
+        /// The table.
+        table: FileText,
+    },
+}
 
 impl Request for ServeRequest {
     const DAEMON: Daemon = Daemon::SiteServer;
@@ -26,6 +33,8 @@ impl Request for FollowRequest {
     type Answer = ();
 
     fn may_be_sent_twice(&self) -> bool {
-        match *self {}
+        match self {
+            Self::SetObserved { .. } => true,
+        }
     }
 }

@@ -74,15 +74,17 @@ impl Run for Args {
         // A revision is of the whole site.
         let config = if self.what == [MODEL] { self.site.config_of_any()? } else { self.site.config()? };
         let (bus, mut waiter) = join(&config)?;
+        // Of a site that another machine draws, revisions wait there.
+        let draws = config.follow.is_none();
         if self.list {
-            return self.list(&bus, &mut waiter);
+            return self.list(draws, &bus, &mut waiter);
         }
         let is_model = self.what == [MODEL];
         if is_model && self.undo {
             return Err(Failure::usage("a revision is taken back with `groundplan load` of the files before it"));
         }
-        if is_model || self.what.is_empty() && !self.undo && is_revision_meant(&bus, &mut waiter)? {
-            return self.model(&self.site.site().config()?, &bus, &mut waiter);
+        if is_model || self.what.is_empty() && !self.undo && draws && is_revision_meant(&bus, &mut waiter)? {
+            return self.model(&self.site.site().config_of_drawing()?, &bus, &mut waiter);
         }
         let is_pose = self.what.is_empty() || self.what == [POSE];
         if !is_pose && self.what.iter().any(|what| what == POSE || what == MODEL) {
@@ -165,8 +167,8 @@ impl Args {
         Ok(Outcome::judged(text, is_in_force))
     }
 
-    fn list(&self, bus: &Bus, waiter: &mut Waiter) -> Result<Outcome, Failure> {
-        let revision = waiting_revision(bus, waiter)?;
+    fn list(&self, draws: bool, bus: &Bus, waiter: &mut Waiter) -> Result<Outcome, Failure> {
+        let revision = if draws { waiting_revision(bus, waiter)? } else { None };
         let listed = confirmations(bus, waiter)?;
         if self.json {
             let mut document = json!(listed);

@@ -13,6 +13,7 @@ pub mod door;
 pub mod down;
 pub mod export;
 pub mod findings;
+pub mod fleet;
 pub mod follow;
 pub mod keeper;
 pub mod key;

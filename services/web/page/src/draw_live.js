@@ -87,8 +87,15 @@ export function drawRobot(pen) {
   ctx.arc(x, y, radius * 3, -robot.yaw_rad - spread, -robot.yaw_rad + spread);
   ctx.fill();
   ctx.globalAlpha = 1;
+  arrowHead(pen, x, y, robot.yaw_rad, radius);
+  pen.pixels();
+}
+
+// An arrow head in the colour that is set, edged so that it is seen on every map.
+function arrowHead(pen, x, y, yaw, radius) {
+  const { ctx } = pen;
   ctx.translate(x, y);
-  ctx.rotate(-robot.yaw_rad);
+  ctx.rotate(-yaw);
   ctx.beginPath();
   ctx.moveTo(radius, 0);
   ctx.lineTo(-radius * 0.75, radius * 0.7);
@@ -99,5 +106,31 @@ export function drawRobot(pen) {
   ctx.lineWidth = 2;
   ctx.strokeStyle = pen.colour("mark-edge");
   ctx.stroke();
-  pen.pixels();
+}
+
+/**
+ * Robots that tell the server where they are, with their names. Where one that is silent was is drawn faintly.
+ * @param {import("./types.js").Pen} pen
+ */
+export function drawFleet(pen) {
+  for (const robot of state.fleet?.robots ?? []) {
+    const { place } = robot;
+    if (!place || place.storey !== state.storey) continue;
+    const { ctx } = pen;
+    const [x, y] = [pen.x(place.x_m), pen.y(place.y_m)];
+    const radius = Math.max(7, 0.3 * pen.scale);
+    pen.pixels();
+    ctx.globalAlpha = robot.state === "current" || robot.state === "behind" ? 1 : 0.4;
+    ctx.fillStyle = pen.colour("robot");
+    ctx.font = "600 12px system-ui, sans-serif";
+    ctx.textAlign = "center";
+    ctx.textBaseline = "top";
+    ctx.lineWidth = 3;
+    ctx.strokeStyle = pen.colour("mark-edge");
+    ctx.strokeText(robot.name, x, y + radius + 3);
+    ctx.fillText(robot.name, x, y + radius + 3);
+    arrowHead(pen, x, y, place.yaw_rad, radius);
+    ctx.globalAlpha = 1;
+    pen.pixels();
+  }
 }

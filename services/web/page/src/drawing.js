@@ -6,7 +6,7 @@ import { onChange, state } from "./state.js";
 import { drawChanges, drawElements, drawLabels, drawRooms, drawSelection } from "./draw_site.js";
 import { drawGraph, drawScan, drawTour, drawWaypoints, drawWay } from "./draw_mission.js";
 import { drawSheet } from "./tiles.js";
-import { drawDeviations, drawRobot, drawSlam } from "./draw_live.js";
+import { drawDeviations, drawFleet, drawRobot, drawSlam } from "./draw_live.js";
 
 const PAINTERS = [
   drawSheet,
@@ -22,6 +22,7 @@ const PAINTERS = [
   drawTour,
   drawWay,
   drawWaypoints,
+  drawFleet,
   drawRobot,
 ];
 
@@ -50,6 +51,7 @@ export function createDrawing(map) {
       "wayAnswer",
       "calendar",
       "robot",
+      "fleet",
       "slam",
       "slamShown",
       "deviations",

@@ -11,7 +11,7 @@ import { longDate, number, sentence, t, word } from "./texts.js";
 export function createLive({ onDate, onSite }) {
   byId("dialog").addEventListener("close", closed);
   onChange(["connected", "full", "status", "site"], showAlerts);
-  onChange(["connected", "status", "robot", "slam", "deviations", "site"], showServices);
+  onChange(["connected", "status", "robot", "fleet", "slam", "deviations", "site"], showServices);
   const toggle = byId("services-toggle");
   const open = (on) => {
     byId("services").hidden = !on;
@@ -70,7 +70,7 @@ function showAlerts() {
 }
 
 function showServices() {
-  const { status, robot, slam, deviations, connected, site } = state;
+  const { status, robot, slam, deviations, fleet, connected, site } = state;
   byId("live").hidden = !site.live;
   if (!site.live) return;
   const services = status?.services ?? [];
@@ -124,6 +124,7 @@ function showServices() {
           h("span", {}, `${t("slam")} (±${number(slam.sigma_m ?? 0, 2)} m, ±${number(slam.sigma_deg ?? 0)}°)`),
         )
       : null,
+    ...fleetNodes(fleet),
     told.length === 0 ? null : h("h3", {}, t("deviations"), h("span", { class: "count" }, String(told.length))),
     told.length === 0
       ? null
@@ -137,6 +138,43 @@ function showServices() {
             ),
         ),
   );
+}
+
+const FLEET_DOTS = { current: "ok", behind: "warning", silent: "error", never_heard: "down" };
+
+// The robots of a site, as its server knows them.
+function fleetNodes(fleet) {
+  if (!fleet) return [];
+  const robots = fleet.robots.map((robot) =>
+    h(
+      "li",
+      { class: "service" },
+      h("span", {
+        class: `dot dot-${robot.state === "current" && robot.findings.length > 0 ? "warning" : FLEET_DOTS[robot.state]}`,
+      }),
+      h("span", {}, robot.name),
+      h(
+        "span",
+        { class: "quiet" },
+        [
+          t(`fleetState_${robot.state}`),
+          robot.epoch ? t("fleetIndex", { n: String(robot.epoch) }) : "",
+          robot.plan_time ? longDate(robot.plan_time) : "",
+          ...robot.findings,
+        ]
+          .filter(Boolean)
+          .join(", "),
+      ),
+    ),
+  );
+  const conflicts = (fleet.conflicts ?? []).map(({ id, told }) => h("li", {}, link(id, nameOf(id), told, "in_progress")));
+  return [
+    h("h3", {}, t("fleet"), h("span", { class: "count" }, String(robots.length))),
+    fleet.error ? h("p", {}, sentence(fleet.error)) : null,
+    h("ul", { class: "plain", id: "fleet" }, robots),
+    conflicts.length > 0 ? h("h3", {}, t("fleetConflicts")) : null,
+    conflicts.length > 0 ? h("ul", { class: "links" }, conflicts) : null,
+  ];
 }
 
 // What was seen, and how surely: "absent, 9 of 10 samples".

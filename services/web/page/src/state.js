@@ -49,6 +49,7 @@ export const state = {
   full: false,
   status: null,
   robot: null,
+  fleet: null,
   slam: null,
   slamShown: true,
   deviations: null,

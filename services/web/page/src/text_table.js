@@ -246,6 +246,13 @@ export const TABLE = {
   recovered: ["Connected again", "Wieder verbunden"],
   robot: ["Robot", "Roboter"],
   robotAt: ["±{m} m, ±{deg}°, {age} s old", "±{m} m, ±{deg}°, {age} s alt"],
+  fleet: ["Robots of the site", "Roboter der Baustelle"],
+  fleetState_current: ["shows the newest maps", "zeigt die neuesten Karten"],
+  fleetState_behind: ["shows older maps", "zeigt ältere Karten"],
+  fleetState_silent: ["silent: this is of before", "schweigt: Stand von vorher"],
+  fleetState_never_heard: ["never heard", "nie gehört"],
+  fleetIndex: ["index {n}", "Index {n}"],
+  fleetConflicts: ["Robots contradict each other", "Roboter widersprechen einander"],
   deviations: ["Deviations", "Abweichungen"],
   slam: ["Robot's own map", "Eigene Karte des Roboters"],
   // 3D

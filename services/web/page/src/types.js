@@ -169,6 +169,9 @@
 /** @typedef {{name: string, state: "ok" | "warning" | "error" | "down", detail: string | null}} Service */
 /** @typedef {{services: Service[], stale: boolean, why: string | null}} Status */
 /** @typedef {{storey: number, x_m: number, y_m: number, yaw_rad: number, sigma_m: number, sigma_deg: number, age_s: number | null}} Robot */
+/** @typedef {{storey: number, x_m: number, y_m: number, yaw_rad: number}} FleetPlace */
+/** @typedef {{name: string, state: "current" | "behind" | "silent" | "never_heard", here: boolean, findings: string[], place: FleetPlace | null, epoch: number | null, plan_time: string | null}} FleetRobot */
+/** @typedef {{error: string | null, epoch?: number, robots: FleetRobot[], conflicts?: {id: string, told: string}[], n_elements?: number}} Fleet */
 /** @typedef {{hash: string, storey: number, resolution_m: number, size: [number, number], corners_m: [Point, Point, Point], sigma_m: number, sigma_deg: number}} Slam lower left, lower right and upper left corner */
 /** @typedef {{verdict: string, observation: string, text: string}} Deviation */
 /** @typedef {{elements: Record<string, Deviation>, waiting: string[], storey: number}} Deviations */
@@ -251,6 +254,7 @@
  * @property {boolean} full live: there are too many viewers for this one
  * @property {Status | null} status
  * @property {Robot | null} robot
+ * @property {Fleet | null} fleet of a server with a link to its robots
  * @property {Slam | null} slam
  * @property {boolean} slamShown
  * @property {Deviations | null} deviations

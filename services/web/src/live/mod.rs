@@ -2,6 +2,7 @@
 
 mod content_names;
 mod control;
+mod fleet;
 mod listening;
 mod live_answers;
 mod live_documents;
@@ -29,6 +30,12 @@ pub(crate) trait LiveSite: Send + Sync {
 
     /// The robot's own map as a picture.
     fn slam_picture(&self, name: &ContentName) -> Option<Bytes>;
+
+    /// The robots of the site, as its server knows them; `None` for a site without a link with robots.
+    ///
+    /// # Errors
+    /// A document that cannot be read.
+    fn fleet(&self) -> Result<Option<Bytes>, Failure>;
 
     /// Sets the plan time, as `2024-04-15T08:00:00` at the site; returns when it is on disk.
     ///

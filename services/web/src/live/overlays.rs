@@ -1,6 +1,7 @@
 //! Overlays of the plan of a running site: the robot, its map, deviations, the state of the daemons.
 
 use super::content_names::name_of;
+use super::fleet;
 use super::shared_site::SharedSite;
 use super::slam_picture::{picture, place, sigmas};
 use answers::MapUse;
@@ -85,6 +86,7 @@ impl Overlays {
         }
         tell_status(shared, config, &board, MapUse::of(self.stale.clone()));
         shared.tell("robot", &self.robot(&board));
+        shared.tell("fleet", &fleet::event(config));
     }
 
     fn robot(&self, board: &StatusBoard) -> Value {

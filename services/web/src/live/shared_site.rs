@@ -2,14 +2,14 @@
 
 use super::content_names::{model_name, tiles_name};
 use super::live_answers;
-use super::{ControlError, Feed, LiveSite, control};
+use super::{ControlError, Feed, LiveSite, control, fleet};
 use crate::kept::Kept;
 use crate::question::Question;
-use crate::source::{Bytes, ContentName, Source, SourceError, TileAddress, locked};
+use crate::source::{Bytes, ContentName, Source, SourceError, TileAddress, json, locked};
 use crate::tiles::{Extent, Layer, LayerCells, TileGrid, strength_of_class, strength_of_pixel};
 use answers::MapUse;
 use bus::{CheckedSample, GridSlot};
-use daemon::{SiteConfig, read_parsed};
+use daemon::{Failure, SiteConfig, read_parsed};
 use export::ExportInput;
 use grid::pixel_of;
 use messages::{ContentHash, Grid};
@@ -229,6 +229,10 @@ impl LiveSite for SharedSite {
     fn slam_picture(&self, name: &ContentName) -> Option<Bytes> {
         let picture = locked(&self.slam_picture);
         picture.as_ref().filter(|(known, _)| known == name).map(|(_, picture)| Arc::clone(picture))
+    }
+
+    fn fleet(&self) -> Result<Option<Bytes>, Failure> {
+        Ok(fleet::document(&self.config)?.map(|document| json(&document)))
     }
 
     fn set_date(&self, at: &str) -> Result<(), ControlError> {

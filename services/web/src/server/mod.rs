@@ -193,6 +193,7 @@ pub(crate) fn router(served: Served, is_encrypted: bool) -> Router {
         .route("/data/door/{door}", get(about_door))
         .route("/data/way/{from}/{to}", get(about_way))
         .route("/data/slam/{file}", get(slam_picture))
+        .route("/data/fleet.json", get(fleet))
         .route("/data/events", get(events::events))
         .route("/data/control/date", post(control::set_date))
         .route("/data/control/confirm", post(control::confirm))
@@ -258,6 +259,17 @@ async fn slam_picture(State(served): State<Served>, Path(file): Path<String>, he
     let Some(name) = file.strip_suffix(".png").and_then(ContentName::parse) else { return not_found() };
     let Some(live) = served.live else { return not_found() };
     answer(headers, PNG, Caching::Forever, move || Ok(live.slam_picture(&name))).await
+}
+
+async fn fleet(State(served): State<Served>, headers: HeaderMap) -> Response {
+    let Some(live) = served.live else { return not_found() };
+    let made = tokio::task::spawn_blocking(move || live.fleet()).await;
+    match made {
+        Ok(Ok(Some(bytes))) => document(&headers, &bytes, JSON, Caching::Checked),
+        Ok(Ok(None)) => not_found(),
+        Ok(Err(why)) => (StatusCode::SERVICE_UNAVAILABLE, daemon::chain(why.as_ref())).into_response(),
+        Err(_) => (StatusCode::INTERNAL_SERVER_ERROR, "the work was given up").into_response(),
+    }
 }
 
 const JSON: &str = "application/json";
