@@ -223,8 +223,8 @@ fn a_robot_speaks_under_its_own_name_alone_and_hears_of_no_other() {
             let _ = query.reply(query.key_expr(), "I am the server").wait();
         })
         .wait();
-    let here =
-        session.liveliness().get("groundplan/tower/robots/*/here").timeout(Duration::from_secs(2)).wait().unwrap();
+    let (other_session, all) = (site.session("a"), "groundplan/tower/robots/*/here");
+    let here = other_session.liveliness().get(all).timeout(Duration::from_secs(2)).wait().unwrap();
     assert!(here.iter().all(|reply| reply.result().is_err()), "a robot sees another one");
     for n in 0..20 {
         let answer = other.tell(MessageKind::Report, format!("{n}").into_bytes()).unwrap();
@@ -260,6 +260,7 @@ fn what_a_robot_tells_too_fast_is_refused() {
 
 /// An authority and what it has signed, as PEM files.
 struct Authority {
+    name: String,
     issuer: CertifiedIssuer<'static, KeyPair>,
     file: PathBuf,
 }
@@ -272,7 +273,7 @@ impl Authority {
         let issuer = CertifiedIssuer::self_signed(params, KeyPair::generate().unwrap()).unwrap();
         let file = home.join(format!("{name}.pem"));
         std::fs::write(&file, issuer.pem()).unwrap();
-        Self { issuer, file }
+        Self { name: name.to_owned(), issuer, file }
     }
 
     fn identity(&self, home: &Path, name: &str, host: &str) -> ServerIdentity {
@@ -280,10 +281,9 @@ impl Authority {
         params.distinguished_name.push(DnType::CommonName, name);
         let pair = KeyPair::generate().unwrap();
         let certificate = params.signed_by(&pair, &self.issuer).unwrap();
-        let identity = ServerIdentity {
-            certificate: home.join(format!("{name}-cert.pem")),
-            key: home.join(format!("{name}-key.pem")),
-        };
+        let [certificate_file, key] =
+            ["cert", "key"].map(|what| home.join(format!("{name}-by-{}-{what}.pem", self.name)));
+        let identity = ServerIdentity { certificate: certificate_file, key };
         std::fs::write(&identity.certificate, certificate.pem()).unwrap();
         std::fs::write(&identity.key, pair.serialize_pem()).unwrap();
         identity
