@@ -37,6 +37,9 @@ const KEEP_INTERVAL: Duration = Duration::from_secs(60);
 const TIMEOUT: Duration = Duration::from_secs(30);
 const RETRY_INTERVAL: Duration = Duration::from_millis(2);
 
+/// What robots told, in the state folder.
+const KEPT_FOLDER: &str = "fleet";
+
 /// A longer report is none of a robot.
 const MAX_REPORT_BYTES: usize = 256 << 10;
 
@@ -190,7 +193,7 @@ pub(crate) fn link_settings(serve: &ServeConfig, link: &ServeLinkConfig) -> Serv
 }
 
 fn kept_file(state: &Path, robot: &str) -> KeptFile {
-    KeptFile::at(state, format!("fleet/{robot}.json"))
+    KeptFile::at(state, format!("{KEPT_FOLDER}/{robot}.json"))
 }
 
 impl Robots {
@@ -218,6 +221,8 @@ impl Robots {
             ))
         };
         let given = names.iter().filter_map(rows_in_force).collect();
+        let folder = state.join(KEPT_FOLDER);
+        std::fs::create_dir_all(&folder).map_err(|why| format!("{} cannot be made: {why}", folder.display()))?;
         let mut robots = BTreeMap::new();
         for robot in &settings.robots {
             let kept = match kept_file(state, robot).load() {
