@@ -17,7 +17,7 @@ fn root() -> PathBuf {
 }
 
 /// Crates of the workspace that each crate may depend on.
-const ALLOWED: [(&str, &[&str]); 43] = [
+const ALLOWED: [(&str, &[&str]); 44] = [
     ("diagnostics", &[]),
     ("input-files", &[]),
     ("frames", &[]),
@@ -32,6 +32,7 @@ const ALLOWED: [(&str, &[&str]); 43] = [
     ("daemon", &["bus", "diagnostics", "input-files", "messages", "site-view"]),
     ("replica", &["messages"]),
     ("store", &[]),
+    ("fleet-link", &[]),
     ("safety", &["frames", "geometry", "grid", "messages"]),
     ("export", &["diagnostics", "frames", "geometry", "grid", "input-files", "messages", "safety"]),
     ("world", &["convex", "diagnostics", "export", "frames", "geometry", "grid", "messages"]),
@@ -53,8 +54,22 @@ const ALLOWED: [(&str, &[&str]); 43] = [
     ("schedule-eval", &["bus", "daemon", "diagnostics", "frames", "messages", "schedule", "tasks"]),
     ("rasterize", &["bus", "daemon", "grid", "messages", "raster"]),
     ("waypoint-gen", &["bus", "daemon", "messages", "site-view", "waypoints"]),
-    ("site-follow", &["bus", "daemon", "frames", "messages", "replica", "store"]),
-    ("site-server", &["bus", "daemon", "messages", "raster", "replica", "schedule", "site-view", "store", "waypoints"]),
+    ("site-follow", &["bus", "daemon", "fleet-link", "frames", "messages", "replica", "store"]),
+    (
+        "site-server",
+        &[
+            "bus",
+            "daemon",
+            "fleet-link",
+            "messages",
+            "raster",
+            "replica",
+            "schedule",
+            "site-view",
+            "store",
+            "waypoints",
+        ],
+    ),
     (
         "ros-bridge",
         &[

@@ -253,7 +253,7 @@ mod tests {
     }
 
     #[test]
-    fn a_server_that_knows_nobody_listens_on_its_own_machine_alone() {
+    fn a_server_without_passwords_listens_on_its_own_machine_alone() {
         for own in ["tcp/127.0.0.1:7447", "tcp/localhost:7447", "tcp/[::1]:7447"] {
             settings(own).check().unwrap();
         }
