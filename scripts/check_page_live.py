@@ -1,9 +1,16 @@
 """Facts of the page of a running site, for scripts/check_page.py: its date, its daemons, its connection, its control."""
+import json
+import os
+import pathlib
+import shutil
+import signal
+import socket
+import tempfile
 import threading
 import urllib.error
 import urllib.request
 
-from page_browser import DEADLINE_S, get_json, until
+from page_browser import DEADLINE_S, LiveSite, get, get_json, until
 from selenium.webdriver.common.keys import Keys
 
 FACTS = []
@@ -115,6 +122,73 @@ def a_lost_connection_is_told_and_mended(browser, live):
     until("no alert", lambda: "Connection lost" not in browser.text())
     # The browser tells of the connection too.
     browser.errors()
+
+
+FLEET_ROBOT = {
+    "written_ms": 0, "maps_of": "scout", "storeys": 2, "epoch": 7, "newest_epoch": 7, "plan_time": "2024-04-08T08:00:00", "valid_until": None,
+    "asked_ms": None, "daemons": {}, "alignment": None, "progress": None, "observations": None,
+}
+
+
+def fleet(place):
+    """What a server knows of three robots: one shows an older index, one is silent where it was, one was never heard."""
+    told = {"observation": "absent", "verdict": "late", "since": "2024-04-08T06:00:00Z"}
+    return {
+        "site": "tower", "written": "2024-04-08T08:00:00Z", "error": None, "epoch": 8,
+        "robots": {
+            "scout-1": {"state": "behind", "findings": ["it shows the maps of epoch 7, 8 is the newest"], "here": True,
+                        "told": "2024-04-08T08:00:00Z", "report": {**FLEET_ROBOT, "place": place}},
+            "scout-2": {"state": "silent", "findings": ["it told nothing for 300 s"], "here": False,
+                        "told": "2024-04-08T07:00:00Z", "report": {**FLEET_ROBOT, "place": None}},
+            "scout-3": {"state": "never_heard", "findings": [], "here": False, "told": None, "report": None},
+        },
+        "elements": [{"id": "0T8xbPmeHQFhEy1wPGGLbq", "is_conflict": True, "absent": {},
+                      "told": {"scout-1": told, "scout-2": {**told, "observation": "observed"}}}],
+        "n_elements": 1,
+    }
+
+
+@fact
+def robots_of_a_served_site_are_listed_and_drawn_where_they_say(browser, live):
+    with socket.create_server(("127.0.0.1", 0)) as free:
+        link = "127.0.0.1:%d" % free.getsockname()[1]
+    keys = pathlib.Path(tempfile.mkdtemp(prefix="groundplan-keys"))
+    root, signing = keys / "root.pem", keys / "signing.pem"
+    for key in (root, signing):
+        live.programs.groundplan("key", "new", key)
+    public = live.programs.groundplan("key", "show", signing).strip()
+    live.programs.groundplan("key", "list", "--site", "tower", "--number", "1", "--root", root, "--key", public, "-o", keys / "keys.jsonl")
+    served = LiveSite(
+        live.programs,
+        'robot = "scout"\n',
+        f'[[robots]]\nname = "scout"\n[serve]\nstore = "{keys}/store"\nsite = "tower"\nkey = "{signing}"\nkeys = "{keys}/keys.jsonl"\n'
+        f'[serve.link]\nlisten = ["tcp/{link}"]\nrobots = ["scout-1", "scout-2", "scout-3"]\n',
+    )
+    try:
+        document = served.home / "state/fleet.json"
+        until("the server tells of its robots", lambda: "never_heard" in get(f"{served.url}data/fleet.json").decode())
+        browser.open(f"{served.url}#storey=0")
+        browser.wait_for_text("8 Apr 2024")
+        browser.named("button", "Live").click()
+        browser.wait_for_text("Robots of the site", "scout-1", "never heard")
+        # From here on the document says what a test wants: its writer stands still.
+        stopped = served.daemon("site-server")["process_id"]
+        os.kill(stopped, signal.SIGSTOP)
+        try:
+            document.write_text(json.dumps(fleet(None)))
+            browser.wait_for_text("shows older maps", "8 is the newest", "silent: this is of before", "Robots contradict each other", "site-server does not run")
+            before = browser.settled("#plan")
+            document.write_text(json.dumps(fleet({"map_storey": 0, "pose": {"x_m": 6.0, "y_m": 6.0, "yaw_rad": 0.5}, "age_s": 1.0})))
+            browser.changed("#plan", before, 60)
+            browser.shot("live-fleet")
+        finally:
+            os.kill(stopped, signal.SIGCONT)
+    finally:
+        browser.driver.get("about:blank")
+        served.programs.stop(served.up)
+        served.remove()
+        shutil.rmtree(keys)
+        browser.errors()
 
 
 def place_of_viewer(live):

@@ -229,7 +229,7 @@ class Programs:
 class LiveSite:
     """Daemons with a state and a bus of their own, as `tests/tests/support/live.rs` has them."""
 
-    def __init__(self, programs):
+    def __init__(self, programs, web="", more=""):
         self.programs = programs
         self.home = pathlib.Path(tempfile.mkdtemp(prefix="groundplan-page"))
         self.root = pathlib.Path(tempfile.mkdtemp(prefix="gppage", dir="/dev/shm"))
@@ -243,7 +243,7 @@ class LiveSite:
             'state = "state"\nmodels = ["demo.ifc"]\n'
             '[schedule]\nplan_time = "2024-04-08T08:00:00"\nfiles = ["demo-schedule.xer"]\n'
             f'[bus]\nprefix = "{self.prefix}"\nroot = "{self.root}"\n'
-            f'[web]\nenabled = true\nlisten = "{address}"\nallow_control = false\n'
+            f'[web]\nenabled = true\nlisten = "{address}"\nallow_control = false\n{web}{more}'
         )
         self.up = programs.start("groundplan", "up", "--config", self.config, stdout=subprocess.DEVNULL)
         self.wait_until_healthy()

@@ -90,7 +90,7 @@ function showServices() {
           "li",
           { class: "service" },
           h("span", { class: `dot dot-${s.state}` }),
-          h("span", {}, s.name),
+          h("span", { class: "service-name" }, s.name),
           h(
             "span",
             { class: "quiet" },
@@ -152,7 +152,7 @@ function fleetNodes(fleet) {
       h("span", {
         class: `dot dot-${robot.state === "current" && robot.findings.length > 0 ? "warning" : FLEET_DOTS[robot.state]}`,
       }),
-      h("span", {}, robot.name),
+      h("span", { class: "service-name" }, robot.name),
       h(
         "span",
         { class: "quiet" },

@@ -175,7 +175,7 @@ export function followEvents(on, connected) {
       connected(false, refused && (await isFull()));
       if (refused) setTimeout(open, retryMs);
     });
-    for (const name of ["date", "site", "status", "robot", "slam", "deviations"]) {
+    for (const name of ["date", "site", "status", "robot", "fleet", "slam", "deviations"]) {
       events.addEventListener(name, (event) => on(name, event.data === "" ? null : JSON.parse(event.data)));
     }
   };
