@@ -17,7 +17,7 @@ fn root() -> PathBuf {
 }
 
 /// Crates of the workspace that each crate may depend on.
-const ALLOWED: [(&str, &[&str]); 44] = [
+const ALLOWED: [(&str, &[&str]); 45] = [
     ("diagnostics", &[]),
     ("input-files", &[]),
     ("frames", &[]),
@@ -50,6 +50,7 @@ const ALLOWED: [(&str, &[&str]); 44] = [
     ("alignment", &["diagnostics", "frames", "geometry", "grid", "messages", "occupancy", "raster"]),
     ("deviations", &["frames", "geometry", "grid", "messages", "occupancy"]),
     ("answers", &["diagnostics", "export", "frames", "messages", "schedule", "waypoints"]),
+    ("site-schedule", &["daemon", "messages", "schedule"]),
     ("ifc-ingest", &["bus", "daemon", "export", "ingest", "messages"]),
     ("schedule-eval", &["bus", "daemon", "diagnostics", "frames", "messages", "schedule", "tasks"]),
     ("rasterize", &["bus", "daemon", "grid", "messages", "raster"]),
@@ -99,6 +100,7 @@ const ALLOWED: [(&str, &[&str]); 44] = [
             "messages",
             "raster",
             "schedule",
+            "site-schedule",
             "site-view",
             "world",
         ],
@@ -138,6 +140,7 @@ const ALLOWED: [(&str, &[&str]); 44] = [
             "ros",
             "safety",
             "schedule",
+            "site-schedule",
             "site-view",
             "tasks",
             "waypoints",

@@ -1,10 +1,11 @@
 //! Sets of later plan times: drawn with the stages from the archives in force, as the daemons will draw them when they are due.
 
 use crate::pieces::{Piece, RobotPieces, SetPieces, SitePieces, StoreyPiece};
-use daemon::{Failure, Robot, SiteConfig, WaypointOptions, progress_in_force, rules_in_force};
+use daemon::{Failure, Robot, SiteConfig, WaypointOptions};
 use messages::{ContentHash, Grid, Grids, MissionPlan, ScheduleState, Site, Tasks};
 use raster::Rasterizer;
-use schedule::{Overrides, Rules, Timeline, evaluate, parse_actuals};
+use schedule::Timeline;
+use site_schedule::schedule_in_force;
 use std::collections::BTreeMap;
 use waypoints::{MissionPlanInput, MissionPlanOptions, MissionPlanner};
 
@@ -38,14 +39,8 @@ impl LaterSets {
         let site_archive = Site::open(site_pieces.site.bytes.bytes())?;
         let tasks = site_pieces.tasks.as_ref().map(|tasks| Tasks::open(tasks.bytes.bytes())).transpose()?;
         let site = tasks.map_or(Ok(site_archive), |tasks| site_archive.with_tasks(&tasks))?;
-        let timeline = timeline(config, &site)?;
-        let same = timeline.schedule_state_at(Some(now_s)).finish();
-        if ScheduleState::open(same.bytes())?.content_hash() != present.state.hash {
-            return Err(
-                "the schedule that is evaluated ahead is not the one in force: its files or progress are changing"
-                    .into(),
-            );
-        }
+        let state = ScheduleState::open(present.state.bytes.bytes())?;
+        let timeline = schedule_in_force(config, &site, &state)?.timeline;
         let instants_s = timeline.update_instants_s();
         let later = &instants_s[instants_s.partition_point(|at_s| *at_s <= now_s)..];
         let mut sets = Vec::new();
@@ -130,11 +125,4 @@ impl LaterSets {
             storeys,
         })
     }
-}
-
-/// The schedule of the site with the rules and the progress in force, as schedule-eval evaluates it.
-fn timeline(config: &SiteConfig, site: &Site<'_>) -> Result<Timeline, Failure> {
-    let rules = rules_in_force(config, Rules::parse)?;
-    let overrides = Overrides::in_force(progress_in_force(config, parse_actuals)?);
-    Ok(evaluate(site, &rules, &overrides)?)
 }

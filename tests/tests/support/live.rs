@@ -1,5 +1,6 @@
 //! A site with daemons of its own.
 
+use super::tower::{Tower, published};
 use super::{client, demo_model, groundplan};
 use serde_json::Value;
 use std::ffi::OsStr;
@@ -20,7 +21,19 @@ pub(crate) struct Live {
     pub(crate) root: tempfile::TempDir,
     pub(crate) prefix: String,
     pub(crate) up: Option<Child>,
+    /// The server that this site follows, in [`FOLLOWING`] tests.
+    server: Option<Box<(Tower, Live)>>,
 }
+
+/// With this environment variable sites of tests follow a server that draws for them: what reads their bus, and their files, must not
+/// notice.
+const FOLLOWING: &str = "GROUNDPLAN_TESTS_FOLLOW";
+
+/// Tables of a site that are for those who draw it.
+const OF_DRAWING: [&str; 6] = ["models", "schedule", "robot", "robots", "waypoints", "world"];
+
+/// Daemons that draw, in whose place a robot has one that follows.
+const DRAWING: [&str; 4] = ["ifc-ingest", "schedule-eval", "rasterize", "waypoint-gen"];
 
 impl Live {
     /// The demo building before its first slab.
@@ -30,10 +43,44 @@ impl Live {
 
     /// A building, with more of its configuration.
     pub(crate) fn of(model: &Path, more: &str) -> Self {
-        let mut live = Self::without_models(&format!("models = [\"demo.ifc\"]\n{more}"));
+        let all = format!("models = [\"demo.ifc\"]\n{more}");
+        if std::env::var_os(FOLLOWING).is_some() {
+            return Self::following_server(model, &all);
+        }
+        let mut live = Self::without_models(&all);
         std::fs::copy(model, live.home.path().join("demo.ifc")).unwrap();
         live.up();
         live
+    }
+
+    /// A robot that shows what a server draws, with what is not for drawing of this configuration.
+    fn following_server(model: &Path, config: &str) -> Self {
+        let (drawing, own): (toml::Table, toml::Table) = toml::from_str::<toml::Table>(config)
+            .unwrap()
+            .into_iter()
+            .partition(|(key, _)| OF_DRAWING.contains(&key.as_str()));
+        let tower = Tower::new();
+        let mut server = Self::without_models(&tower.serve("signing", &drawing.to_string()));
+        std::fs::copy(model, server.home.path().join("demo.ifc")).unwrap();
+        server.up();
+        let mut robot = Self::without_models(&tower.follow(&own.to_string()));
+        let first = published(&server, &tower, 0);
+        robot.server = Some(Box::new((tower, server)));
+        robot.up();
+        robot.shows(first);
+        robot
+    }
+
+    /// Runs what is decided where a site is drawn, and waits until its robot shows the effect.
+    fn decide(&self, (tower, server): &(Tower, Live), arguments: &[&dyn AsRef<OsStr>]) -> Output {
+        let before = tower.plan_time();
+        let output = server.run(arguments);
+        if output.status.success() {
+            let after = server.status().unwrap()["clock"]["plan_time"].as_str().map(str::to_owned);
+            let epoch = if after == before { 0 } else { published(server, tower, 0) };
+            self.shows(epoch);
+        }
+        output
     }
 
     /// A site that is not up, with this configuration beside its state and its bus.
@@ -43,7 +90,7 @@ impl Live {
         let prefix = format!("{}_", root.path().file_name().unwrap().to_string_lossy().replace('.', ""));
         let bus = format!("[bus]\nprefix = {prefix:?}\nroot = {:?}\n", root.path());
         std::fs::write(home.path().join("site.toml"), format!("state = \"state\"\n{more}{bus}")).unwrap();
-        Self { home, root, prefix, up: None }
+        Self { home, root, prefix, up: None, server: None }
     }
 
     pub(crate) fn config(&self) -> PathBuf {
@@ -62,6 +109,10 @@ impl Live {
     }
 
     pub(crate) fn run(&self, arguments: &[&dyn AsRef<OsStr>]) -> Output {
+        let sets_date = arguments.len() > 1 && arguments[0].as_ref() == "date";
+        if let Some(server) = self.server.as_deref().filter(|_| sets_date) {
+            return self.decide(server, arguments);
+        }
         let config = self.config();
         let more: [&dyn AsRef<OsStr>; 2] = [&"--config", &config];
         groundplan(&arguments.iter().copied().chain(more).collect::<Vec<_>>())
@@ -104,6 +155,7 @@ impl Live {
 
     /// Kills a daemon and waits for its successor.
     pub(crate) fn kill(&self, daemon: &str) {
+        let daemon = if self.server.is_some() && DRAWING.contains(&daemon) { "site-follow" } else { daemon };
         self.wait_until_healthy();
         let before = self.status().unwrap()["daemons"][daemon]["process_id"].clone();
         // A silent daemon has the number 0, and that would be this process and all its relatives.

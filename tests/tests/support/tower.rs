@@ -74,6 +74,15 @@ impl Tower {
         format!("[follow]\nstore = {store:?}\nsite = \"tower\"\nroots = [{root:?}]\npoll_s = 1\n{more}")
     }
 
+    /// The plan time of the first set of the newest index, once its mission plan is in it.
+    pub(crate) fn plan_time(&self) -> Option<String> {
+        let text = std::fs::read_to_string(self.current()).unwrap();
+        let index: Value = serde_json::from_str(text.lines().nth(2)?).ok()?;
+        let set = &index["sets"][0];
+        let has_plans = set["robots"].as_object()?.values().all(|maps| !maps["mission_plan"].is_null());
+        messages::plan_time(set["plan_time_s"].as_i64().filter(|_| has_plans)?).map(|at| at.to_string())
+    }
+
     /// Epoch of the newest index.
     pub(crate) fn epoch(&self) -> u64 {
         let text = std::fs::read_to_string(self.current()).unwrap();
@@ -127,16 +136,7 @@ pub(crate) fn published(server: &Live, tower: &Tower, after: u64) -> u64 {
     server.wait_for_status("it is published", |status| {
         let is_drawn = status["healthy"] == true;
         let shown = status["clock"]["plan_time"].as_str().map(str::to_owned);
-        is_drawn && tower.current().is_file() && tower.epoch() > after && plan_time(tower) == shown
+        is_drawn && tower.current().is_file() && tower.epoch() > after && tower.plan_time() == shown
     });
     tower.epoch()
-}
-
-/// The plan time of the first set of the newest index, once its mission plan is in it.
-pub(crate) fn plan_time(tower: &Tower) -> Option<String> {
-    let text = std::fs::read_to_string(tower.current()).unwrap();
-    let index: Value = serde_json::from_str(text.lines().nth(2)?).ok()?;
-    let set = &index["sets"][0];
-    let has_plans = set["robots"].as_object()?.values().all(|maps| !maps["mission_plan"].is_null());
-    messages::plan_time(set["plan_time_s"].as_i64().filter(|_| has_plans)?).map(|at| at.to_string())
 }

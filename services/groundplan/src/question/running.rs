@@ -11,12 +11,11 @@ use crate::run::Outcome;
 use crate::wait::{Expectation, join};
 use answers::{AnswerBasis, Circumstances, Epochs, Later, MapUse, Situation};
 use bus::{Daemon, Stamp};
-use daemon::{Robot, SiteConfig, StatusBoard, progress_in_force, rules_in_force};
+use daemon::{Robot, SiteConfig, StatusBoard, chain};
 use jiff::Timestamp;
-use jiff::tz::TimeZone;
 use messages::{EdgeKind, MissionPlan, Site, StoreyEntry};
 use raster::Rasterizer;
-use schedule::{Overrides, Rules, Timeline, evaluate, parse_actuals};
+use site_schedule::schedule_in_force;
 use site_view::{Freshness, MapsInUse, SiteSet, SiteSetReader, SiteViews};
 use std::time::Duration;
 use waypoints::MissionPlanOptions;
@@ -44,7 +43,7 @@ pub(super) fn answer<Q: Question>(arguments: &QuestionArgs, question: &Q) -> Res
     let views = set.views().map_err(Failure::work)?;
     let mission_plan = views.mission_plan.as_ref().ok_or_else(no_maps)?;
     let found = question.find(&views.site).map_err(Failure::usage)?;
-    let schedule = schedule_in_force(&config, &views.site);
+    let schedule = schedule_in_force(&config, &views.site, &views.state);
     let progress = ProgressLine::new(false);
     let SiteViews { site, index, grids, .. } = &views;
     let robot = Robot::of_index(index);
@@ -53,13 +52,13 @@ pub(super) fn answer<Q: Question>(arguments: &QuestionArgs, question: &Q) -> Res
     let options = given.unwrap_or_else(|| options_of(site, mission_plan));
     let only_now = match (&schedule, &start) {
         _ if arguments.only_now => Some("--only-now was given".to_owned()),
-        (Err(why), _) => Some(format!("the schedule in force cannot be read: {why:#}")),
+        (Err(why), _) => Some(format!("the schedule in force is not known: {}", chain(why))),
         (_, Err(why)) => Some(why.clone()),
         _ => None,
     };
     let drawing = Drawing {
         site,
-        timeline: schedule.as_ref().ok().map(|(timeline, _)| timeline),
+        timeline: schedule.as_ref().ok().map(|schedule| &schedule.timeline),
         robot: &robot,
         resolution_m,
         options: &options,
@@ -71,10 +70,11 @@ pub(super) fn answer<Q: Question>(arguments: &QuestionArgs, question: &Q) -> Res
         Some(date) => {
             start.map_err(Failure::usage)?;
             let site_zone = match &schedule {
-                Ok((_, site_zone)) => site_zone.as_ref(),
+                Ok(schedule) => schedule.site_zone.as_ref(),
                 Err(why) => {
                     return Err(Failure::work(format!(
-                        "the schedule in force cannot be read, so that no other date is known: {why:#}"
+                        "the schedule in force is not known, so that no other date is: {}",
+                        chain(why)
                     )));
                 }
             };
@@ -134,15 +134,6 @@ fn published<Q: Question>(
         answer.set_changes(changes);
     }
     Ok(answer)
-}
-
-/// The schedule of the site with the rules and the progress in force, as schedule-eval evaluates it, and the zone of the site.
-fn schedule_in_force(config: &SiteConfig, site: &Site<'_>) -> Result<(Timeline, Option<TimeZone>), Failure> {
-    let rules = rules_in_force(config, Rules::parse).map_err(Failure::work)?;
-    let progress = progress_in_force(config, parse_actuals).map_err(Failure::work)?;
-    let overrides = Overrides::in_force(progress);
-    let timeline = evaluate(site, &rules, &overrides).map_err(Failure::work)?;
-    Ok((timeline, rules.site_zone))
 }
 
 /// Whether the maps of a set may be used now: the rule of all readers of maps, with what the daemons last said of themselves.

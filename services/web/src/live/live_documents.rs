@@ -6,27 +6,28 @@ use crate::source::{Bytes, json};
 use crate::tiles::{Layer, TileGrid};
 use answers::changes::Calendar;
 use answers::optional_date_text;
-use daemon::{Failure, SiteConfig, progress_in_force, rules_in_force};
+use daemon::{Failure, SiteConfig, chain};
 use export::{ExportInput, Manifest, Report, Semantic, SiteGraph, Waypoints, status_of};
-use messages::Site;
 use raster::Rasterizer;
-use schedule::{Overrides, Rules, Timeline, evaluate, parse_actuals};
+use schedule::Timeline;
+use site_schedule::schedule_in_force;
 use site_view::{SiteSet, SiteViews};
 use std::collections::BTreeMap;
+use tracing::warn;
 
 /// `site.json` and `calendar.json`, and the schedule that they are of.
 pub(super) struct MadeSite {
     pub(super) head: SiteHead,
     pub(super) site: Bytes,
     pub(super) calendar: Bytes,
-    /// The schedule in force.
-    pub(super) timeline: Timeline,
+    /// The schedule in force; `None` while it is not known here.
+    pub(super) timeline: Option<Timeline>,
 }
 
 /// The documents of the site, without those of a date.
 ///
 /// # Errors
-/// Rules or progress that cannot be read; a schedule that cannot be evaluated.
+/// Samples of different sites, maps or waypoints that are not there yet.
 pub(super) fn site_documents(config: &SiteConfig, set: &SiteSet<'_>) -> Result<MadeSite, Failure> {
     let views = set.views()?;
     let SiteViews { site, state, index, grids, mission_plan } = &views;
@@ -42,8 +43,18 @@ pub(super) fn site_documents(config: &SiteConfig, set: &SiteSet<'_>) -> Result<M
     let published = published(&input)?;
     let manifest = serde_json::to_value(Manifest::of(&input, BTreeMap::new()))?;
     let head = SiteHead { live: true, control: config.web.allow_control, ..SiteHead::of_manifest(&manifest)? };
-    let timeline = timeline(config, site)?;
-    let instants_s = timeline.instants_s();
+    let timeline = match schedule_in_force(config, site, state) {
+        Ok(schedule) => Some(schedule.timeline),
+        Err(why) => {
+            warn!(
+                service = "groundplan-web",
+                error = chain(&why),
+                "the page has no other dates: the schedule in force is not known"
+            );
+            None
+        }
+    };
+    let instants_s = timeline.as_ref().map_or(&[][..], Timeline::instants_s);
     let stop = |(k, at_s): (usize, &i64)| DateStop {
         key: None,
         at: optional_date_text(*at_s),
@@ -51,21 +62,16 @@ pub(super) fn site_documents(config: &SiteConfig, set: &SiteSet<'_>) -> Result<M
     };
     let mut stops: Vec<DateStop> = instants_s.iter().enumerate().map(stop).collect();
     if stops.is_empty() {
-        stops.push(DateStop { key: None, at: None, until: None });
+        // Of a schedule that is not known the date that is shown is.
+        let [at, until] = [state.head.plan_time_s, state.head.valid_until_s].map(optional_date_text);
+        stops.push(DateStop { key: None, at, until });
     }
     Ok(MadeSite {
         site: json(&SiteDocument::of(&head, &stops, published)?),
-        calendar: json(&Calendar::of_schedule(site, &timeline)),
+        calendar: json(&timeline.as_ref().map(|known| Calendar::of_schedule(site, known)).unwrap_or_default()),
         head,
         timeline,
     })
-}
-
-/// The schedule of the site with the rules and the progress in force, as schedule-eval evaluates it.
-fn timeline(config: &SiteConfig, site: &Site<'_>) -> Result<Timeline, Failure> {
-    let rules = rules_in_force(config, Rules::parse)?;
-    let overrides = Overrides::in_force(progress_in_force(config, parse_actuals)?);
-    Ok(evaluate(site, &rules, &overrides)?)
 }
 
 /// `dates/KEY.json`, for tiles that lie so and a model with the site's options.

@@ -117,12 +117,14 @@ impl WebService {
         let inputs = SiteInputs::of(set);
         if self.made_of.as_ref() != Some(&inputs) {
             let MadeSite { head, site, calendar, timeline } = site_documents(&self.config, set)?;
-            self.instants_s = timeline.instants_s().to_vec();
+            self.instants_s = timeline.as_ref().map(|known| known.instants_s().to_vec()).unwrap_or_default();
+            let is_known = timeline.is_some();
             let mut documents = self.shared.documents();
             (documents.site, documents.calendar, documents.tiles) = (Some(site), Some(calendar), Some(head.tiles()));
             documents.set_schedule(timeline);
             drop(documents);
-            self.made_of = Some(inputs);
+            // A schedule that is not known may be with the next maps.
+            self.made_of = is_known.then_some(inputs);
             self.shared.tell("site", &json!({"site": set.site.content_hash().to_bits().to_string()}));
         }
         let epoch = set.index.bytes().header().epoch;
@@ -132,7 +134,8 @@ impl WebService {
         let document = date_document(&key, &self.config, &tiles, set)?;
         self.shared.documents().add_date(key.clone(), document);
         let at_s = set.state.view().head.plan_time().map(|at| at.civil_seconds());
-        let stop = at_s.map(|at_s| self.instants_s.partition_point(|instant| *instant <= at_s).saturating_sub(1));
+        let stop_of = |at_s| self.instants_s.partition_point(|instant| *instant <= at_s).saturating_sub(1);
+        let stop = at_s.filter(|_| !self.instants_s.is_empty()).map(stop_of);
         self.overlays.on_shown(set.index);
         self.shared.tell("date", &json!({"key": key, "at": at_s.and_then(optional_date_text), "stop": stop}));
         Ok(())

@@ -134,9 +134,9 @@ impl SharedSite {
 }
 
 impl Documents {
-    /// Takes the schedule in force.
-    pub(super) fn set_schedule(&mut self, timeline: Timeline) {
-        self.schedule = (self.schedule.0 + 1, Some(Arc::new(timeline)));
+    /// Takes the schedule in force; `None` while it is not known.
+    pub(super) fn set_schedule(&mut self, timeline: Option<Timeline>) {
+        self.schedule = (self.schedule.0 + 1, timeline.map(Arc::new));
     }
 
     /// Adds a date, and gives up the oldest one.
