@@ -16,6 +16,17 @@ import subprocess
 import sys
 import time
 
+# What reads a site's bus, on that of a robot that follows a server: it must not notice. Names of tests, by program.
+FOLLOWING = {
+    "tests/python": ["python_sees_the_grids_and_sets_that_the_client_sees", "readers_do_not_keep_the_operator_out"],
+    "tests/recording": ["a_running_site_is_recorded_as_its_maps_change"],
+    "tests/watch": ["the_link_follows_the_maps_and_a_program_runs_for_each", "a_watch_deletes_and_replaces_nothing_that_it_did_not_write"],
+    "tests/foxglove": ["the_building_comes_under_its_url_as_an_export_writes_it", "the_pose_of_a_slam_map_comes_with_its_covariance"],
+    "tests/view": ["the_page_of_the_daemons_shows_what_that_of_files_shows_at_the_same_date"],
+    "tests/deleted_bus": ["maps_come_back_after_segments_or_folder_of_the_bus_were_deleted"],
+    "tests/ros": ["a_bridge_that_was_stopped_and_goes_on_is_heard_again", "a_slam_map_from_the_graph_is_aligned_and_the_transform_comes_back"],
+    "tests/ros_node": ["every_topic_and_service_of_the_bridge_is_its_nodes_for_early_and_late_nodes"],
+}
 # Measures what processes hold while they rest: alone, after the others.
 ALONE = {"tests/soak"}
 SECONDS = pathlib.Path("target/test-seconds.json")
@@ -36,12 +47,26 @@ def programs():
     return found
 
 
+def on_followers(found):
+    """The tests of FOLLOWING, as programs with their tests and an environment."""
+    by_name = {name: (path, folder) for name, path, folder in found}
+    return [(f"{name} on a follower", *by_name[name], tests) for name, tests in FOLLOWING.items()]
+
+
 def run(program):
-    """Runs a program in the folder of its package, as cargo does."""
-    name, path, folder = program
+    """Runs a program in the folder of its package, as cargo does; of tests on followers those alone."""
+    name, path, folder, *of_followers = program
     environment = dict(os.environ, CARGO_MANIFEST_DIR=str(folder))
+    tests = []
+    if of_followers:
+        # What a test asks for by its whole name is run, or there is none of this name.
+        environment["GROUNDPLAN_TESTS_FOLLOW"] = "1"
+        tests = ["--exact", *of_followers[0]]
+        listed = subprocess.run([path, "--list", *tests], cwd=folder, env=environment, stdout=subprocess.PIPE, text=True).stdout
+        if missing := [test for test in of_followers[0] if f"{test}: test" not in listed]:
+            return name, 1, 0.0, f"there are no tests {', '.join(missing)}\n".encode()
     begun = time.monotonic()
-    ended = subprocess.run([path], cwd=folder, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+    ended = subprocess.run([path, *tests], cwd=folder, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
     return name, ended.returncode, time.monotonic() - begun, ended.stdout
 
 
@@ -51,7 +76,8 @@ def main():
     jobs = parser.parse_args().jobs
     seconds = json.loads(SECONDS.read_text()) if SECONDS.exists() else {}
     # What has never run may be long.
-    ordered = sorted(programs(), key=lambda program: seconds.get(program[0], float("inf")), reverse=True)
+    found = programs()
+    ordered = sorted([*found, *on_followers(found)], key=lambda program: seconds.get(program[0], float("inf")), reverse=True)
     failed = []
 
     def told(ended):

@@ -1,5 +1,6 @@
 //! Configuration of sites on many machines: `[serve]` of the machine that draws, `[follow]` of the robots that show what it drew.
 
+use crate::config::SiteConfig;
 use bus::RobotName;
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -158,6 +159,27 @@ pub const UNNAMED_ROBOT: &str = "robot";
 fn count_from(home: &Path, store: &mut String) {
     if !store.contains("://") {
         *store = home.join(&*store).to_string_lossy().into_owned();
+    }
+}
+
+/// Something was to be decided on a robot that is decided on the server of its site.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("this robot follows the site {site} of {store}: this is decided there, on the server of the site")]
+pub struct DecidedOnServer {
+    /// Name of the site.
+    site: String,
+    /// Its store.
+    store: String,
+}
+
+impl SiteConfig {
+    /// Refuses a robot that follows the server of its site, for what is decided where a site is drawn.
+    ///
+    /// # Errors
+    /// Such a robot.
+    pub fn check_draws(&self) -> Result<(), DecidedOnServer> {
+        let Some(FollowConfig { site, store, .. }) = &self.follow else { return Ok(()) };
+        Err(DecidedOnServer { site: site.clone(), store: store.clone() })
     }
 }
 

@@ -35,6 +35,7 @@ impl Control {
     /// # Errors
     /// The daemon refuses or does not answer.
     pub(crate) fn next_change(&self) -> Result<String, Failure> {
+        self.config.check_draws()?;
         let after_s = self.ask(&ScheduleRequest::GetPlanTime)?.plan_time_s;
         Ok(plan_time_text(&self.ask(&ScheduleRequest::NextChange { after_s })?))
     }
@@ -53,6 +54,7 @@ impl Control {
     /// # Errors
     /// The daemon refuses or does not answer.
     pub(crate) fn set_plan_time_s(&self, at_s: i64) -> Result<ScheduleAnswer, Failure> {
+        self.config.check_draws()?;
         self.ask(&ScheduleRequest::SetPlanTime { at_s })
     }
 
@@ -124,8 +126,13 @@ impl Control {
     /// # Errors
     /// Nothing waits, or both do: then an operator has to say which.
     pub(crate) fn confirm(&self) -> Result<String, Failure> {
-        let revision = self.ask(&IngestRequest::GetRevision)?;
-        let revision = revision.revision.filter(|_| revision.effect == RevisionEffect::Waits);
+        // Of a site that another machine draws, revisions wait there.
+        let revision = match self.config.check_draws() {
+            Ok(()) => Some(self.ask(&IngestRequest::GetRevision)?),
+            Err(_) => None,
+        };
+        let revision =
+            revision.filter(|answer| answer.effect == RevisionEffect::Waits).and_then(|answer| answer.revision);
         let AlignAnswer::Confirmations(Confirmations { waiting, .. }) = self.ask(&AlignRequest::ListConfirmed)? else {
             return Err("slam-align answers in other words".into());
         };

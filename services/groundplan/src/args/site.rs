@@ -94,13 +94,8 @@ impl SiteArgs {
     /// As [`SiteArgs::config`]; a robot that follows the server of its site.
     pub(crate) fn config_of_drawing(&self) -> Result<SiteConfig, Failure> {
         let config = self.config()?;
-        match &config.follow {
-            None => Ok(config),
-            Some(follow) => Err(Failure::usage(format!(
-                "this robot follows the site {} of {}: this is decided there, on the server of the site",
-                follow.site, follow.store
-            ))),
-        }
+        config.check_draws().map_err(Failure::usage)?;
+        Ok(config)
     }
 
     /// The configuration to start with: the named one, or that of this machine.

@@ -15,6 +15,7 @@ const POLL_INTERVAL: Duration = Duration::from_millis(20);
 /// # Errors
 /// A text that is no plan time; the daemon refuses or does not answer.
 pub(super) fn set_plan_time(config: &SiteConfig, text: &str) -> Result<(), Failure> {
+    config.check_draws()?;
     let at: PlanTime = text.parse()?;
     request(config, &ScheduleRequest::SetPlanTime { at_s: at.civil_seconds() }).map(drop)
 }
