@@ -1,15 +1,15 @@
 //! The decisions of site-follow: the set of maps that is shown, and the index that it is from.
 
-use crate::archive_folder::ArchiveFolder;
-use crate::fetcher::{AcceptedIndex, Fetcher, Followed, Shared, Trouble, check_zone, stop};
+use crate::archive_folder::{ArchiveDisk, ArchiveFolder, MachineDisk};
+use crate::fetcher::{AcceptedIndex, Fetcher, Followed, OpenStore, Shared, Trouble, check_zone, open_store, stop};
 use crate::outputs::FollowOutputs;
 use crate::plan_set::{PublishedArchives, SetError, SetSamples, samples_of};
 use bus::Bus;
 use daemon::facts::{FollowFacts, ScheduleFacts};
 use daemon::{
-    Committed, CurrentActivity, Decide, Decision, Epochs, Failure, FollowConfig, FollowRequest, HistoryEvent,
-    HistoryKind, KeptFile, MachineTime, NoInput, Now, Occasion, PlanTimeClock, ReachedPlanTime, Reading, SiteConfig,
-    Standing, StateFile, chain,
+    Clock, Committed, CurrentActivity, Decide, Decision, Epochs, Failure, FollowConfig, FollowRequest, HistoryEvent,
+    HistoryKind, KeptFile, MachineClock, MachineTime, NoInput, Now, Occasion, PlanTimeClock, ReachedPlanTime, Reading,
+    SiteConfig, Standing, StateFile, chain,
 };
 use jiff::tz::TimeZone;
 use messages::{ContentHash, ContentId, plan_time};
@@ -29,6 +29,16 @@ const KEEP_CLOCK_MS: i64 = 3_600_000;
 
 /// A store that was not reached for so many looks is told.
 const LATE_LOOKS: i64 = 4;
+
+/// What the daemon asks the store with, and what is under its archives: others in a simulation.
+pub struct Surroundings {
+    /// Opens the store.
+    pub open: OpenStore,
+    /// The clock of what asks the store.
+    pub clock: Box<dyn Clock>,
+    /// The disk of the archives.
+    pub disk: Arc<dyn ArchiveDisk>,
+}
 
 /// Shows what the server of a site has drawn.
 pub struct SiteFollow {
@@ -75,9 +85,31 @@ impl SiteFollow {
     /// # Errors
     /// A configuration or state that cannot be used.
     pub fn start(config: &SiteConfig, activity: CurrentActivity) -> Result<Committed<Self>, Failure> {
+        let follow = config.follow.as_ref().ok_or("the configuration has no [follow]: nothing is followed")?;
+        let (open, clock) = (open_store(follow), Box::new(MachineClock::of_this_boot()));
+        let surroundings = Surroundings { open, clock, disk: Arc::new(MachineDisk) };
+        let (service, fetcher) = Self::within(config, activity, surroundings)?;
+        std::thread::Builder::new().name("site-follow-get".to_owned()).spawn(|| {
+            // What is shown goes before what will be.
+            daemon::in_background();
+            fetcher.run();
+        })?;
+        Ok(service)
+    }
+
+    /// The daemon with what it showed last, and what asks the store, which its caller lets run beside it.
+    ///
+    /// # Errors
+    /// As [`Self::start`].
+    pub fn within(
+        config: &SiteConfig,
+        activity: CurrentActivity,
+        surroundings: Surroundings,
+    ) -> Result<(Committed<Self>, Fetcher), Failure> {
         let follow = config.follow.clone().ok_or("the configuration has no [follow]: nothing is followed")?;
         let followed = Followed::of(&follow)?;
-        let folder = ArchiveFolder::at(&config.state)?;
+        let Surroundings { open, clock, disk } = surroundings;
+        let folder = ArchiveFolder::at(&config.state, disk)?;
         let state_file = StateFile::at(&config.state, "site-follow.json")?;
         let index_file = KeptFile::at(&config.state, "site-follow-index.jsonl");
         let kept: Kept = state_file.load()?.unwrap_or_default();
@@ -96,12 +128,8 @@ impl SiteFollow {
         findings.newest.clone_from(&newest);
         findings.in_force = newest.iter().flat_map(|accepted| archive_ids(&followed, &accepted.signed.index)).collect();
         drop(findings);
-        let fetcher = Fetcher::new(follow.clone(), followed.clone(), folder.clone(), Arc::clone(&shared));
-        std::thread::Builder::new().name("site-follow-get".to_owned()).spawn(|| {
-            // What is shown goes before what will be.
-            daemon::in_background();
-            fetcher.run();
-        })?;
+        let fetcher =
+            Fetcher::new(follow.clone(), followed.clone(), folder.clone(), Arc::clone(&shared), (open, clock));
         let service = Self {
             config: follow,
             followed,
@@ -117,7 +145,7 @@ impl SiteFollow {
             trouble: Mutex::default(),
         };
         let epochs = Epochs::at(&config.state, "site-follow-epochs.json")?;
-        Ok(Committed::new(service, FollowOutputs::default(), epochs, &config.state, activity))
+        Ok((Committed::new(service, FollowOutputs::default(), epochs, &config.state, activity), fetcher))
     }
 
     /// The plan time of the robot's clock, if the index says that it follows one.

@@ -17,12 +17,7 @@
 //! - sets of later plan times: `src/later_sets.rs`
 //! - which blobs are new, the order of objects, what goes: `src/publication.rs`
 
-mod later_sets;
-mod pieces;
-mod publication;
-mod service;
-
-use service::SiteServer;
+use site_server::service::SiteServer;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
