@@ -139,6 +139,9 @@ struct Connected {
     store: Box<dyn Objects>,
     /// The index that is the newest.
     newest: Option<SiteIndex>,
+    /// True if robots take the newest index: it has the list of keys of this server, and nothing above it was published. Otherwise
+    /// another one of the same content is for them.
+    is_for_robots: bool,
     /// Recipes of the newest archives, by topic.
     recipes: HashMap<String, Recipe>,
     /// Archives of the newest index that this process has written or found, by topic and content hash, with their packs.
@@ -304,15 +307,18 @@ struct Means<'a> {
 impl Connected {
     /// Looks at what a store has.
     fn open(store: Box<dyn Objects>, state: &Path, site: &SiteName, keys: &str) -> Result<Self, Failure> {
-        let (_, root) = KeyList::parse_signed(keys)?;
+        let (list, root) = KeyList::parse_signed(keys)?;
         let newest = match store.fetch_unless(&current_path(site), None, MAX_INDEX_BYTES)? {
             Fetched::New { bytes, .. } => own("current.jsonl", &bytes, root),
             Fetched::Missing | Fetched::Unchanged => None,
         };
+        let mut has_list = newest.as_ref().is_some_and(|signed| signed.keys == list);
+        let newest = newest.map(|signed| signed.index);
         let mut connected = Self {
             site: site.clone(),
             store,
             newest,
+            is_for_robots: false,
             recipes: HashMap::new(),
             entries: BTreeMap::new(),
             new_bytes: 0,
@@ -326,8 +332,9 @@ impl Connected {
         if let Some(last) = last.filter(|last| *last > known) {
             let path = index_path(site, last);
             let left = connected.store.fetch_whole(&path, MAX_INDEX_BYTES)?;
-            if let Some(index) = own(&path, &left, root) {
-                connected.newest = Some(index);
+            if let Some(signed) = own(&path, &left, root) {
+                has_list = signed.keys == list;
+                connected.newest = Some(signed.index);
                 connected.store.replace(&current_path(site), &left)?;
             }
         }
@@ -341,6 +348,7 @@ impl Connected {
                 found, taken, "the store is older than what was published: epochs go on above"
             );
         }
+        connected.is_for_robots = has_list && connected.taken.epoch <= found;
         connected.read_recipes()?;
         Ok(connected)
     }
@@ -422,7 +430,8 @@ impl Connected {
         let tasks = job.site.tasks.as_ref().map(|tasks| self.entry(tasks)).transpose()?;
         let sets: Vec<PlanSet> = std::iter::once(self.set(&job.set)?).chain(later).collect();
         let newest = self.newest.as_ref().map_or(0, |index| index.epoch);
-        let epoch = newest.max(self.taken.epoch) + 1;
+        // Whoever writes into the store can put an index of any epoch there.
+        let epoch = newest.max(self.taken.epoch).checked_add(1).ok_or("the store has an index of the last epoch")?;
         let index = SiteIndex {
             format: SiteIndex::FORMAT,
             site: self.site.clone(),
@@ -437,7 +446,7 @@ impl Connected {
             why_no_later,
         };
         let new_bytes = std::mem::take(&mut self.new_bytes);
-        let is_same = self.newest.as_ref().is_some_and(|newest| {
+        let is_same = self.newest.as_ref().filter(|_| self.is_for_robots).is_some_and(|newest| {
             SiteIndex { epoch: newest.epoch, published: newest.published.clone(), ..index.clone() } == *newest
         });
         if is_same {
@@ -456,7 +465,7 @@ impl Connected {
         self.store.replace(&current_path(&self.site), &file)?;
 
         info!(service = "site-server", epoch, sets = index.sets.len(), new_bytes, "the site is in the store");
-        self.newest = Some(index);
+        (self.newest, self.is_for_robots) = (Some(index), true);
         self.n_since_cleaned += 1;
         Ok(new_bytes)
     }
@@ -615,11 +624,11 @@ impl TakenEpoch {
 }
 
 /// An index that the keys of this site signed; what others have put there is told, and counts for nothing.
-fn own(path: &str, file: &[u8], root: PublicKey) -> Option<SiteIndex> {
+fn own(path: &str, file: &[u8], root: PublicKey) -> Option<SignedIndex> {
     let parsed = SignedIndex::parse(file, &[root]);
     let refused =
         |why| warn!(service = "site-server", path, error = chain(&why), "it is no index of this site: it is replaced");
-    parsed.map_err(refused).ok().map(|signed| signed.index)
+    parsed.map_err(refused).ok()
 }
 
 /// A time of the machine's clock; one that no calendar has is that of the epoch.
