@@ -183,6 +183,8 @@ pub struct Fetcher {
     etag: Option<String>,
     /// Looks that failed since one did not.
     n_failures: u32,
+    /// True if the store answered at this look.
+    has_answered: bool,
 }
 
 /// Opens the store that a configuration names.
@@ -202,7 +204,18 @@ impl Fetcher {
         shared: Arc<Shared>,
         (open, clock): (OpenStore, Box<dyn Clock>),
     ) -> Self {
-        Self { config, followed, folder, shared, open, clock, store: None, etag: None, n_failures: 0 }
+        Self {
+            config,
+            followed,
+            folder,
+            shared,
+            open,
+            clock,
+            store: None,
+            etag: None,
+            n_failures: 0,
+            has_answered: false,
+        }
     }
 
     /// Asks until it is stopped.
@@ -222,13 +235,14 @@ impl Fetcher {
     /// One turn: gives up what is damaged and asks once. The answer is how long the next one has time, if nothing is found damaged
     /// until then.
     pub fn step(&mut self) -> Duration {
-        let (asked_before, blocks_before, damaged) = {
+        let (blocks_before, damaged) = {
             let mut findings = self.shared.lock();
-            (findings.asked_ms, findings.n_blocks, std::mem::take(&mut findings.damaged))
+            (findings.n_blocks, std::mem::take(&mut findings.damaged))
         };
         for id in damaged {
             self.folder.forget(id);
         }
+        self.has_answered = false;
         let looked = self.look();
         let mut findings = self.shared.lock();
         if findings.n_blocks > blocks_before {
@@ -239,8 +253,7 @@ impl Fetcher {
         match looked {
             Ok(_) => (self.n_failures, findings.trouble) = (0, None),
             Err(why) => {
-                let is_answer = findings.asked_ms != asked_before;
-                let trouble = Trouble { why: chain(why.as_ref()), is_answer };
+                let trouble = Trouble { why: chain(why.as_ref()), is_answer: self.has_answered };
                 if findings.trouble.as_ref() != Some(&trouble) {
                     warn!(service = "site-follow", error = trouble.why, "what the store has is not here");
                 }
@@ -270,6 +283,7 @@ impl Fetcher {
         let Some(store) = &self.store else { unreachable!("it was opened") };
         let path = current_path(&self.followed.site);
         let fetched = tried(|| store.fetch_unless(&path, self.etag.as_deref(), MAX_INDEX_BYTES))?;
+        self.has_answered = true;
         self.shared.lock().asked_ms = Some(self.clock.now().wall_ms);
         let newest = match fetched {
             Fetched::Missing => {
