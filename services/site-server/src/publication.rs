@@ -329,11 +329,13 @@ impl Connected {
         let listed = connected.store.list(&index_folder(site))?;
         let last = listed.iter().filter_map(|index| epoch_of(&index.path)).max();
         let known = connected.newest.as_ref().map_or(0, |index| index.epoch);
+        let mut left_behind = None;
         if let Some(last) = last.filter(|last| *last > known) {
             let path = index_path(site, last);
             let left = connected.store.fetch_whole(&path, MAX_INDEX_BYTES)?;
             if let Some(signed) = own(&path, &left, root) {
                 has_list = signed.keys == list;
+                left_behind = Some(signed.index.clone());
                 connected.newest = Some(signed.index);
                 connected.store.replace(&current_path(site), &left)?;
             }
@@ -350,6 +352,12 @@ impl Connected {
         }
         connected.is_for_robots = has_list && connected.taken.epoch <= found;
         connected.read_recipes()?;
+        // The list of its blobs comes after the index, too.
+        if let Some(index) = left_behind
+            && connected.store.length(&blob_list_path(site, index.epoch))?.is_none()
+        {
+            connected.list_blobs(&index)?;
+        }
         Ok(connected)
     }
 
@@ -460,8 +468,7 @@ impl Connected {
         if !self.store.create(&path, &file)? && self.store.fetch_whole(&path, MAX_INDEX_BYTES)? != file {
             return Err(Rival { epoch, site: self.site.clone() }.into());
         }
-        let needed = self.needed(&index);
-        self.store.replace(&blob_list_path(&self.site, epoch), &serde_json::to_vec(&needed)?)?;
+        self.list_blobs(&index)?;
         self.store.replace(&current_path(&self.site), &file)?;
 
         info!(service = "site-server", epoch, sets = index.sets.len(), new_bytes, "the site is in the store");
@@ -527,6 +534,12 @@ impl Connected {
         Ok(())
     }
 
+    /// Writes which blobs an index needs.
+    fn list_blobs(&mut self, index: &SiteIndex) -> Result<(), Failure> {
+        let needed = self.needed(index);
+        Ok(self.store.replace(&blob_list_path(&self.site, index.epoch), &serde_json::to_vec(&needed)?)?)
+    }
+
     /// The blobs that an index needs.
     fn needed(&mut self, index: &SiteIndex) -> Vec<BlobEntry> {
         let archives: BTreeSet<ContentId> = index.archives().map(|entry| entry.id).collect();
@@ -566,7 +579,12 @@ impl Connected {
         // From the newest on: what an older one needs beside those after it is its own.
         for index in indices.iter().rev() {
             let Some(epoch) = epoch_of(&index.path) else { continue };
-            let list = self.store.fetch_whole(&blob_list_path(&self.site, epoch), MAX_INDEX_BYTES)?;
+            let list = match self.store.fetch_whole(&blob_list_path(&self.site, epoch), MAX_INDEX_BYTES) {
+                Ok(list) => list,
+                // What somebody else has put there keeps no blobs, and nothing of the past from going.
+                Err(why) if why.is_of_object() => continue,
+                Err(why) => return Err(why.into()),
+            };
             let list: Vec<BlobEntry> = serde_json::from_slice(&list)?;
             let own_bytes = list.iter().filter(|blob| counted.insert(blob.id)).map(|blob| blob.bytes).sum();
             kept.push(KeptIndex { epoch, published: index.modified, own_bytes });
