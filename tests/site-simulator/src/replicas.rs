@@ -58,7 +58,7 @@ impl Clock for RobotClock {
 }
 
 /// What runs for as long as its process lives.
-fn lives<T>(act: impl FnOnce() -> T) -> Option<T> {
+fn survives<T>(act: impl FnOnce() -> T) -> Option<T> {
     match catch_unwind(AssertUnwindSafe(act)) {
         Ok(done) => Some(done),
         Err(panic) if panic.is::<Death>() || panic.is::<DeathAtLoan>() => None,
@@ -141,7 +141,7 @@ impl Server {
     /// Its thread takes a turn; it may die of it.
     pub fn step(&mut self) -> End<Outcome> {
         let Some((publisher, shared)) = &mut self.running else { return End::Died };
-        match lives(|| publisher.step()) {
+        match survives(|| publisher.step()) {
             Some(()) => End::Done(shared.outcome()),
             None => {
                 self.faults.lock().unwrap().death = None;
@@ -272,7 +272,7 @@ impl Follower {
     pub fn ask(&mut self) -> End<Duration> {
         let fetcher = self.fetcher.lock().unwrap().take();
         let Some(mut fetcher) = fetcher.filter(|_| self.is_alive()) else { return End::Died };
-        match lives(|| fetcher.step()) {
+        match survives(|| fetcher.step()) {
             Some(wait) => {
                 *self.fetcher.lock().unwrap() = Some(fetcher);
                 End::Done(wait)
