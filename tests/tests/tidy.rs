@@ -111,7 +111,19 @@ const ALLOWED: [(&str, &[&str]); 45] = [
     ),
     (
         "site-simulator",
-        &["bus", "daemon", "ifc-ingest", "messages", "rasterize", "schedule-eval", "slam-align", "waypoint-gen"],
+        &[
+            "bus",
+            "daemon",
+            "ifc-ingest",
+            "messages",
+            "rasterize",
+            "schedule-eval",
+            "site-follow",
+            "site-server",
+            "slam-align",
+            "store",
+            "waypoint-gen",
+        ],
     ),
     ("slam-simulator", &["frames", "grid", "occupancy"]),
     (

@@ -20,9 +20,11 @@
 mod credentials;
 mod error;
 mod location;
+mod objects;
 
 pub use credentials::{Credentials, CredentialsError};
 pub use error::StoreError;
+pub use objects::{Fetched, Listed, Objects};
 
 use futures::TryStreamExt;
 use jiff::Timestamp;
@@ -45,33 +47,6 @@ pub struct Store {
     ignores_ranges: AtomicBool,
     /// The last object that was fetched whole because ranges are ignored: its other parts are asked for next.
     last_whole: Mutex<Option<(String, Vec<u8>)>>,
-}
-
-/// What became of an object that was asked for unless it is as before.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Fetched {
-    /// It is as before.
-    Unchanged,
-    /// There is none.
-    Missing,
-    /// Its bytes, and what names this state of it, where the store does so.
-    New {
-        /// The bytes.
-        bytes: Vec<u8>,
-        /// Its ETag.
-        etag: Option<String>,
-    },
-}
-
-/// An object of a list.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Listed {
-    /// Path inside the store.
-    pub path: String,
-    /// Length.
-    pub bytes: u64,
-    /// When it was written, by the clock of the store.
-    pub modified: Timestamp,
 }
 
 impl fmt::Debug for Store {
@@ -109,129 +84,6 @@ impl Store {
             ignores_ranges: AtomicBool::new(false),
             last_whole: Mutex::default(),
         })
-    }
-
-    /// Its address.
-    pub fn address(&self) -> &str {
-        &self.address
-    }
-
-    /// An object, unless it is the one of this ETag.
-    ///
-    /// # Errors
-    /// The store cannot be reached or refuses; an object of more bytes.
-    pub fn fetch_unless(&self, path: &str, etag: Option<&str>, max_bytes: u64) -> Result<Fetched, StoreError> {
-        let options = GetOptions { if_none_match: etag.map(str::to_owned), ..GetOptions::default() };
-        match self.fetch(path, options, max_bytes) {
-            Ok((bytes, new)) if etag.is_some() && new.as_deref() == etag => {
-                drop(bytes);
-                Ok(Fetched::Unchanged)
-            }
-            Ok((bytes, etag)) => Ok(Fetched::New { bytes, etag }),
-            Err(StoreError::Store { source: object_store::Error::NotModified { .. }, .. }) => Ok(Fetched::Unchanged),
-            Err(StoreError::Missing { .. }) => Ok(Fetched::Missing),
-            Err(why) => Err(why),
-        }
-    }
-
-    /// A whole object.
-    ///
-    /// # Errors
-    /// There is none; the store cannot be reached or refuses; an object of more bytes.
-    pub fn fetch_whole(&self, path: &str, max_bytes: u64) -> Result<Vec<u8>, StoreError> {
-        self.fetch(path, GetOptions::default(), max_bytes).map(|(bytes, _)| bytes)
-    }
-
-    /// A part of an object that has so many bytes.
-    ///
-    /// # Errors
-    /// As [`Self::fetch_whole`]; an object that is shorter.
-    pub fn fetch_range(&self, path: &str, range: Range<u64>, object_bytes: u64) -> Result<Vec<u8>, StoreError> {
-        let length = range.end.saturating_sub(range.start);
-        if !self.ignores_ranges.load(Ordering::Relaxed) {
-            let options = GetOptions { range: Some(GetRange::Bounded(range.clone())), ..GetOptions::default() };
-            match self.fetch(path, options, length) {
-                Ok((bytes, _)) if bytes.len() as u64 == length => return Ok(bytes),
-                Ok(_) => return Err(StoreError::Short { path: path.to_owned() }),
-                Err(StoreError::Store { source, .. }) if is_about_ranges(&source) => {
-                    self.ignores_ranges.store(true, Ordering::Relaxed);
-                }
-                Err(why) => return Err(why),
-            }
-        }
-        let mut last = self.last_whole.lock().unwrap_or_else(PoisonError::into_inner);
-        let bytes = match last.take() {
-            Some((of, bytes)) if of == path => bytes,
-            _ => self.fetch_whole(path, object_bytes)?,
-        };
-        let part = usize::try_from(range.start).ok().zip(usize::try_from(range.end).ok());
-        let part = part.and_then(|(start, end)| bytes.get(start..end)).map(<[u8]>::to_vec);
-        *last = Some((path.to_owned(), bytes));
-        part.ok_or_else(|| StoreError::Short { path: path.to_owned() })
-    }
-
-    /// Writes an object that is not there yet; false if it is.
-    ///
-    /// # Errors
-    /// The store cannot be reached or refuses.
-    pub fn create(&self, path: &str, bytes: &[u8]) -> Result<bool, StoreError> {
-        match self.put(path, bytes, PutMode::Create) {
-            Ok(()) => Ok(true),
-            Err(StoreError::Store { source: object_store::Error::AlreadyExists { .. }, .. }) => Ok(false),
-            Err(why) => Err(why),
-        }
-    }
-
-    /// Writes an object in the place of the one that there is.
-    ///
-    /// # Errors
-    /// As [`Self::create`].
-    pub fn replace(&self, path: &str, bytes: &[u8]) -> Result<(), StoreError> {
-        self.put(path, bytes, PutMode::Overwrite)
-    }
-
-    /// Length of an object; `None` if there is none.
-    ///
-    /// # Errors
-    /// The store cannot be reached or refuses.
-    pub fn length(&self, path: &str) -> Result<Option<u64>, StoreError> {
-        match self.runtime.block_on(self.objects.head(&self.at(path))) {
-            Ok(head) => Ok(Some(head.size)),
-            Err(object_store::Error::NotFound { .. }) => Ok(None),
-            Err(source) => Err(self.refused(path, source)),
-        }
-    }
-
-    /// The objects below a folder, in the order of their paths. Web servers have no lists.
-    ///
-    /// # Errors
-    /// As [`Self::create`].
-    pub fn list(&self, folder: &str) -> Result<Vec<Listed>, StoreError> {
-        let prefix = self.at(folder);
-        let listed = self.runtime.block_on(self.objects.list(Some(&prefix)).try_collect::<Vec<_>>());
-        let mut listed: Vec<Listed> = listed
-            .map_err(|source| self.refused(folder, source))?
-            .into_iter()
-            .filter_map(|meta| {
-                let parts = meta.location.prefix_match(&self.prefix)?;
-                let path = parts.map(|part| part.as_ref().to_owned()).collect::<Vec<_>>().join("/");
-                let modified = Timestamp::from_second(meta.last_modified.timestamp()).ok()?;
-                Some(Listed { path, bytes: meta.size, modified })
-            })
-            .collect();
-        listed.sort_by(|a, b| a.path.cmp(&b.path));
-        Ok(listed)
-    }
-
-    /// Removes an object; one that is not there is none.
-    ///
-    /// # Errors
-    /// As [`Self::create`].
-    pub fn remove(&self, path: &str) -> Result<(), StoreError> {
-        match self.runtime.block_on(self.objects.delete(&self.at(path))) {
-            Ok(()) | Err(object_store::Error::NotFound { .. }) => Ok(()),
-            Err(source) => Err(self.refused(path, source)),
-        }
     }
 
     fn put(&self, path: &str, bytes: &[u8], mode: PutMode) -> Result<(), StoreError> {
@@ -275,6 +127,100 @@ impl Store {
                 StoreError::Missing { path: path.to_owned(), address: self.address.clone() }
             }
             source => StoreError::Store { path: path.to_owned(), address: self.address.clone(), source },
+        }
+    }
+}
+
+impl Objects for Store {
+    fn address(&self) -> &str {
+        &self.address
+    }
+
+    fn fetch_unless(&self, path: &str, etag: Option<&str>, max_bytes: u64) -> Result<Fetched, StoreError> {
+        let options = GetOptions { if_none_match: etag.map(str::to_owned), ..GetOptions::default() };
+        match self.fetch(path, options, max_bytes) {
+            Ok((bytes, new)) if etag.is_some() && new.as_deref() == etag => {
+                drop(bytes);
+                Ok(Fetched::Unchanged)
+            }
+            Ok((bytes, etag)) => Ok(Fetched::New { bytes, etag }),
+            Err(StoreError::Store { source: object_store::Error::NotModified { .. }, .. }) => Ok(Fetched::Unchanged),
+            Err(StoreError::Missing { .. }) => Ok(Fetched::Missing),
+            Err(why) => Err(why),
+        }
+    }
+
+    fn fetch_whole(&self, path: &str, max_bytes: u64) -> Result<Vec<u8>, StoreError> {
+        // Who asks for something else may come back for what was wrong: it is asked for anew.
+        *self.last_whole.lock().unwrap_or_else(PoisonError::into_inner) = None;
+        self.fetch(path, GetOptions::default(), max_bytes).map(|(bytes, _)| bytes)
+    }
+
+    fn fetch_range(&self, path: &str, range: Range<u64>, object_bytes: u64) -> Result<Vec<u8>, StoreError> {
+        let length = range.end.saturating_sub(range.start);
+        if !self.ignores_ranges.load(Ordering::Relaxed) {
+            let options = GetOptions { range: Some(GetRange::Bounded(range.clone())), ..GetOptions::default() };
+            match self.fetch(path, options, length) {
+                Ok((bytes, _)) if bytes.len() as u64 == length => return Ok(bytes),
+                Ok(_) => return Err(StoreError::Short { path: path.to_owned() }),
+                Err(StoreError::Store { source, .. }) if is_about_ranges(&source) => {
+                    self.ignores_ranges.store(true, Ordering::Relaxed);
+                }
+                Err(why) => return Err(why),
+            }
+        }
+        let mut last = self.last_whole.lock().unwrap_or_else(PoisonError::into_inner);
+        let bytes = match last.take() {
+            Some((of, bytes)) if of == path => bytes,
+            _ => self.fetch(path, GetOptions::default(), object_bytes)?.0,
+        };
+        let part = usize::try_from(range.start).ok().zip(usize::try_from(range.end).ok());
+        let part = part.and_then(|(start, end)| bytes.get(start..end)).map(<[u8]>::to_vec);
+        *last = Some((path.to_owned(), bytes));
+        part.ok_or_else(|| StoreError::Short { path: path.to_owned() })
+    }
+
+    fn create(&self, path: &str, bytes: &[u8]) -> Result<bool, StoreError> {
+        match self.put(path, bytes, PutMode::Create) {
+            Ok(()) => Ok(true),
+            Err(StoreError::Store { source: object_store::Error::AlreadyExists { .. }, .. }) => Ok(false),
+            Err(why) => Err(why),
+        }
+    }
+
+    fn replace(&self, path: &str, bytes: &[u8]) -> Result<(), StoreError> {
+        self.put(path, bytes, PutMode::Overwrite)
+    }
+
+    fn length(&self, path: &str) -> Result<Option<u64>, StoreError> {
+        match self.runtime.block_on(self.objects.head(&self.at(path))) {
+            Ok(head) => Ok(Some(head.size)),
+            Err(object_store::Error::NotFound { .. }) => Ok(None),
+            Err(source) => Err(self.refused(path, source)),
+        }
+    }
+
+    fn list(&self, folder: &str) -> Result<Vec<Listed>, StoreError> {
+        let prefix = self.at(folder);
+        let listed = self.runtime.block_on(self.objects.list(Some(&prefix)).try_collect::<Vec<_>>());
+        let mut listed: Vec<Listed> = listed
+            .map_err(|source| self.refused(folder, source))?
+            .into_iter()
+            .filter_map(|meta| {
+                let parts = meta.location.prefix_match(&self.prefix)?;
+                let path = parts.map(|part| part.as_ref().to_owned()).collect::<Vec<_>>().join("/");
+                let modified = Timestamp::from_second(meta.last_modified.timestamp()).ok()?;
+                Some(Listed { path, bytes: meta.size, modified })
+            })
+            .collect();
+        listed.sort_by(|a, b| a.path.cmp(&b.path));
+        Ok(listed)
+    }
+
+    fn remove(&self, path: &str) -> Result<(), StoreError> {
+        match self.runtime.block_on(self.objects.delete(&self.at(path))) {
+            Ok(()) | Err(object_store::Error::NotFound { .. }) => Ok(()),
+            Err(source) => Err(self.refused(path, source)),
         }
     }
 }
@@ -351,6 +297,19 @@ mod tests {
         assert_eq!(store.fetch_range("a/b", 2..5, 10).unwrap(), b"234");
         assert!(store.fetch_range("a/b", 8..12, 12).is_err());
         assert!(matches!(store.fetch_whole("a/c", 9), Err(StoreError::Missing { .. })));
+    }
+
+    #[test]
+    fn what_is_kept_of_a_server_that_ignores_ranges_is_kept_for_one_object_at_a_time() {
+        let (_home, store) = folder();
+        store.ignores_ranges.store(true, Ordering::Relaxed);
+        store.replace("pack", b"wrong").unwrap();
+        store.replace("recipe", b"r").unwrap();
+        assert_eq!(store.fetch_range("pack", 0..2, 5).unwrap(), b"wr");
+        store.replace("pack", b"right").unwrap();
+        assert_eq!(store.fetch_range("pack", 2..5, 5).unwrap(), b"ong", "parts of one object are of one state of it");
+        store.fetch_whole("recipe", 1).unwrap();
+        assert_eq!(store.fetch_range("pack", 0..5, 5).unwrap(), b"right");
     }
 
     #[test]

@@ -9,6 +9,7 @@ use std::io::{self, Write};
 use std::ops::Range;
 use std::os::unix::fs::FileExt;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// Ends the name of an archive of which some blocks are here.
 const PART: &str = "part";
@@ -16,16 +17,37 @@ const PART: &str = "part";
 /// Ends the name of the recipe of an archive.
 const RECIPE: &str = "recipe";
 
+/// The disk under the archives, which has a word in each change of a file.
+pub trait ArchiveDisk: Send + Sync {
+    /// Called before each change.
+    ///
+    /// # Errors
+    /// The change fails with this error.
+    fn allow(&self, path: &Path) -> io::Result<()>;
+}
+
+/// The disk of this machine, which speaks for itself.
+#[derive(Debug, Clone, Copy)]
+pub struct MachineDisk;
+
+impl ArchiveDisk for MachineDisk {
+    fn allow(&self, _: &Path) -> io::Result<()> {
+        Ok(())
+    }
+}
+
 /// The archives of a robot.
-#[derive(Debug, Clone)]
+#[derive(Clone)]
 pub(crate) struct ArchiveFolder {
     folder: PathBuf,
+    disk: Arc<dyn ArchiveDisk>,
 }
 
 /// An archive that is put together.
 pub(crate) struct Part {
     path: PathBuf,
     file: File,
+    disk: Arc<dyn ArchiveDisk>,
     /// By block: true if it is here.
     is_here: Vec<bool>,
 }
@@ -38,10 +60,10 @@ impl ArchiveFolder {
     ///
     /// # Errors
     /// It cannot be made.
-    pub(crate) fn at(state: &Path) -> io::Result<Self> {
+    pub(crate) fn at(state: &Path, disk: Arc<dyn ArchiveDisk>) -> io::Result<Self> {
         let folder = state.join("followed-archives");
         fs::create_dir_all(&folder)?;
-        Ok(Self { folder })
+        Ok(Self { folder, disk })
     }
 
     fn path(&self, id: ContentId) -> PathBuf {
@@ -72,7 +94,7 @@ impl ArchiveFolder {
     /// Gives up an archive that is damaged.
     pub(crate) fn forget(&self, id: ContentId) {
         for path in [self.path(id), self.path(id).with_extension(RECIPE)] {
-            if let Err(why) = fs::remove_file(&path)
+            if let Err(why) = self.remove(&path)
                 && why.kind() != io::ErrorKind::NotFound
             {
                 tracing::warn!(service = "site-follow", path = %path.display(), error = %why, "it cannot be removed");
@@ -105,9 +127,11 @@ impl ArchiveFolder {
     /// The disk refuses.
     pub(crate) fn begin(&self, recipe: &Recipe, held: &HeldBlocks) -> io::Result<Part> {
         let path = self.path(recipe.id).with_extension(PART);
+        self.disk.allow(&path)?;
         let file = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(&path)?;
+        self.disk.allow(&path)?;
         file.set_len(recipe.bytes)?;
-        let mut part = Part { path, file, is_here: vec![false; recipe.n_blocks()] };
+        let mut part = Part { path, file, disk: Arc::clone(&self.disk), is_here: vec![false; recipe.n_blocks()] };
         for place in 0..recipe.n_blocks() {
             let (id, range) = recipe.block(place);
             let there = read_block(&part.file, &range).filter(|block| ContentId::of(block) == id);
@@ -133,7 +157,7 @@ impl ArchiveFolder {
         let mut whole = vec![0; length];
         part.file.read_exact_at(&mut whole, 0)?;
         if ContentId::of(&whole) != recipe.id {
-            drop(fs::remove_file(&part.path));
+            drop(self.remove(&part.path));
             return Err(io::Error::new(
                 io::ErrorKind::InvalidData,
                 "an archive has another sha256 than its recipe says",
@@ -141,11 +165,21 @@ impl ArchiveFolder {
         }
         part.file.sync_all()?;
         let path = self.path(recipe.id);
-        let mut file = File::create(path.with_extension(RECIPE))?;
+        let of_recipe = path.with_extension(RECIPE);
+        self.disk.allow(&of_recipe)?;
+        let mut file = File::create(&of_recipe)?;
+        self.disk.allow(&of_recipe)?;
         file.write_all(&recipe.to_bytes())?;
         file.sync_all()?;
+        self.disk.allow(&path)?;
         fs::rename(&part.path, &path)?;
+        self.disk.allow(&self.folder)?;
         File::open(&self.folder)?.sync_all()
+    }
+
+    fn remove(&self, path: &Path) -> io::Result<()> {
+        self.disk.allow(path)?;
+        fs::remove_file(path)
     }
 
     /// Removes all archives and parts but these.
@@ -153,7 +187,7 @@ impl ArchiveFolder {
         for path in fs::read_dir(&self.folder).into_iter().flatten().flatten().map(|entry| entry.path()) {
             let id = path.file_stem().and_then(|name| name.to_str()?.parse::<ContentId>().ok());
             if id.is_none_or(|id| !keep.contains(&id)) {
-                drop(fs::remove_file(&path));
+                drop(self.remove(&path));
             }
         }
     }
@@ -165,6 +199,7 @@ impl Part {
     /// # Errors
     /// The disk refuses.
     pub(crate) fn put(&mut self, place: usize, range: Range<u64>, block: &[u8]) -> io::Result<()> {
+        self.disk.allow(&self.path)?;
         self.file.write_all_at(block, range.start)?;
         self.is_here[place] = true;
         Ok(())
@@ -215,7 +250,7 @@ mod tests {
     #[test]
     fn what_was_fetched_before_a_death_is_not_fetched_again() {
         let home = tempfile::tempdir().unwrap();
-        let folder = ArchiveFolder::at(home.path()).unwrap();
+        let folder = ArchiveFolder::at(home.path(), Arc::new(MachineDisk)).unwrap();
         let archive = noise(1, 5 * BLOCK + 3);
         let packed = pack(&archive, None);
         let (recipe, bytes) = (packed.recipe, packed.packs.concat());
@@ -237,7 +272,7 @@ mod tests {
     #[test]
     fn blocks_of_other_archives_are_taken_from_the_disk() {
         let home = tempfile::tempdir().unwrap();
-        let folder = ArchiveFolder::at(home.path()).unwrap();
+        let folder = ArchiveFolder::at(home.path(), Arc::new(MachineDisk)).unwrap();
         let mut archive = noise(2, 4 * BLOCK);
         let first = pack(&archive, None);
         let mut part = folder.begin(&first.recipe, &HeldBlocks::new()).unwrap();

@@ -1,8 +1,7 @@
 //! The thread that asks the store: a new index is checked, then its archives are fetched, those of the present first.
 
 use crate::archive_folder::ArchiveFolder;
-use daemon::{Failure, FollowConfig, chain};
-use jiff::Timestamp;
+use daemon::{Clock, Failure, FollowConfig, chain};
 use jiff::tz::TimeZone;
 use messages::ContentId;
 use replica::{
@@ -11,8 +10,8 @@ use replica::{
 };
 use std::collections::BTreeSet;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
-use std::time::{Duration, Instant};
-use store::{Credentials, Fetched, Store, StoreError};
+use std::time::Duration;
+use store::{Credentials, Fetched, Objects, Store, StoreError};
 use tracing::{info, warn};
 
 /// Longest wait after the store has failed several times.
@@ -176,84 +175,131 @@ enum Looked {
     Unfinished,
 }
 
-/// The thread.
-pub(crate) struct Fetcher {
+/// Opens the store of a robot.
+pub type OpenStore = Box<dyn FnMut() -> Result<Box<dyn Objects>, Failure> + Send>;
+
+/// What asks the store, turn by turn: the work of a thread, or of a simulation.
+pub struct Fetcher {
     config: FollowConfig,
     followed: Followed,
     folder: ArchiveFolder,
     shared: Arc<Shared>,
-    store: Option<Store>,
+    open: OpenStore,
+    clock: Box<dyn Clock>,
+    store: Option<Box<dyn Objects>>,
     /// ETag of the index that was accepted.
     etag: Option<String>,
+    /// Looks that failed since one did not.
+    n_failures: u32,
+    /// True if the store answered at this look.
+    has_answered: bool,
+}
+
+/// Opens the store that a configuration names.
+pub(crate) fn open_store(config: &FollowConfig) -> OpenStore {
+    let config = config.clone();
+    Box::new(move || -> Result<Box<dyn Objects>, Failure> {
+        let credentials = config.credentials.as_deref().map(Credentials::read).transpose()?;
+        Ok(Box::new(Store::open_to_read(&config.store, &credentials.unwrap_or_default())?))
+    })
 }
 
 impl Fetcher {
-    pub(crate) fn new(config: FollowConfig, followed: Followed, folder: ArchiveFolder, shared: Arc<Shared>) -> Self {
-        Self { config, followed, folder, shared, store: None, etag: None }
+    pub(crate) fn new(
+        config: FollowConfig,
+        followed: Followed,
+        folder: ArchiveFolder,
+        shared: Arc<Shared>,
+        (open, clock): (OpenStore, Box<dyn Clock>),
+    ) -> Self {
+        Self {
+            config,
+            followed,
+            folder,
+            shared,
+            open,
+            clock,
+            store: None,
+            etag: None,
+            n_failures: 0,
+            has_answered: false,
+        }
+    }
+
+    /// What it shares with the service.
+    pub(crate) fn shared(&self) -> Arc<Shared> {
+        Arc::clone(&self.shared)
     }
 
     /// Asks until it is stopped.
     pub(crate) fn run(mut self) {
-        let poll = Duration::from_secs(u64::from(self.config.poll_s));
-        let mut n_failures = 0u32;
+        let shared = Arc::clone(&self.shared);
         loop {
-            let (asked_before, blocks_before) = {
-                let findings = self.shared.lock();
-                (findings.asked_ms, findings.n_blocks)
-            };
-            let looked = self.look();
-            let mut findings = self.shared.lock();
-            if findings.n_blocks > blocks_before {
-                // It goes on, if slowly: what is here is not fetched again.
-                n_failures = 0;
-            }
-            let is_unfinished = matches!(looked, Ok(Looked::Unfinished));
-            match looked {
-                Ok(_) => (n_failures, findings.trouble) = (0, None),
-                Err(why) => {
-                    let is_answer = findings.asked_ms != asked_before;
-                    let trouble = Trouble { why: chain(why.as_ref()), is_answer };
-                    if findings.trouble.as_ref() != Some(&trouble) {
-                        warn!(service = "site-follow", error = trouble.why, "what the store has is not here");
-                    }
-                    n_failures = n_failures.saturating_add(1);
-                    findings.trouble = Some(trouble);
-                }
-            }
-            findings.fetching = None;
-            if is_unfinished && !findings.is_stopped && findings.damaged.is_empty() {
-                continue;
-            }
-            // After a failure less and less often.
-            let wait = if n_failures == 0 {
-                poll
-            } else {
-                poll.saturating_mul(1 << n_failures.min(6) >> 1).min(MAX_WAIT.max(poll))
-            };
-            let is_needed =
+            let wait = self.step();
+            let is_idle =
                 |findings: &mut Findings| !findings.is_stopped && !findings.is_called && findings.damaged.is_empty();
-            let waited = self.shared.changed.wait_timeout_while(findings, wait, is_needed);
-            let (mut findings, _) = waited.unwrap_or_else(PoisonError::into_inner);
+            let waited = shared.changed.wait_timeout_while(shared.lock(), wait, is_idle);
+            let (findings, _) = waited.unwrap_or_else(PoisonError::into_inner);
             if findings.is_stopped {
                 return;
             }
+        }
+    }
+
+    /// One turn: gives up what is damaged and asks once. The answer is how long the next one has time, if nothing is found damaged
+    /// until then.
+    pub fn step(&mut self) -> Duration {
+        let (blocks_before, damaged) = {
+            let mut findings = self.shared.lock();
             findings.is_called = false;
-            for id in std::mem::take(&mut findings.damaged) {
-                self.folder.forget(id);
+            (findings.n_blocks, std::mem::take(&mut findings.damaged))
+        };
+        for id in damaged {
+            self.folder.forget(id);
+        }
+        self.has_answered = false;
+        let looked = self.look();
+        let mut findings = self.shared.lock();
+        if findings.n_blocks > blocks_before {
+            // It goes on, if slowly: what is here is not fetched again.
+            self.n_failures = 0;
+        }
+        let is_unfinished = matches!(looked, Ok(Looked::Unfinished));
+        match looked {
+            Ok(_) => (self.n_failures, findings.trouble) = (0, None),
+            Err(why) => {
+                let trouble = Trouble { why: chain(why.as_ref()), is_answer: self.has_answered };
+                if findings.trouble.as_ref() != Some(&trouble) {
+                    warn!(service = "site-follow", error = trouble.why, "what the store has is not here");
+                }
+                self.n_failures = self.n_failures.saturating_add(1);
+                findings.trouble = Some(trouble);
             }
         }
+        findings.fetching = None;
+        let poll = self.poll();
+        match self.n_failures {
+            0 if is_unfinished => Duration::ZERO,
+            0 => poll,
+            // After a failure less and less often.
+            n_failures => poll.saturating_mul(1 << n_failures.min(6) >> 1).min(MAX_WAIT.max(poll)),
+        }
+    }
+
+    fn poll(&self) -> Duration {
+        Duration::from_secs(u64::from(self.config.poll_s))
     }
 
     /// Asks once: for the index, then for what is not here of it.
     fn look(&mut self) -> Result<Looked, Failure> {
         if self.store.is_none() {
-            let credentials = self.config.credentials.as_deref().map(Credentials::read).transpose()?;
-            self.store = Some(Store::open_to_read(&self.config.store, &credentials.unwrap_or_default())?);
+            self.store = Some((self.open)()?);
         }
         let Some(store) = &self.store else { unreachable!("it was opened") };
         let path = current_path(&self.followed.site);
         let fetched = tried(|| store.fetch_unless(&path, self.etag.as_deref(), MAX_INDEX_BYTES))?;
-        self.shared.lock().asked_ms = Some(Timestamp::now().as_millisecond());
+        self.has_answered = true;
+        self.shared.lock().asked_ms = Some(self.clock.now().wall_ms);
         let newest = match fetched {
             Fetched::Missing => {
                 let since = if self.shared.lock().newest.is_some() { "any more" } else { "yet" };
@@ -296,7 +342,7 @@ impl Fetcher {
         if self.followed.n_complete(index, &self.folder) == index.sets.len() {
             return Ok(Looked::Whole);
         }
-        let (begun, poll) = (Instant::now(), Duration::from_secs(u64::from(self.config.poll_s)));
+        let (begun_ms, poll_ms) = (self.clock.now().since_boot_ms, i64::from(self.config.poll_s) * 1_000);
         let mut wanted: Vec<Vec<&ArchiveEntry>> = Vec::new();
         let mut seen = BTreeSet::new();
         for set in &index.sets {
@@ -306,7 +352,7 @@ impl Fetcher {
         }
         for (place, archives) in wanted.iter().enumerate() {
             for entry in archives {
-                if place > 0 && begun.elapsed() > poll {
+                if place > 0 && self.clock.now().since_boot_ms - begun_ms > poll_ms {
                     return Ok(Looked::Unfinished);
                 }
                 self.fetch_archive(entry)?;

@@ -1,7 +1,7 @@
 //! The rules of a robot that shows a site which another machine draws, for the daemon and for simulations of a site.
 
-mod archive_folder;
-mod fetcher;
+pub mod archive_folder;
+pub mod fetcher;
 mod observer;
 mod outputs;
 mod plan_set;

@@ -157,6 +157,10 @@ impl Reader<'_> {
     fn checked<P: Payload>(&mut self, entry: &ArchiveEntry) -> Result<Checked<P>, SetError> {
         let buffer: ArchiveBuffer = self.folder.read(entry).map_err(|why| self.unusable(entry, &why.to_string()))?;
         let checked = Checked::<P>::new(buffer).map_err(|why| self.unusable(entry, &chain(&why)))?;
+        // An archive that is sound can be another one: a disk may give a file for another.
+        if checked.content_hash() != entry.content_hash {
+            return Err(self.unusable(entry, "its content hash is not that of the index"));
+        }
         self.new_hashes.insert(entry.id, checked.content_hash());
         Ok(checked)
     }

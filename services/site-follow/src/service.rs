@@ -1,16 +1,16 @@
 //! The decisions of site-follow: the set of maps that is shown, and the index that it is from.
 
-use crate::archive_folder::ArchiveFolder;
-use crate::fetcher::{AcceptedIndex, Fetcher, Followed, Shared, Trouble, check_zone, stop};
+use crate::archive_folder::{ArchiveDisk, ArchiveFolder, MachineDisk};
+use crate::fetcher::{AcceptedIndex, Fetcher, Followed, OpenStore, Shared, Trouble, check_zone, open_store, stop};
 use crate::outputs::FollowOutputs;
 use crate::plan_set::{PublishedArchives, SetError, SetSamples, samples_of};
 use crate::teller::{Teller, ToTell, link_settings};
 use bus::Bus;
 use daemon::facts::{FollowFacts, ScheduleFacts};
 use daemon::{
-    Committed, CurrentActivity, Decide, Decision, Epochs, Failure, FollowConfig, FollowRequest, HistoryEvent,
-    HistoryKind, KeptFile, MAX_TABLE_BYTES, MachineTime, NoInput, Now, Occasion, PlanTimeClock, ReachedPlanTime,
-    Reading, SiteConfig, Standing, StateFile, chain,
+    Clock, Committed, CurrentActivity, Decide, Decision, Epochs, Failure, FollowConfig, FollowRequest, HistoryEvent,
+    HistoryKind, KeptFile, MAX_TABLE_BYTES, MachineClock, MachineTime, NoInput, Now, Occasion, PlanTimeClock,
+    ReachedPlanTime, Reading, SiteConfig, Standing, StateFile, chain,
 };
 use jiff::tz::TimeZone;
 use messages::{ContentHash, ContentId, plan_time};
@@ -33,6 +33,16 @@ const OBSERVED_FILE: &str = "follow-observed.csv";
 
 /// A store that was not reached for so many looks is told.
 const LATE_LOOKS: i64 = 4;
+
+/// What the daemon asks the store with, and what is under its archives: others in a simulation.
+pub struct Surroundings {
+    /// Opens the store.
+    pub open: OpenStore,
+    /// The clock of what asks the store.
+    pub clock: Box<dyn Clock>,
+    /// The disk of the archives.
+    pub disk: Arc<dyn ArchiveDisk>,
+}
 
 /// Shows what the server of a site has drawn.
 pub struct SiteFollow {
@@ -83,9 +93,51 @@ impl SiteFollow {
     /// # Errors
     /// A configuration or state that cannot be used.
     pub fn start(config: &SiteConfig, activity: CurrentActivity) -> Result<Committed<Self>, Failure> {
+        let follow = config.follow.as_ref().ok_or("the configuration has no [follow]: nothing is followed")?;
+        let (open, clock) = (open_store(follow), Box::new(MachineClock::of_this_boot()));
+        let surroundings = Surroundings { open, clock, disk: Arc::new(MachineDisk) };
+        let (service, fetcher, to_tell) = Self::parts(config, activity, surroundings)?;
+        if let Some(link) = &follow.link {
+            let settings = link_settings(follow, link);
+            // What can be known of it now is not found out later, in a thread.
+            settings.check()?;
+            let fetched = fetcher.shared();
+            let teller = Teller::new(config.clone(), settings, to_tell, move || fetched.call());
+            std::thread::Builder::new().name("site-follow-tell".to_owned()).spawn(|| {
+                daemon::in_background();
+                teller.run();
+            })?;
+        }
+        std::thread::Builder::new().name("site-follow-get".to_owned()).spawn(|| {
+            // What is shown goes before what will be.
+            daemon::in_background();
+            fetcher.run();
+        })?;
+        Ok(service)
+    }
+
+    /// The daemon with what it showed last, and what asks the store, which its caller lets run beside it.
+    ///
+    /// # Errors
+    /// As [`Self::start`].
+    pub fn within(
+        config: &SiteConfig,
+        activity: CurrentActivity,
+        surroundings: Surroundings,
+    ) -> Result<(Committed<Self>, Fetcher), Failure> {
+        Self::parts(config, activity, surroundings).map(|(service, fetcher, _)| (service, fetcher))
+    }
+
+    /// The same, with what is told to the server.
+    fn parts(
+        config: &SiteConfig,
+        activity: CurrentActivity,
+        surroundings: Surroundings,
+    ) -> Result<(Committed<Self>, Fetcher, Arc<ToTell>), Failure> {
         let follow = config.follow.clone().ok_or("the configuration has no [follow]: nothing is followed")?;
         let followed = Followed::of(&follow)?;
-        let folder = ArchiveFolder::at(&config.state)?;
+        let Surroundings { open, clock, disk } = surroundings;
+        let folder = ArchiveFolder::at(&config.state, disk)?;
         let state_file = StateFile::at(&config.state, "site-follow.json")?;
         let index_file = KeptFile::at(&config.state, "site-follow-index.jsonl");
         let kept: Kept = state_file.load()?.unwrap_or_default();
@@ -108,24 +160,8 @@ impl SiteFollow {
         let observed = observed_file.load()?.map(String::from_utf8).transpose()?.map(Arc::from);
         let to_tell = Arc::new(ToTell::default());
         to_tell.set_progress(observed.clone());
-        if let Some(link) = &follow.link {
-            let settings = link_settings(&follow, link);
-            // What can be known of it now is not found out later, in a thread.
-            settings.check()?;
-            let fetched = Arc::clone(&shared);
-            let wake = move || fetched.call();
-            let teller = Teller::new(config.clone(), settings, Arc::clone(&to_tell), wake);
-            std::thread::Builder::new().name("site-follow-tell".to_owned()).spawn(|| {
-                daemon::in_background();
-                teller.run();
-            })?;
-        }
-        let fetcher = Fetcher::new(follow.clone(), followed.clone(), folder.clone(), Arc::clone(&shared));
-        std::thread::Builder::new().name("site-follow-get".to_owned()).spawn(|| {
-            // What is shown goes before what will be.
-            daemon::in_background();
-            fetcher.run();
-        })?;
+        let fetcher =
+            Fetcher::new(follow.clone(), followed.clone(), folder.clone(), Arc::clone(&shared), (open, clock));
         let service = Self {
             config: follow,
             followed,
@@ -139,11 +175,11 @@ impl SiteFollow {
             index_file,
             hashes: Mutex::default(),
             trouble: Mutex::default(),
-            to_tell,
+            to_tell: Arc::clone(&to_tell),
             observed_file,
         };
         let epochs = Epochs::at(&config.state, "site-follow-epochs.json")?;
-        Ok(Committed::new(service, FollowOutputs::default(), epochs, &config.state, activity))
+        Ok((Committed::new(service, FollowOutputs::default(), epochs, &config.state, activity), fetcher, to_tell))
     }
 
     /// The plan time of the robot's clock, if the index says that it follows one.

@@ -11,7 +11,7 @@ use waypoints::{MissionPlanInput, MissionPlanOptions, MissionPlanner};
 
 /// What draws for each robot; kept from one index to the next.
 #[derive(Default)]
-pub(crate) struct LaterSets {
+pub struct LaterSets {
     rasterizers: BTreeMap<String, Prepared>,
 }
 
@@ -28,7 +28,7 @@ impl LaterSets {
     ///
     /// # Errors
     /// A schedule that is not the one in force, rules or options that cannot be read.
-    pub(crate) fn draw(
+    pub fn draw(
         &mut self,
         config: &SiteConfig,
         site_pieces: &SitePieces,

@@ -6,6 +6,8 @@
 //! - Blobs come before the index that names them; an index of an epoch is created once, and its epoch is one above that of the store, so
 //!   that two servers of one site cannot both publish, and the second one says so.
 //! - What a store has lost of the newest index is noticed when the server starts, and given to it again.
+//! - Another list of keys, and a store that was set back, give a new index at the start, also where nothing else has changed: robots
+//!   learn which keys are revoked, and wait for no epoch that does not come.
 //! - Where the plan time follows the clock, sets of the next change instants are drawn with the stages, from the same archives: what is
 //!   drawn later on the bus has the same bytes. Where the schedule that is evaluated for that is not the one in force, there are none,
 //!   and the index says why.
@@ -18,13 +20,7 @@
 //! - what robots are told and tell, and the document of the fleet: `src/robots.rs`, `daemon::FleetDocument`
 //! - which blobs are new, the order of objects, what goes: `src/publication.rs`
 
-mod later_sets;
-mod pieces;
-mod publication;
-mod robots;
-mod service;
-
-use service::SiteServer;
+use site_server::service::SiteServer;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {

@@ -7,60 +7,80 @@ use std::sync::Arc;
 
 /// An archive of a topic.
 #[derive(Clone)]
-pub(crate) struct Piece {
+pub struct Piece {
     /// The topic: archives of one topic have blocks in common.
-    pub(crate) topic: String,
+    pub topic: String,
     /// Its content hash.
-    pub(crate) hash: ContentHash,
+    pub hash: ContentHash,
     /// Its bytes.
-    pub(crate) bytes: Arc<ArchiveBuffer>,
+    pub bytes: Arc<ArchiveBuffer>,
 }
 
 /// What all sets have in common.
-pub(crate) struct SitePieces {
-    pub(crate) site: Piece,
-    pub(crate) tasks: Option<Piece>,
-    pub(crate) frame_epoch: u64,
-    pub(crate) clock: IndexClock,
+#[derive(Clone)]
+pub struct SitePieces {
+    /// The site.
+    pub site: Piece,
+    /// The tasks of schedule files.
+    pub tasks: Option<Piece>,
+    /// Counts the changes of the map frame.
+    pub frame_epoch: u64,
+    /// How the plan time moves.
+    pub clock: IndexClock,
 }
 
 /// The archives of one plan time.
-pub(crate) struct SetPieces {
-    pub(crate) plan_time_s: Option<i64>,
-    pub(crate) valid_until_s: Option<i64>,
-    pub(crate) state: Piece,
+#[derive(Clone)]
+pub struct SetPieces {
+    /// Civil seconds since 1970; `None` if everything is built.
+    pub plan_time_s: Option<i64>,
+    /// The instant after which it is not valid.
+    pub valid_until_s: Option<i64>,
+    /// The schedule state.
+    pub state: Piece,
     /// By name of the robot in the index.
-    pub(crate) robots: BTreeMap<String, RobotPieces>,
+    pub robots: BTreeMap<String, RobotPieces>,
 }
 
 /// The maps of a robot.
-pub(crate) struct RobotPieces {
-    pub(crate) grids: Piece,
-    pub(crate) mission_plan: Option<Piece>,
-    pub(crate) robot_hash: ContentHash,
-    pub(crate) storeys: Vec<StoreyPiece>,
+#[derive(Clone)]
+pub struct RobotPieces {
+    /// The index of the grids.
+    pub grids: Piece,
+    /// The mission plan; `None` while it is planned.
+    pub mission_plan: Option<Piece>,
+    /// Hash of what the maps depend on of the robot.
+    pub robot_hash: ContentHash,
+    /// The storeys, in the order of the index of the grids.
+    pub storeys: Vec<StoreyPiece>,
 }
 
 /// The map of a storey.
-pub(crate) struct StoreyPiece {
-    pub(crate) map_storey: u32,
-    pub(crate) name: String,
-    pub(crate) global_id: String,
-    pub(crate) input_hash: ContentHash,
-    pub(crate) grid: Piece,
+#[derive(Clone)]
+pub struct StoreyPiece {
+    /// Map storey of the site.
+    pub map_storey: u32,
+    /// Name.
+    pub name: String,
+    /// GlobalId; empty where the site has none.
+    pub global_id: String,
+    /// Hash of what alone can change the grid.
+    pub input_hash: ContentHash,
+    /// The grid.
+    pub grid: Piece,
 }
 
 impl Piece {
     /// A copy of an archive.
-    pub(crate) fn copy_of(topic: String, hash: ContentHash, bytes: &[u8]) -> Self {
+    pub fn copy_of(topic: String, hash: ContentHash, bytes: &[u8]) -> Self {
         Self { topic, hash, bytes: Arc::new(ArchiveBuffer::copy_of(bytes)) }
     }
 
     /// The topic of a robot's archives.
-    pub(crate) fn topic_of(robot: &str, topic: &str) -> String {
+    pub fn topic_of(robot: &str, topic: &str) -> String {
         format!("{robot}/{topic}")
     }
 }
 
 /// What identifies what all robots have: the same hashes are the same.
-pub(crate) type SetKey = Vec<ContentHash>;
+pub type SetKey = Vec<ContentHash>;

@@ -1,8 +1,7 @@
 //! The thread that writes into the store: blobs that are new, then the index of the next epoch, then that it is the newest.
 
-use crate::later_sets::LaterSets;
 use crate::pieces::{Piece, RobotPieces, SetPieces, SitePieces};
-use daemon::{Failure, ServeConfig, SiteConfig, StateFile, chain};
+use daemon::{Clock, Disk, Failure, MachineClock, ServeConfig, SiteConfig, StateFile, StateFolder, chain};
 use jiff::{SignedDuration, Timestamp};
 use messages::{ContentHash, ContentId, LAYOUT_VERSION};
 use replica::{
@@ -16,7 +15,7 @@ use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
-use store::{Credentials, Fetched, Listed, Store};
+use store::{Credentials, Fetched, Listed, Objects, Store};
 use tracing::{info, warn};
 
 /// A store that refuses is tried again after this long, then less and less often.
@@ -35,27 +34,53 @@ const CLEAN_EVERY: u64 = 64;
 const MAX_RECIPE_BYTES: u64 = 16 << 20;
 
 /// A set that is to be published.
-pub(crate) struct Job {
-    pub(crate) site: SitePieces,
-    pub(crate) set: SetPieces,
+pub struct Job {
+    /// What all sets have in common.
+    pub site: SitePieces,
+    /// The set of the present.
+    pub set: SetPieces,
     /// The configuration by which later sets are drawn.
-    pub(crate) config: SiteConfig,
+    pub config: SiteConfig,
 }
 
 /// What came of the last job.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Outcome {
-    pub(crate) epoch: u64,
-    pub(crate) plan_times_s: Vec<Option<i64>>,
-    pub(crate) new_bytes: u64,
-    pub(crate) why_no_later: Option<String>,
-    pub(crate) error: Option<String>,
-    pub(crate) warning: Option<String>,
+pub struct Outcome {
+    /// Epoch of the newest index.
+    pub epoch: u64,
+    /// Plan times of its sets.
+    pub plan_times_s: Vec<Option<i64>>,
+    /// Bytes of blobs that were not there.
+    pub new_bytes: u64,
+    /// Why there are no later sets, where the plan time moves.
+    pub why_no_later: Option<String>,
+    /// Why the job is not in the store.
+    pub error: Option<String>,
+    /// What an operator should know.
+    pub warning: Option<String>,
+}
+
+/// Draws the sets of the next change instants after that of a job, at most so many.
+pub type DrawLater = Box<dyn FnMut(&Job, usize) -> Result<Vec<SetPieces>, Failure> + Send>;
+
+/// Opens the store of a server.
+pub type OpenStore = Box<dyn FnMut() -> Result<Box<dyn Objects>, Failure> + Send>;
+
+/// What the publisher draws, asks and writes with: others in a simulation.
+pub struct Surroundings {
+    /// Opens the store.
+    pub open: OpenStore,
+    /// Draws later sets.
+    pub draw: DrawLater,
+    /// The clock.
+    pub clock: Box<dyn Clock>,
+    /// The disk of the server.
+    pub disk: Box<dyn Disk>,
 }
 
 /// Shared with the service.
 #[derive(Default)]
-pub(crate) struct Shared {
+pub struct Shared {
     state: Mutex<State>,
     changed: Condvar,
 }
@@ -75,7 +100,7 @@ impl Shared {
     }
 
     /// Gives the thread a set; one that it has not begun is left out.
-    pub(crate) fn give(&self, job: Job) {
+    pub fn give(&self, job: Job) {
         self.lock().job = Some(job);
         self.changed.notify_all();
     }
@@ -90,7 +115,7 @@ impl Shared {
     }
 
     /// What came of the last one.
-    pub(crate) fn outcome(&self) -> Outcome {
+    pub fn outcome(&self) -> Outcome {
         self.lock().outcome.clone()
     }
 
@@ -101,27 +126,33 @@ impl Shared {
     }
 }
 
-/// The thread.
-pub(crate) struct Publisher {
+/// What writes into the store, turn by turn: the work of a thread, or of a simulation.
+pub struct Publisher {
     config: ServeConfig,
     site: SiteName,
     key: SigningKey,
     /// The list of keys as its root key signed it.
     keys: String,
     shared: Arc<Shared>,
-    later: LaterSets,
+    surroundings: Surroundings,
     store: Option<Connected>,
     state: PathBuf,
     /// That another server publishes the site, once it was noticed.
     rival: Option<String>,
+    /// A job that failed, and how long it has time.
+    retried: Option<Job>,
+    wait: Duration,
 }
 
 /// A store, and what is in it.
 struct Connected {
     site: SiteName,
-    store: Store,
+    store: Box<dyn Objects>,
     /// The index that is the newest.
     newest: Option<SiteIndex>,
+    /// True if robots take the newest index: it has the list of keys of this server, and nothing above it was published. Otherwise
+    /// another one of the same content is for them.
+    is_for_robots: bool,
     /// Recipes of the newest archives, by topic.
     recipes: HashMap<String, Recipe>,
     /// Archives of the newest index that this process has written or found, by topic and content hash, with their packs.
@@ -133,12 +164,30 @@ struct Connected {
     n_since_cleaned: u64,
 }
 
+impl Surroundings {
+    /// Those of this machine, with what draws.
+    pub(crate) fn of_machine(config: &ServeConfig, state: &Path, draw: DrawLater) -> Self {
+        let config = config.clone();
+        let open = move || -> Result<Box<dyn Objects>, Failure> {
+            let credentials = config.credentials.as_deref().map(Credentials::read).transpose()?;
+            Ok(Box::new(Store::open(&config.store, &credentials.unwrap_or_default())?))
+        };
+        let (clock, disk) = (Box::new(MachineClock::of_this_boot()), Box::new(StateFolder::at(state)));
+        Self { open: Box::new(open), draw, clock, disk }
+    }
+}
+
 impl Publisher {
-    /// The thread of a site, with its state folder.
+    /// What publishes a site, with its state folder.
     ///
     /// # Errors
     /// Keys that cannot be used, that others can read, or that are not those of the site.
-    pub(crate) fn new(config: ServeConfig, state: &Path, shared: Arc<Shared>) -> Result<Self, Failure> {
+    pub fn new(
+        config: ServeConfig,
+        state: &Path,
+        shared: Arc<Shared>,
+        surroundings: Surroundings,
+    ) -> Result<Self, Failure> {
         let read = |path: &Path| {
             std::fs::read_to_string(path)
                 .map_err(|why| Failure::from(format!("{} cannot be read: {why}", path.display())))
@@ -163,50 +212,59 @@ impl Publisher {
                 key.public()
             )));
         }
-        let (later, state) = (LaterSets::default(), state.to_owned());
-        Ok(Self { config, site, key, keys, shared, later, store: None, state, rival: None })
+        Ok(Self {
+            config,
+            site,
+            key,
+            keys,
+            shared,
+            surroundings,
+            store: None,
+            state: state.to_owned(),
+            rival: None,
+            retried: None,
+            wait: FIRST_WAIT,
+        })
     }
 
     /// Publishes what it is given until it is stopped.
     pub(crate) fn run(mut self) {
-        let mut wait = FIRST_WAIT;
-        let mut retried: Option<Job> = None;
+        let shared = Arc::clone(&self.shared);
         loop {
-            let mut state = self.shared.lock();
-            let is_idle = |state: &mut State| !state.is_stopped && state.job.is_none();
-            state = match retried.is_some() {
-                true => {
-                    self.shared
-                        .changed
-                        .wait_timeout_while(state, wait, is_idle)
-                        .unwrap_or_else(PoisonError::into_inner)
-                        .0
-                }
-                false => self.shared.changed.wait_while(state, is_idle).unwrap_or_else(PoisonError::into_inner),
+            let (state, is_idle) = (shared.lock(), |state: &mut State| !state.is_stopped && state.job.is_none());
+            let state = if self.retried.is_some() {
+                let waited = shared.changed.wait_timeout_while(state, self.wait, is_idle);
+                waited.unwrap_or_else(PoisonError::into_inner).0
+            } else {
+                shared.changed.wait_while(state, is_idle).unwrap_or_else(PoisonError::into_inner)
             };
             if state.is_stopped {
                 return;
             }
-            // A newer one goes before one that failed.
-            let Some(job) = state.job.take().or_else(|| retried.take()) else { continue };
             drop(state);
-            let published = self.publish(&job);
-            let mut state = self.shared.lock();
-            match published {
-                Ok(outcome) => {
-                    (state.outcome, wait, retried) = (outcome, FIRST_WAIT, None);
+            self.step();
+        }
+    }
+
+    /// One turn: publishes what was given last, or tries again what failed.
+    pub fn step(&mut self) {
+        // A newer one goes before one that failed.
+        let given = self.shared.lock().job.take();
+        let Some(job) = given.or_else(|| self.retried.take()) else { return };
+        let published = self.publish(&job);
+        let mut state = self.shared.lock();
+        match published {
+            Ok(outcome) => (state.outcome, self.wait, self.retried) = (outcome, FIRST_WAIT, None),
+            Err(why) => {
+                let text = chain(why.as_ref());
+                if why.downcast_ref::<Rival>().is_some() {
+                    self.rival = Some(text.clone());
                 }
-                Err(why) => {
-                    let text = chain(why.as_ref());
-                    if why.downcast_ref::<Rival>().is_some() {
-                        self.rival = Some(text.clone());
-                    }
-                    warn!(service = "site-server", error = text, "the site is not in the store");
-                    state.outcome.error = Some(text);
-                    // What is in the store is looked at again.
-                    self.store = None;
-                    (wait, retried) = ((wait * 2).min(MAX_WAIT), Some(job));
-                }
+                warn!(service = "site-server", error = text, "the site is not in the store");
+                state.outcome.error = Some(text);
+                // What is in the store is looked at again.
+                self.store = None;
+                (self.wait, self.retried) = ((self.wait * 2).min(MAX_WAIT), Some(job));
             }
         }
     }
@@ -215,30 +273,35 @@ impl Publisher {
         if let Some(rival) = &self.rival {
             return Err(rival.clone().into());
         }
-        let signing = Signing { keys: &self.keys, key: &self.key };
         let connected = match self.store.take() {
             Some(connected) => connected,
-            None => Connected::open(&self.config, &self.state, &self.site, &self.keys)?,
+            None => {
+                let store = (self.surroundings.open)()?;
+                Connected::open(store, &self.state, &self.site, &self.keys)?
+            }
         };
         let connected = self.store.insert(connected);
+        let Surroundings { draw, clock, disk, .. } = &mut self.surroundings;
+        let mut means = Means { keys: &self.keys, key: &self.key, clock: &**clock, disk: &mut **disk };
         let is_wall = matches!(job.site.clock, IndexClock::Wall { .. });
         // What is due now does not wait for what is due later, unless that is there already.
         let (known, why) = connected.known_later(job);
-        let mut new_bytes = connected.publish(job, known, why, &signing)?;
+        let mut new_bytes = connected.publish(job, known, why, &mut means)?;
         self.shared.is_in_store(connected.newest.as_ref());
         let (mut later, mut why_no_later) = (Vec::new(), None);
         if is_wall {
-            match self.later.draw(&job.config, &job.site, &job.set, usize::from(self.config.ahead)) {
+            match draw(job, usize::from(self.config.ahead)) {
                 Ok(drawn) => later = drawn,
                 Err(why) => why_no_later = Some(chain(why.as_ref())),
             }
             let later = later.iter().map(|set| connected.set(set)).collect::<Result<_, _>>()?;
-            new_bytes += connected.publish(job, later, why_no_later.clone(), &signing)?;
+            new_bytes += connected.publish(job, later, why_no_later.clone(), &mut means)?;
             self.shared.is_in_store(connected.newest.as_ref());
         }
         // What was published is published, whatever becomes of the past.
-        let uncleaned =
-            connected.clean(&self.config).err().map(|why| format!("the past is not cleaned: {}", chain(why.as_ref())));
+        let now_ms = means.clock.now().wall_ms;
+        let cleaned = connected.clean(&self.config, now_ms);
+        let uncleaned = cleaned.err().map(|why| format!("the past is not cleaned: {}", chain(why.as_ref())));
         let plan_times_s = connected.newest.iter().flat_map(|index| &index.sets).map(|set| set.plan_time_s).collect();
         let warning = why_no_later.clone().map(|why| format!("nothing is drawn ahead: {why}")).or(uncleaned);
         let epoch = connected.newest.as_ref().map_or(0, |index| index.epoch);
@@ -246,26 +309,29 @@ impl Publisher {
     }
 }
 
-/// What signs an index.
-struct Signing<'a> {
+/// What an index is signed, dated and counted with.
+struct Means<'a> {
     keys: &'a str,
     key: &'a SigningKey,
+    clock: &'a dyn Clock,
+    disk: &'a mut dyn Disk,
 }
 
 impl Connected {
-    /// Opens the store and looks at what it has.
-    fn open(config: &ServeConfig, state: &Path, site: &SiteName, keys: &str) -> Result<Self, Failure> {
-        let credentials = config.credentials.as_deref().map(Credentials::read).transpose()?;
-        let store = Store::open(&config.store, &credentials.unwrap_or_default())?;
-        let (_, root) = KeyList::parse_signed(keys)?;
+    /// Looks at what a store has.
+    fn open(store: Box<dyn Objects>, state: &Path, site: &SiteName, keys: &str) -> Result<Self, Failure> {
+        let (list, root) = KeyList::parse_signed(keys)?;
         let newest = match store.fetch_unless(&current_path(site), None, MAX_INDEX_BYTES)? {
             Fetched::New { bytes, .. } => own("current.jsonl", &bytes, root),
             Fetched::Missing | Fetched::Unchanged => None,
         };
+        let mut has_list = newest.as_ref().is_some_and(|signed| signed.keys == list);
+        let newest = newest.map(|signed| signed.index);
         let mut connected = Self {
             site: site.clone(),
             store,
             newest,
+            is_for_robots: false,
             recipes: HashMap::new(),
             entries: BTreeMap::new(),
             new_bytes: 0,
@@ -276,11 +342,14 @@ impl Connected {
         let listed = connected.store.list(&index_folder(site))?;
         let last = listed.iter().filter_map(|index| epoch_of(&index.path)).max();
         let known = connected.newest.as_ref().map_or(0, |index| index.epoch);
+        let mut left_behind = None;
         if let Some(last) = last.filter(|last| *last > known) {
             let path = index_path(site, last);
             let left = connected.store.fetch_whole(&path, MAX_INDEX_BYTES)?;
-            if let Some(index) = own(&path, &left, root) {
-                connected.newest = Some(index);
+            if let Some(signed) = own(&path, &left, root) {
+                has_list = signed.keys == list;
+                left_behind = Some(signed.index.clone());
+                connected.newest = Some(signed.index);
                 connected.store.replace(&current_path(site), &left)?;
             }
         }
@@ -294,7 +363,14 @@ impl Connected {
                 found, taken, "the store is older than what was published: epochs go on above"
             );
         }
+        connected.is_for_robots = has_list && connected.taken.epoch <= found;
         connected.read_recipes()?;
+        // The list of its blobs comes after the index, too.
+        if let Some(index) = left_behind
+            && connected.store.length(&blob_list_path(site, index.epoch))?.is_none()
+        {
+            connected.list_blobs(&index)?;
+        }
         Ok(connected)
     }
 
@@ -369,18 +445,19 @@ impl Connected {
         job: &Job,
         later: Vec<PlanSet>,
         why_no_later: Option<String>,
-        signing: &Signing<'_>,
+        means: &mut Means<'_>,
     ) -> Result<u64, Failure> {
         let site_archive = self.entry(&job.site.site)?;
         let tasks = job.site.tasks.as_ref().map(|tasks| self.entry(tasks)).transpose()?;
         let sets: Vec<PlanSet> = std::iter::once(self.set(&job.set)?).chain(later).collect();
         let newest = self.newest.as_ref().map_or(0, |index| index.epoch);
-        let epoch = newest.max(self.taken.epoch) + 1;
+        // Whoever writes into the store can put an index of any epoch there.
+        let epoch = newest.max(self.taken.epoch).checked_add(1).ok_or("the store has an index of the last epoch")?;
         let index = SiteIndex {
             format: SiteIndex::FORMAT,
             site: self.site.clone(),
             epoch,
-            published: Timestamp::now().to_string(),
+            published: time_of(means.clock.now().wall_ms).to_string(),
             layout_version: LAYOUT_VERSION,
             frame_epoch: job.site.frame_epoch,
             clock: job.site.clock.clone(),
@@ -390,26 +467,25 @@ impl Connected {
             why_no_later,
         };
         let new_bytes = std::mem::take(&mut self.new_bytes);
-        let is_same = self.newest.as_ref().is_some_and(|newest| {
+        let is_same = self.newest.as_ref().filter(|_| self.is_for_robots).is_some_and(|newest| {
             SiteIndex { epoch: newest.epoch, published: newest.published.clone(), ..index.clone() } == *newest
         });
         if is_same {
             return Ok(new_bytes);
         }
-        let file = signed_index(signing.keys, &index, signing.key)?;
+        let file = signed_index(means.keys, &index, means.key)?;
         let path = index_path(&self.site, epoch);
         // An epoch is never taken twice, whatever becomes of the store.
-        self.taken.take(epoch)?;
+        self.taken.take(epoch, means.disk)?;
         // What was written without an answer is our own.
         if !self.store.create(&path, &file)? && self.store.fetch_whole(&path, MAX_INDEX_BYTES)? != file {
             return Err(Rival { epoch, site: self.site.clone() }.into());
         }
-        let needed = self.needed(&index);
-        self.store.replace(&blob_list_path(&self.site, epoch), &serde_json::to_vec(&needed)?)?;
+        self.list_blobs(&index)?;
         self.store.replace(&current_path(&self.site), &file)?;
 
         info!(service = "site-server", epoch, sets = index.sets.len(), new_bytes, "the site is in the store");
-        self.newest = Some(index);
+        (self.newest, self.is_for_robots) = (Some(index), true);
         self.n_since_cleaned += 1;
         Ok(new_bytes)
     }
@@ -471,6 +547,12 @@ impl Connected {
         Ok(())
     }
 
+    /// Writes which blobs an index needs.
+    fn list_blobs(&mut self, index: &SiteIndex) -> Result<(), Failure> {
+        let needed = self.needed(index);
+        Ok(self.store.replace(&blob_list_path(&self.site, index.epoch), &serde_json::to_vec(&needed)?)?)
+    }
+
     /// The blobs that an index needs.
     fn needed(&mut self, index: &SiteIndex) -> Vec<BlobEntry> {
         let archives: BTreeSet<ContentId> = index.archives().map(|entry| entry.id).collect();
@@ -487,12 +569,12 @@ impl Connected {
     }
 
     /// Removes indices of the past that are too old or too much, then blobs that none of those that stay needs.
-    fn clean(&mut self, config: &ServeConfig) -> Result<(), Failure> {
+    fn clean(&mut self, config: &ServeConfig, now_ms: i64) -> Result<(), Failure> {
         if self.n_since_cleaned < CLEAN_EVERY {
             return Ok(());
         }
         self.n_since_cleaned = 0;
-        let now = Timestamp::now();
+        let now = time_of(now_ms);
         let retention = Retention {
             keep: SignedDuration::from_hours(24 * i64::from(config.keep_days)),
             max_bytes: u64::from(config.keep_gb).saturating_mul(1_000_000_000),
@@ -510,7 +592,12 @@ impl Connected {
         // From the newest on: what an older one needs beside those after it is its own.
         for index in indices.iter().rev() {
             let Some(epoch) = epoch_of(&index.path) else { continue };
-            let list = self.store.fetch_whole(&blob_list_path(&self.site, epoch), MAX_INDEX_BYTES)?;
+            let list = match self.store.fetch_whole(&blob_list_path(&self.site, epoch), MAX_INDEX_BYTES) {
+                Ok(list) => list,
+                // What somebody else has put there keeps no blobs, and nothing of the past from going.
+                Err(why) if why.is_of_object() => continue,
+                Err(why) => return Err(why.into()),
+            };
             let list: Vec<BlobEntry> = serde_json::from_slice(&list)?;
             let own_bytes = list.iter().filter(|blob| counted.insert(blob.id)).map(|blob| blob.bytes).sum();
             kept.push(KeptIndex { epoch, published: index.modified, own_bytes });
@@ -560,19 +647,24 @@ impl TakenEpoch {
         Ok(Self { file, epoch })
     }
 
-    fn take(&mut self, epoch: u64) -> Result<(), Failure> {
-        self.file.save(&epoch)?;
+    fn take(&mut self, epoch: u64, disk: &mut dyn Disk) -> Result<(), Failure> {
+        disk.write(&self.file.saving(&epoch)?)?;
         self.epoch = epoch;
         Ok(())
     }
 }
 
 /// An index that the keys of this site signed; what others have put there is told, and counts for nothing.
-fn own(path: &str, file: &[u8], root: PublicKey) -> Option<SiteIndex> {
+fn own(path: &str, file: &[u8], root: PublicKey) -> Option<SignedIndex> {
     let parsed = SignedIndex::parse(file, &[root]);
     let refused =
         |why| warn!(service = "site-server", path, error = chain(&why), "it is no index of this site: it is replaced");
-    parsed.map_err(refused).ok().map(|signed| signed.index)
+    parsed.map_err(refused).ok()
+}
+
+/// A time of the machine's clock; one that no calendar has is that of the epoch.
+fn time_of(wall_ms: i64) -> Timestamp {
+    Timestamp::from_millisecond(wall_ms).unwrap_or_default()
 }
 
 /// The epoch in the path of an index.

@@ -1,7 +1,8 @@
 //! Sets that belong together, taken from the bus for the store as soon as every robot of the site has one.
 
+use crate::later_sets::LaterSets;
 use crate::pieces::{Piece, RobotPieces, SetKey, SetPieces, SitePieces, StoreyPiece};
-use crate::publication::{Job, Publisher, Shared};
+use crate::publication::{Job, Publisher, Shared, Surroundings};
 use crate::robots;
 use crate::robots::{Robots, link_settings};
 use bus::{Bus, RobotName};
@@ -22,7 +23,7 @@ const LOOK_INTERVAL: Duration = Duration::from_millis(100);
 
 daemon::inputs! {
     /// What wakes it; whole sets are read beside it, of each robot.
-    pub(crate) enum ServeInput { Site, ScheduleState }
+    pub enum ServeInput { Site, ScheduleState }
 }
 
 /// What is missing for so long is told.
@@ -39,7 +40,7 @@ enum Next {
 }
 
 /// Gives what a site has drawn to a store.
-pub(crate) struct SiteServer {
+pub struct SiteServer {
     config: SiteConfig,
     serve: ServeConfig,
     activity: CurrentActivity,
@@ -60,10 +61,13 @@ impl SiteServer {
     ///
     /// # Errors
     /// Keys or credentials that cannot be used.
-    pub(crate) fn start(config: &SiteConfig, activity: CurrentActivity) -> Result<Self, Failure> {
+    pub fn start(config: &SiteConfig, activity: CurrentActivity) -> Result<Self, Failure> {
         let serve = config.serve.clone().ok_or("the configuration has no [serve]: nothing is published")?;
         let shared = Arc::new(Shared::default());
-        let publisher = Publisher::new(serve.clone(), &config.state, Arc::clone(&shared))?;
+        let mut later = LaterSets::default();
+        let draw = move |job: &Job, ahead| later.draw(&job.config, &job.site, &job.set, ahead);
+        let surroundings = Surroundings::of_machine(&serve, &config.state, Box::new(draw));
+        let publisher = Publisher::new(serve.clone(), &config.state, Arc::clone(&shared), surroundings)?;
         std::thread::Builder::new().name("site-server-put".to_owned()).spawn(|| {
             // Maps of this machine do not wait for those of others.
             daemon::in_background();
@@ -172,11 +176,13 @@ fn key_of(first: &SiteSet<'_>, sets: &[(&String, SiteSet<'_>)]) -> SetKey {
     of_site.into_iter().chain(tasks).chain(sets.iter().flat_map(of_robot)).collect()
 }
 
-fn piece<T: bus::Topic>(topic: &str, sample: &bus::CheckedSample<T>) -> Piece {
+/// An archive of a topic, from its sample.
+pub fn piece<T: bus::Topic>(topic: &str, sample: &bus::CheckedSample<T>) -> Piece {
     Piece::copy_of(topic.to_owned(), sample.content_hash(), sample.as_ref())
 }
 
-fn robot_pieces(name: &str, set: &SiteSet<'_>) -> RobotPieces {
+/// The maps of a robot, from a set of samples.
+pub fn robot_pieces(name: &str, set: &SiteSet<'_>) -> RobotPieces {
     let (site, index) = (set.site.view(), set.index.view());
     let topic = |topic: &str| Piece::topic_of(name, topic);
     let header: &SampleHeader = set.index.bytes().header();

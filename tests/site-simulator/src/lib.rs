@@ -5,10 +5,13 @@
 
 #![expect(clippy::unwrap_used, reason = "a simulation panics where it fails")]
 
+pub mod replicas;
+pub mod simulated_store;
+
 use bus::{Bus, Daemon, DeathAtLoan, InProcessBus, RawSubscriber, RobotName};
 use daemon::{
     Asked, Caller, Clock, Committed, CurrentActivity, Decide, Disk, Event, Failure, FileText, HistoryEvent, Input,
-    MachineTime, Reporter, Request, Save, ScheduleRequest, ScheduleVerdict, Service, SiteConfig, StateError,
+    MachineTime, Reporter, Request, Save, ScheduleRequest, ScheduleVerdict, Service, SiteConfig, Standing, StateError,
     StateFolder,
 };
 use ifc_ingest::judge::Judge;
@@ -65,34 +68,47 @@ struct SimulatedDisk {
     faults: Arc<Mutex<DiskFaults>>,
 }
 
+impl DiskFaults {
+    /// A write: whether its process dies of it, and if so, whether after it.
+    fn write(&mut self) -> Option<bool> {
+        let (left, is_after) = self.death.as_mut()?;
+        if *left == 0 {
+            return Some(*is_after);
+        }
+        *left -= 1;
+        None
+    }
+}
+
+/// A write of a process, which may die before it or after it.
+fn mortal<T, E>(faults: &Mutex<DiskFaults>, write: impl FnOnce() -> Result<T, E>) -> Result<T, E> {
+    let dies = faults.lock().unwrap().write();
+    if dies == Some(false) {
+        panic_any(Death);
+    }
+    let written = write()?;
+    if dies == Some(true) {
+        panic_any(Death);
+    }
+    Ok(written)
+}
+
 impl SimulatedDisk {
+    /// The state folder of a process.
+    fn of(config: &SiteConfig, faults: &Arc<Mutex<DiskFaults>>) -> Self {
+        Self { state: Arc::new(Mutex::new(StateFolder::at(&config.state))), faults: Arc::clone(faults) }
+    }
+
     fn full() -> StateError {
         StateError::Io { path: "state".into(), source: std::io::ErrorKind::StorageFull.into() }
     }
 
     /// A step of the disk, on which the process may die.
     fn step(&self, write: impl FnOnce() -> Result<(), StateError>) -> Result<(), StateError> {
-        let mut faults = self.faults.lock().unwrap();
-        if faults.is_full {
+        if self.faults.lock().unwrap().is_full {
             return Err(Self::full());
         }
-        let dies = match &mut faults.death {
-            Some((0, is_after)) => Some(*is_after),
-            Some((left, _)) => {
-                *left -= 1;
-                None
-            }
-            None => None,
-        };
-        drop(faults);
-        if dies == Some(false) {
-            panic_any(Death);
-        }
-        write()?;
-        if dies == Some(true) {
-            panic_any(Death);
-        }
-        Ok(())
+        mortal(&self.faults, write)
     }
 }
 
@@ -130,7 +146,7 @@ struct Running<D: Decide> {
 }
 
 /// Starts the rules of a process.
-type Start<D> = dyn Fn(&SiteConfig, CurrentActivity, MachineTime) -> Result<Committed<D>, Failure>;
+type Start<D> = dyn Fn(&SiteConfig, CurrentActivity, MachineTime) -> Result<Committed<D>, Failure> + Send;
 
 /// A process that may run, and its disk.
 pub struct Process<D: Decide> {
@@ -142,7 +158,7 @@ pub struct Process<D: Decide> {
 
 impl<D: Decide> Process<D> {
     fn new(
-        start: impl Fn(&SiteConfig, CurrentActivity, MachineTime) -> Result<Committed<D>, Failure> + 'static,
+        start: impl Fn(&SiteConfig, CurrentActivity, MachineTime) -> Result<Committed<D>, Failure> + Send + 'static,
     ) -> Self {
         Self { start: Box::new(start), running: None, faults: Arc::default() }
     }
@@ -159,18 +175,22 @@ impl<D: Decide> Process<D> {
 
     /// Starts the process if it does not run; it joins the bus.
     fn start(&mut self, site: &Circumstances) -> End<()> {
+        self.start_on(&site.config, &site.bus, Box::new(site.clock.clone()))
+    }
+
+    /// The same with a clock of its own.
+    fn start_on(&mut self, config: &SiteConfig, bus: &InProcessBus, clock: Box<dyn Clock>) -> End<()> {
         if self.running.is_some() {
             return End::Done(());
         }
-        let faults = Arc::clone(&self.faults);
-        let disk = SimulatedDisk { state: Arc::new(Mutex::new(StateFolder::at(&site.config.state))), faults };
-        let made = (self.start)(&site.config, CurrentActivity::default(), site.clock.now());
+        let disk = SimulatedDisk::of(config, &self.faults);
+        let made = (self.start)(config, CurrentActivity::default(), clock.now());
         let service = match made {
-            Ok(service) => service.driven_by(Box::new(disk), Box::new(site.clock.clone())),
+            Ok(service) => service.driven_by(Box::new(disk), clock),
             Err(why) => return End::Failed(daemon::chain(why.as_ref())),
         };
         self.running = Some(Running { service, subscribers: Vec::new() });
-        self.join(&site.bus, site.config.robot_name)
+        self.join(bus, config.robot_name)
     }
 
     /// Joins a generation of the bus, with a robot that has a name if it is one of a robot.
@@ -254,6 +274,11 @@ impl<D: Decide> Process<D> {
             };
         }
         end
+    }
+
+    /// What an operator has to see of it; nothing if it is dead.
+    pub fn standing(&self) -> Option<Standing> {
+        self.running.as_ref().map(|running| running.service.standing())
     }
 
     /// What it tells of itself; nothing if it is dead.

@@ -12,6 +12,8 @@ mod models;
 #[path = "support/robot.rs"]
 #[expect(dead_code, reason = "other tests use the rest of it")]
 mod robot;
+#[path = "support/seeds.rs"]
+mod seeds;
 
 use bus::{Bus, CheckedSample, Daemon, GridSlot, RawSubscriber, TopicName, topics};
 use daemon::facts::Pose;
@@ -24,11 +26,12 @@ use models::{RESOLUTION_M, RULES, START_MS, copy_folder, models, toml};
 use raster::Rasterizer;
 use robot::{N_MAPS, TRUE_POSE, accepted, east_wall, result_of};
 use schedule::{Overrides, Rules, evaluate, parse_actuals};
+use seeds::{Dice, Violation, first_violation};
 use serde_json::Value;
 use site_simulator::{DAEMONS, Daemons, DiskFaults, End, SimulatedClock};
 use site_view::SiteSetReader;
 use std::collections::{BTreeMap, HashMap};
-use std::sync::atomic::{AtomicI64, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicI64, Ordering};
 use std::sync::{Arc, Mutex, OnceLock};
 
 /// Histories of the test, and events of each.
@@ -49,27 +52,6 @@ enum Fault {
     MixedSet,
     /// A daemon that starts again counts its samples from 1.
     FallingEpoch,
-}
-
-/// Numbers from a seed (SplitMix64).
-struct Dice(u64);
-
-impl Dice {
-    fn roll(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    fn below(&mut self, n: usize) -> usize {
-        (self.roll() % n as u64) as usize
-    }
-
-    fn one_in(&mut self, n: usize) -> bool {
-        self.below(n) == 0
-    }
 }
 
 /// What the operator has asked for.
@@ -153,9 +135,6 @@ impl Reader {
         Self { topics, sets: SiteSetReader::of(&bus).unwrap(), newest: Newest::default() }
     }
 }
-
-/// A history that went wrong, in a sentence.
-type Violation = String;
 
 /// A site with its operator.
 struct History {
@@ -758,40 +737,9 @@ fn check_set(
     }
 }
 
-/// The first seed whose history goes wrong, and how.
-fn first_violation(fault: Fault, n_histories: u64) -> Option<(u64, Violation)> {
-    // A process that dies is no failure of the test.
-    static QUIET: OnceLock<()> = OnceLock::new();
-    QUIET.get_or_init(|| {
-        let told = std::panic::take_hook();
-        std::panic::set_hook(Box::new(move |panic| {
-            if panic.payload().downcast_ref::<&str>().is_some() || panic.payload().downcast_ref::<String>().is_some() {
-                told(panic);
-            }
-        }));
-    });
-    let (next, found) = (AtomicU64::new(0), Mutex::new(None));
-    std::thread::scope(|scope| {
-        for _ in 0..std::thread::available_parallelism().map_or(1, usize::from) {
-            scope.spawn(|| {
-                while found.lock().unwrap().is_none() {
-                    let seed = next.fetch_add(1, Ordering::Relaxed);
-                    if seed >= n_histories {
-                        return;
-                    }
-                    if let Err(why) = History::new(seed, fault).run() {
-                        found.lock().unwrap().get_or_insert((seed, why));
-                    }
-                }
-            });
-        }
-    });
-    found.into_inner().unwrap()
-}
-
 #[test]
 fn no_history_mixes_what_does_not_belong_together_or_makes_an_answer_false() {
-    if let Some((seed, why)) = first_violation(Fault::None, N_HISTORIES) {
+    if let Some((seed, why)) = first_violation(N_HISTORIES, |seed| History::new(seed, Fault::None).run()) {
         panic!("seed {seed}: {why}");
     }
 }
@@ -801,8 +749,8 @@ fn faults_that_are_put_in_are_found() {
     let expected =
         [(Fault::LostWayBack, "wanted"), (Fault::MixedSet, "taken for a set"), (Fault::FallingEpoch, "epoch")];
     for (fault, told) in expected {
-        let (seed, why) =
-            first_violation(fault, N_HISTORIES_OF_FAULT).unwrap_or_else(|| panic!("{fault:?} is not found"));
+        let found = first_violation(N_HISTORIES_OF_FAULT, |seed| History::new(seed, fault).run());
+        let (seed, why) = found.unwrap_or_else(|| panic!("{fault:?} is not found"));
         assert!(why.contains(told), "{fault:?}, seed {seed}: {why}");
     }
 }
