@@ -66,6 +66,7 @@ const ALLOWED: [(&str, &[&str]); 45] = [
             "raster",
             "replica",
             "schedule",
+            "site-schedule",
             "site-view",
             "store",
             "waypoints",

@@ -2,7 +2,7 @@
 
 use crate::robot_config::{AlignConfig, NamedRobotConfig, RobotConfig, WaypointConfig, check_robots, separate_bridges};
 use crate::ros_config::RosConfig;
-use crate::server_config::{FollowConfig, ServeConfig, check_link, check_server};
+use crate::server_config::{DecidedOnServer, FollowConfig, ServeConfig, check_link, check_server};
 use crate::web_config::WebConfig;
 use bus::{Domain, DomainError, RobotName};
 use input_files::{MAX_CONFIGURATION_BYTES, read_regular_text};
@@ -220,6 +220,14 @@ impl SiteConfig {
         }
         let domain = domain.with_robots(self.robots.iter().map(|robot| robot.name))?;
         self.robot_name.map_or(Ok(domain.clone()), |robot| domain.of_robot(robot))
+    }
+
+    /// Refuses a robot that follows the server of its site, for what is decided where a site is drawn.
+    ///
+    /// # Errors
+    /// Such a robot.
+    pub fn check_draws(&self) -> Result<(), DecidedOnServer> {
+        self.follow.as_ref().map_or(Ok(()), |follow| Err(follow.decided_on_server()))
     }
 
     /// Reads a configuration.

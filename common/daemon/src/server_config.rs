@@ -1,6 +1,5 @@
 //! Configuration of sites on many machines: `[serve]` of the machine that draws, `[follow]` of the robots that show what it drew.
 
-use crate::config::SiteConfig;
 use bus::RobotName;
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -123,6 +122,11 @@ impl ServeConfig {
 }
 
 impl FollowConfig {
+    /// What is decided where a site is drawn is not decided here.
+    pub(crate) fn decided_on_server(&self) -> DecidedOnServer {
+        DecidedOnServer { site: self.site.clone(), store: self.store.clone() }
+    }
+
     /// Paths of files. A store that is a folder counts from `home` from here on.
     pub(crate) fn paths(&mut self, home: &Path) -> impl Iterator<Item = &mut PathBuf> {
         count_from(home, &mut self.store);
@@ -170,17 +174,6 @@ pub struct DecidedOnServer {
     site: String,
     /// Its store.
     store: String,
-}
-
-impl SiteConfig {
-    /// Refuses a robot that follows the server of its site, for what is decided where a site is drawn.
-    ///
-    /// # Errors
-    /// Such a robot.
-    pub fn check_draws(&self) -> Result<(), DecidedOnServer> {
-        let Some(FollowConfig { site, store, .. }) = &self.follow else { return Ok(()) };
-        Err(DecidedOnServer { site: site.clone(), store: store.clone() })
-    }
 }
 
 /// Refuses what cannot be together: one bus has the maps that are drawn on it, or those of a server.
