@@ -132,7 +132,7 @@ const ALLOWED: [(&str, &[&str]); 43] = [
 ];
 
 /// Foreign crates, and the crates that alone may name each.
-const FENCED: [(&str, &[&str]); 26] = [
+const FENCED: [(&str, &[&str]); 27] = [
     ("ifc-lite-core", &["ifc"]),
     ("ifc-lite-geometry", &["ifc"]),
     ("ifc-lite-processing", &["ifc"]),
@@ -152,6 +152,7 @@ const FENCED: [(&str, &[&str]); 26] = [
     ("reqwest", &["store"]),
     ("rustls", &["store"]),
     ("url", &["store"]),
+    ("fastcdc", &["replica"]),
     ("ring", &["replica"]),
     ("zstd", &["replica"]),
     ("axum", &["web"]),

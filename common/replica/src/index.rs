@@ -125,7 +125,7 @@ pub struct SetChoice {
 
 impl SiteIndex {
     /// The form that this version reads and writes.
-    pub const FORMAT: u32 = 1;
+    pub const FORMAT: u32 = 2;
 
     /// The set to be shown at a plan time of the robot's clock, where it has one: the last one that has begun, and never one before the
     /// first, which is the server's word for the present.

@@ -11,9 +11,10 @@
 //! | `SITE/needed/EPOCH.json` | which blobs that index needs, for the server |
 //! | `SITE/blobs/XX/SHA256` | recipes and packs, named by the sha256 of their bytes; `XX` are its first two digits |
 //!
-//! An archive is a recipe ([`Recipe`]): its blocks in their order, each with its sha256, and where it lies in which pack. A pack has
-//! those blocks, compressed, that were new when the archive was published, so that a date of which little changes is a small pack; a
-//! robot fetches the blocks that it does not have, by ranges.
+//! An archive is a recipe ([`Recipe`]): its blocks in their order, each with its sha256, its length, and where it lies in which pack. A
+//! pack has those blocks, compressed, that were new when the archive was published, so that a date of which little changes is a small
+//! pack; a robot fetches the blocks that it does not have, by ranges. Archives are cut where their content says so, so that what is
+//! inserted into a model moves what follows without changing its blocks.
 //!
 //! # Guarantees
 //!

@@ -21,7 +21,7 @@ const MAX_WAIT: Duration = Duration::from_secs(60);
 /// What breaks off on the way is asked for so often before the next look.
 const MAX_TRIES: usize = 4;
 
-/// Largest recipe: an archive of the largest size has some 32,000 blocks.
+/// Largest recipe: an archive of the largest size has some 32,000 blocks, and at most four times as many.
 const MAX_RECIPE_BYTES: u64 = 16 << 20;
 
 /// What the thread has found.
