@@ -17,7 +17,7 @@ fn root() -> PathBuf {
 }
 
 /// Crates of the workspace that each crate may depend on.
-const ALLOWED: [(&str, &[&str]); 43] = [
+const ALLOWED: [(&str, &[&str]); 44] = [
     ("diagnostics", &[]),
     ("input-files", &[]),
     ("frames", &[]),
@@ -46,6 +46,7 @@ const ALLOWED: [(&str, &[&str]); 43] = [
     ("ground", &["frames", "geometry", "messages"]),
     ("raster", &["diagnostics", "frames", "geometry", "grid", "ground", "messages"]),
     ("waypoints", &["diagnostics", "frames", "geometry", "grid", "messages", "safety"]),
+    ("site-files", &["cloud", "export", "fleet", "ground", "messages", "open-rmf", "raster", "world"]),
     ("alignment", &["diagnostics", "frames", "geometry", "grid", "messages", "occupancy", "raster"]),
     ("deviations", &["frames", "geometry", "grid", "messages", "occupancy"]),
     ("answers", &["diagnostics", "export", "frames", "messages", "schedule", "waypoints"]),
@@ -112,17 +113,16 @@ const ALLOWED: [(&str, &[&str]); 43] = [
             "frames",
             "geometry",
             "grid",
-            "ground",
             "ingest",
             "input-files",
             "messages",
             "occupancy",
-            "open-rmf",
             "raster",
             "replica",
             "ros",
             "safety",
             "schedule",
+            "site-files",
             "site-view",
             "tasks",
             "waypoints",
