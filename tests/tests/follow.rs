@@ -5,6 +5,7 @@
 mod support;
 
 use serde_json::Value;
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::Instant;
@@ -80,9 +81,13 @@ impl Tower {
 
     /// Epoch of the newest index.
     fn epoch(&self) -> u64 {
+        self.index()["epoch"].as_u64().unwrap()
+    }
+
+    /// The newest index.
+    fn index(&self) -> Value {
         let text = std::fs::read_to_string(self.current()).unwrap();
-        let index: Value = serde_json::from_str(text.lines().nth(2).unwrap()).unwrap();
-        index["epoch"].as_u64().unwrap()
+        serde_json::from_str(text.lines().nth(2).unwrap()).unwrap()
     }
 }
 
@@ -661,4 +666,161 @@ fn break_off(mut client: std::net::TcpStream, behind: u16, n: usize) {
     let mut answer = Vec::new();
     let _ = web.read_to_end(&mut answer);
     let _ = client.write_all(&answer[..answer.len().min(limit)]);
+}
+
+/// Every format that a server exports.
+const ALL_FILES: &str =
+    "export = [\"maps\", \"ground\", \"world\", \"usd\", \"cloud\", \"octomap\", \"vda5050\", \"lif\", \"open-rmf\"]\n";
+
+/// An object of a web server.
+fn fetched(web: &WebServer, path: &str) -> Vec<u8> {
+    use std::io::{Read, Write};
+    let mut stream = std::net::TcpStream::connect(web.url.trim_start_matches("http://")).unwrap();
+    write!(stream, "GET /{path} HTTP/1.0\r\n\r\n").unwrap();
+    let mut answer = Vec::new();
+    stream.read_to_end(&mut answer).unwrap();
+    assert!(
+        answer.starts_with(b"HTTP/1.0 200"),
+        "{path}: {}",
+        String::from_utf8_lossy(&answer[..30.min(answer.len())])
+    );
+    let body = answer.windows(4).position(|end| end == b"\r\n\r\n").unwrap() + 4;
+    answer.split_off(body)
+}
+
+/// A blob of a web server, which has the bytes that its name says.
+fn fetched_blob(web: &WebServer, blob: &Value) -> Vec<u8> {
+    let id = blob["id"].as_str().unwrap();
+    let bytes = fetched(web, &format!("tower/blobs/{}/{id}", &id[..2]));
+    assert_eq!((sha256(&bytes).as_str(), blob["bytes"].as_u64()), (id, Some(bytes.len() as u64)));
+    bytes
+}
+
+fn sha256(bytes: &[u8]) -> String {
+    use sha2::Digest;
+    sha2::Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// The exported files of a set, by plain HTTP.
+fn fetched_files(web: &WebServer, set: &Value) -> Vec<(PathBuf, Vec<u8>)> {
+    let list = fetched_blob(web, &set["robots"]["robot"]["files"]["list"]);
+    let list: Value = serde_json::from_slice(&list).unwrap();
+    let file = |file: &Value| (PathBuf::from(file["path"].as_str().unwrap()), fetched_blob(web, file));
+    let mut files: Vec<_> = list["files"].as_array().unwrap().iter().map(file).collect();
+    files.sort();
+    files
+}
+
+/// The newest index, once its first set is of this plan time and has exported files.
+fn exported(server: &Live, tower: &Tower, date: &str) -> Value {
+    let has_files = || {
+        let index = Some(tower).filter(|tower| tower.current().is_file()).map(Tower::index);
+        let is_it = |index: &Value| !index["sets"][0]["robots"]["robot"]["files"].is_null();
+        index.filter(|index| plan_time(tower).as_deref() == Some(date) && is_it(index))
+    };
+    server.wait_for_status("files are exported", |_| has_files().is_some());
+    has_files().unwrap()
+}
+
+/// Names of the files in which two outputs differ.
+fn differing(a: &[(PathBuf, Vec<u8>)], b: &[(PathBuf, Vec<u8>)]) -> Vec<PathBuf> {
+    let not_in = |some: &[(PathBuf, Vec<u8>)], others: &[(PathBuf, Vec<u8>)]| {
+        some.iter().filter(|file| !others.contains(file)).map(|(path, _)| path.clone()).collect::<Vec<_>>()
+    };
+    [not_in(a, b), not_in(b, a)].concat()
+}
+
+#[test]
+fn whoever_has_no_groundplan_fetches_the_files_of_export_by_their_sha256() {
+    let tower = Tower::new();
+    std::fs::create_dir(tower.store()).unwrap();
+    if Command::new("python3").arg("--version").output().is_err() {
+        announce("SKIPPED: no python3 for a web server");
+        return;
+    }
+    let web = WebServer::start(&tower.store());
+    let mut server = Live::of(&demo_model(), &(tower.serve("signing", FIRST) + ALL_FILES));
+    let first = exported(&server, &tower, "2024-04-15T00:00:00");
+    let export = |server: &Live, name: &str| {
+        let out = server.home.path().join(name);
+        let formats =
+            ["--with-ground", "--world", "--usd", "--cloud", "--octomap", "--fleet=vda5050,lif", "--open-rmf"];
+        let mut arguments: Vec<&dyn AsRef<std::ffi::OsStr>> = vec![&"export", &out];
+        arguments.extend(formats.iter().map(|format| format as &dyn AsRef<std::ffi::OsStr>));
+        server.text(&arguments);
+        contents(&out)
+    };
+    let of_first = fetched_files(&web, &first["sets"][0]);
+    let by_command = export(&server, "first");
+    assert!(of_first == by_command, "{:?}", differing(&of_first, &by_command));
+    for path in ["manifest.json", "world/site.usda", "octomap/structure.bt", "fleet/lif/site.lif.json", "ground.json"] {
+        assert!(of_first.iter().any(|(of, _)| of == Path::new(path)), "{path}");
+    }
+    // Maps and zone sets of fleets, by links from the address of the store.
+    let maps = fetched_blob(&web, &first["sets"][0]["robots"]["robot"]["files"]["vda5050_maps"]);
+    let maps: Value = serde_json::from_slice(&maps).unwrap();
+    assert_eq!((&maps["site"], &maps["enable_at"]), (&"tower".into(), &Value::Null), "the plan time follows no clock");
+    for map in maps["maps"].as_array().unwrap() {
+        for (action, kind, key) in [(0, "map", "map"), (1, "zone_set", "zoneSet")] {
+            let parameters = map["download"][action]["actionParameters"].as_array().unwrap();
+            let value = |name: &str| parameters.iter().find(|p| p["key"] == name).unwrap()["value"].as_str().unwrap();
+            let bytes = fetched(&web, value(&format!("{key}DownloadLink")));
+            assert_eq!(sha256(&bytes), value(&format!("{key}Hash")));
+            assert_eq!(map[kind]["sha256"], value(&format!("{key}Hash")));
+            assert!(of_first.iter().any(|(_, of)| *of == bytes), "{kind}");
+        }
+    }
+    // Another date: what is as before is no other blob.
+    server.text(&[&"date", &"2024-05-20"]);
+    let second = exported(&server, &tower, "2024-05-20T00:00:00");
+    let (of_second, by_command) = (fetched_files(&web, &second["sets"][0]), export(&server, "second"));
+    assert!(of_second == by_command, "{:?}", differing(&of_second, &by_command));
+    assert!(of_second != of_first);
+    judged(&tower);
+    // A server that comes back has nothing to write; what was lost meanwhile comes back with it.
+    let list = second["sets"][0]["robots"]["robot"]["files"].clone();
+    let written = || {
+        let home = tower.at("store/tower/blobs");
+        let modified = |path: &PathBuf| std::fs::metadata(home.join(path)).unwrap().modified().unwrap();
+        let blobs = contents(&home).into_iter().map(|(path, _)| path);
+        blobs.map(|path| (modified(&path), path)).collect::<BTreeSet<_>>()
+    };
+    let before = written();
+    let (_, semantic) = of_second.iter().find(|(path, _)| path == Path::new("semantic.json")).unwrap();
+    let id = sha256(semantic);
+    let blob = tower.store().join(format!("tower/blobs/{}/{id}", &id[..2]));
+    for is_lost in [false, true] {
+        server.down();
+        if is_lost {
+            std::fs::remove_file(&blob).unwrap();
+        }
+        server.up();
+        server.wait_for_status("the files are there", |status| {
+            let is_shown = status["server"]["epoch"].as_u64() == Some(tower.epoch());
+            is_shown && tower.index()["sets"][0]["robots"]["robot"]["files"] == list && blob.is_file()
+        });
+        assert!(fetched_files(&web, &tower.index()["sets"][0]) == of_second);
+        if !is_lost {
+            assert!(written().is_superset(&before), "a blob was written again");
+        }
+    }
+}
+
+/// The files of fleets in a store, judged by the formats' schemas and against the maps.
+fn judged(tower: &Tower) {
+    let python = support::root().join("target/venv/bin/python");
+    let mut install = Command::new("bash");
+    install.arg(support::root().join("scripts/python-env"));
+    install.args(["numpy", "shapely==2.2.0", "jsonschema==4.26.0", "rfc3339-validator==0.1.4"]);
+    let is_installed = install.status().is_ok_and(|status| status.success());
+    if !is_installed || !python.is_file() {
+        announce(
+            "SKIPPED: numpy, shapely and jsonschema could not be installed: files of fleets in a store are not judged",
+        );
+        return;
+    }
+    let script = support::root().join("scripts/check_fleet.py");
+    let output = Command::new(python).arg(script).arg("--store").arg(tower.store().join("tower")).output().unwrap();
+    let text = String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success() && text.contains("PASS"), "{text}");
 }

@@ -55,7 +55,25 @@ const ALLOWED: [(&str, &[&str]); 44] = [
     ("rasterize", &["bus", "daemon", "grid", "messages", "raster"]),
     ("waypoint-gen", &["bus", "daemon", "messages", "site-view", "waypoints"]),
     ("site-follow", &["bus", "daemon", "frames", "messages", "replica", "store"]),
-    ("site-server", &["bus", "daemon", "messages", "raster", "replica", "schedule", "site-view", "store", "waypoints"]),
+    (
+        "site-server",
+        &[
+            "bus",
+            "cloud",
+            "daemon",
+            "export",
+            "fleet",
+            "messages",
+            "raster",
+            "replica",
+            "schedule",
+            "site-files",
+            "site-view",
+            "store",
+            "waypoints",
+            "world",
+        ],
+    ),
     (
         "ros-bridge",
         &[

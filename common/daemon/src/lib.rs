@@ -138,7 +138,7 @@ pub use save::Save;
 pub use schedule_inputs::{
     MAX_TABLE_BYTES, mend_progress, progress_in_force, read_progress, rules_in_force, saving_observed,
 };
-pub use server_config::{FollowConfig, ServeConfig, UNNAMED_ROBOT};
+pub use server_config::{ExportedFiles, FollowConfig, ServeConfig, UNNAMED_ROBOT};
 pub use service::{AnswerOf, Asked, CurrentActivity, Done, Event, Service, Standing};
 pub use setting::{
     Configured, KeptSetting, OlderSetting, Setting, SettingInForce, SettingKey, SettingSource, check_setting,
