@@ -824,3 +824,136 @@ fn judged(tower: &Tower) {
     let text = String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success() && text.contains("PASS"), "{text}");
 }
+
+/// The plan time of a folder of exported files, if all of it is as its manifest says; `None` if the link has moved on meanwhile.
+fn plan_time_of_files(link: &Path) -> Option<String> {
+    let folder = std::fs::canonicalize(link).ok()?;
+    let looked = || -> Option<String> {
+        let manifest: Value = serde_json::from_slice(&std::fs::read(folder.join("manifest.json")).ok()?).ok()?;
+        let mut is_whole = true;
+        for (path, sum) in manifest["files"].as_object()? {
+            let bytes = std::fs::read(folder.join(path)).ok();
+            is_whole &= bytes.is_some_and(|bytes| sha256(&bytes) == *sum);
+        }
+        is_whole.then(|| manifest["plan_time"].as_str().map(str::to_owned))?
+    };
+    let found = looked();
+    // What no link names any more may go.
+    let is_still = std::fs::canonicalize(link).is_ok_and(|now| now == folder);
+    assert!(found.is_some() || !is_still, "{} is not whole", folder.display());
+    found.filter(|_| is_still)
+}
+
+/// The plan time of the maps that a robot shows, if there are any.
+fn plan_time_of_maps(robot: &Live) -> Option<String> {
+    let output = robot.run(&[&"topic", &"echo", &"grids"]);
+    let index: Value = serde_json::from_slice(&output.stdout).ok()?;
+    index["content"]["plan_time"].as_str().map(str::to_owned)
+}
+
+/// Raises a flag when it goes.
+struct Raised<'a>(&'a std::sync::atomic::AtomicBool);
+
+impl Drop for Raised<'_> {
+    fn drop(&mut self) {
+        self.0.store(true, std::sync::atomic::Ordering::Relaxed);
+    }
+}
+
+#[test]
+fn files_of_a_robot_are_those_of_its_maps_whatever_dies() {
+    let tower = Tower::new();
+    let server = Live::of(&demo_model(), &(tower.serve("signing", FIRST) + "export = [\"maps\"]\n"));
+    exported(&server, &tower, "2024-04-15T00:00:00");
+    let robot = Live::following(&tower.follow("files = \"files\"\n"));
+    let link = robot.home.path().join("files/current");
+    let files_of = |date: &str| {
+        let begun = Instant::now();
+        while plan_time_of_files(&link).as_deref() != Some(date) {
+            assert!(begun.elapsed() < DEADLINE, "there are no files of {date}: {:?}", robot.status());
+            std::thread::sleep(POLL_INTERVAL);
+        }
+        let files = contents(&std::fs::canonicalize(&link).unwrap());
+        let of_server = server.exported("files");
+        assert!(files == of_server, "{:?}", differing(&files, &of_server));
+    };
+    files_of("2024-04-15T00:00:00");
+    let is_over = std::sync::atomic::AtomicBool::new(false);
+    let n_looks = std::thread::scope(|scope| {
+        // Also after a failure: the other thread ends with this one.
+        let over = Raised(&is_over);
+        // Whoever looks sees files of the maps on the bus, whole, or none.
+        let watch = scope.spawn(|| {
+            let mut n_looks = 0;
+            while !is_over.load(std::sync::atomic::Ordering::Relaxed) {
+                let before = plan_time_of_maps(&robot);
+                let files = plan_time_of_files(&link);
+                let after = plan_time_of_maps(&robot);
+                if let (Some(files), true) = (files, before.is_some() && before == after) {
+                    assert_eq!(Some(files), before);
+                    n_looks += 1;
+                }
+            }
+            n_looks
+        });
+        for (n, date) in ["2024-04-20", "2024-05-20", "2024-04-15", "2024-05-21"].into_iter().enumerate() {
+            server.text(&[&"date", &date]);
+            let at = format!("{date}T00:00:00");
+            // In the middle of what it does, each time elsewhere.
+            std::thread::sleep(std::time::Duration::from_millis(300 * n as u64));
+            if let Some(id) =
+                robot.status().and_then(|s| s["daemons"]["site-follow"]["process_id"].as_u64()).filter(|id| *id > 1)
+            {
+                assert!(Command::new("kill").args(["-9", &id.to_string()]).status().unwrap().success());
+            }
+            exported(&server, &tower, &at);
+            files_of(&at);
+        }
+        drop(over);
+        watch.join().unwrap()
+    });
+    assert!(n_looks > 10, "{n_looks}");
+    // Without the store they stay.
+    std::fs::rename(tower.store(), tower.at("away")).unwrap();
+    robot.says("what is shown is valid until");
+    assert_eq!(plan_time_of_files(&link).as_deref(), Some("2024-05-21T00:00:00"));
+}
+
+#[test]
+fn files_of_later_maps_are_there_before_and_are_shown_with_them() {
+    let tower = Tower::new();
+    let (schedule, instants) = soon(&tower, &[60, 70]);
+    let serve = tower.serve("signing", &schedule) + "export = [\"vda5050\"]\n";
+    let mut server = Live::of(&demo_model(), &serve);
+    server.text(&[&"date", &"--wall"]);
+    let sets = || tower.index()["sets"].as_array().unwrap().clone();
+    let of_later = |set: &Value| instants.contains(&set["plan_time_s"].as_i64().unwrap_or(0));
+    server.wait_for_status("files of later sets are exported", |_| {
+        let later = Some(()).filter(|()| tower.current().is_file()).map(|()| sets()).unwrap_or_default();
+        let has_files = |set: &&Value| of_later(set) && !set["robots"]["robot"]["files"]["vda5050_maps"].is_null();
+        later.iter().filter(has_files).count() == 2
+    });
+    for set in sets().iter().filter(|set| of_later(set)) {
+        let blob = set["robots"]["robot"]["files"]["vda5050_maps"]["id"].as_str().unwrap();
+        let text = std::fs::read(tower.store().join(format!("tower/blobs/{}/{blob}", &blob[..2]))).unwrap();
+        let maps: Value = serde_json::from_slice(&text).unwrap();
+        let at: jiff::Timestamp = maps["enable_at"].as_str().unwrap().parse().unwrap();
+        assert_eq!(Some(at.as_second()), set["plan_time_s"].as_i64(), "the zone of the site is UTC");
+    }
+    let robot = Live::following(&tower.follow("files = \"files\"\n"));
+    let link = robot.home.path().join("files/current");
+    let n_sets = || {
+        contents(&robot.home.path().join("files/sets"))
+            .iter()
+            .filter(|(path, _)| path.ends_with("manifest.json"))
+            .count()
+    };
+    robot.wait_for_status("files of later sets are here", |_| link.exists() && n_sets() >= 3);
+    server.down();
+    std::fs::rename(tower.store(), tower.at("away")).unwrap();
+    for at_s in instants {
+        let text = messages::plan_time(at_s).unwrap().to_string();
+        robot.wait_for_status("the next files are shown", |_| plan_time_of_files(&link).as_ref() == Some(&text));
+        assert_eq!(plan_time_of_maps(&robot).as_ref(), Some(&text));
+    }
+}

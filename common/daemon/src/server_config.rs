@@ -80,6 +80,9 @@ pub struct FollowConfig {
     /// Storeys that are fetched: index, GlobalId or name; all if left out.
     #[serde(default)]
     pub storeys: Vec<String>,
+    /// Folder for the exported files of what is shown, where the server gives them to the store.
+    #[serde(default)]
+    pub files: Option<PathBuf>,
     /// Seconds between looks at the index.
     #[serde(default = "default_poll_s")]
     #[schemars(range(min = 1, max = 3600))]
@@ -98,7 +101,7 @@ impl FollowConfig {
     /// Paths of files. A store that is a folder counts from `home` from here on.
     pub(crate) fn paths(&mut self, home: &Path) -> impl Iterator<Item = &mut PathBuf> {
         count_from(home, &mut self.store);
-        self.credentials.iter_mut()
+        self.credentials.iter_mut().chain(&mut self.files)
     }
 
     /// Whose maps are shown, as the index of the server has it.
@@ -193,6 +196,8 @@ mod tests {
         assert!(some.into_iter().eq([ExportedFiles::Vda5050, ExportedFiles::OpenRmf]));
         let why = serve("export = [\"gazebo\"]\n").unwrap_err().to_string();
         assert!(why.contains("gazebo") && why.contains("open-rmf"), "{why}");
+        let follow = parse(&format!("{FOLLOW}files = \"files\"\n")).unwrap().follow.unwrap();
+        assert_eq!(follow.files.as_deref(), Some(Path::new("/srv/files")));
     }
 
     #[test]

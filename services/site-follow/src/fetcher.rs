@@ -1,13 +1,14 @@
 //! The thread that asks the store: a new index is checked, then its archives are fetched, those of the present first.
 
 use crate::archive_folder::ArchiveFolder;
+use crate::file_folder::FileFolder;
 use daemon::{Failure, FollowConfig, chain};
 use jiff::Timestamp;
 use jiff::tz::TimeZone;
 use messages::ContentId;
 use replica::{
-    Acknowledged, ArchiveEntry, IndexClock, MAX_INDEX_BYTES, PlanSet, PublicKey, Recipe, SignedIndex, SiteIndex,
-    SiteName, accept, blob_path, current_path, unpack_block,
+    Acknowledged, ArchiveEntry, BlobEntry, FileList, IndexClock, MAX_FILE_LIST_BYTES, MAX_INDEX_BYTES, PlanSet,
+    PublicKey, Recipe, RobotFiles, SignedIndex, SiteIndex, SiteName, accept, blob_path, current_path, unpack_block,
 };
 use std::collections::BTreeSet;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
@@ -173,6 +174,8 @@ pub(crate) struct Fetcher {
     config: FollowConfig,
     followed: Followed,
     folder: ArchiveFolder,
+    /// Where exported files are put, if they are asked for.
+    files: Option<Arc<FileFolder>>,
     shared: Arc<Shared>,
     store: Option<Store>,
     /// ETag of the index that was accepted.
@@ -180,8 +183,14 @@ pub(crate) struct Fetcher {
 }
 
 impl Fetcher {
-    pub(crate) fn new(config: FollowConfig, followed: Followed, folder: ArchiveFolder, shared: Arc<Shared>) -> Self {
-        Self { config, followed, folder, shared, store: None, etag: None }
+    pub(crate) fn new(
+        config: FollowConfig,
+        followed: Followed,
+        folder: ArchiveFolder,
+        files: Option<Arc<FileFolder>>,
+        shared: Arc<Shared>,
+    ) -> Self {
+        Self { config, followed, folder, files, shared, store: None, etag: None }
     }
 
     /// Asks until it is stopped.
@@ -283,7 +292,8 @@ impl Fetcher {
     /// Fetches what is not here of an index, set by set. What is due later does not keep a newer index waiting.
     fn complete(&self, accepted: &AcceptedIndex) -> Result<Looked, Failure> {
         let index = &accepted.signed.index;
-        if self.followed.n_complete(index, &self.folder) == index.sets.len() {
+        let files = self.missing_files(index);
+        if self.followed.n_complete(index, &self.folder) == index.sets.len() && files.is_empty() {
             return Ok(Looked::Whole);
         }
         let (begun, poll) = (Instant::now(), Duration::from_secs(u64::from(self.config.poll_s)));
@@ -302,10 +312,57 @@ impl Fetcher {
                 self.fetch_archive(entry)?;
             }
         }
+        // Files come last: what a robot drives by does not wait for what programs beside it read.
+        for (place, files) in files {
+            if place > 0 && begun.elapsed() > poll {
+                return Ok(Looked::Unfinished);
+            }
+            self.fetch_files(files)?;
+        }
+        let lists = index.sets.iter().filter_map(|set| set.files_of(&self.followed.robot)).map(|files| files.list.id);
         let in_force = self.shared.lock().in_force.clone();
-        self.folder.retain(&seen.into_iter().chain(in_force).collect());
+        let needed: BTreeSet<ContentId> = seen.into_iter().chain(lists).chain(in_force).collect();
+        self.folder.retain(&needed);
+        if let Some(folder) = &self.files {
+            folder.retain(&needed);
+        }
         info!(service = "site-follow", epoch = index.epoch, sets = index.sets.len(), "all of the index is here");
         Ok(Looked::Whole)
+    }
+
+    /// The exported files of an index that are asked for and are not here, with the places of their sets.
+    fn missing_files<'a>(&self, index: &'a SiteIndex) -> Vec<(usize, &'a RobotFiles)> {
+        let Some(folder) = &self.files else { return Vec::new() };
+        let of_sets = index.sets.iter().enumerate();
+        let of_sets = of_sets.filter_map(|(place, set)| Some((place, set.files_of(&self.followed.robot)?)));
+        of_sets.filter(|(_, files)| !folder.has(files)).collect()
+    }
+
+    fn fetch_files(&self, files: &RobotFiles) -> Result<(), Failure> {
+        let Some((store, folder)) = self.store.as_ref().zip(self.files.as_ref()) else {
+            unreachable!("both are there")
+        };
+        let fetch = |blob: BlobEntry| -> Result<Vec<u8>, Failure> {
+            let path = blob_path(&self.followed.site, blob.id);
+            let bytes = tried(|| store.fetch_whole(&path, blob.bytes))?;
+            if ContentId::of(&bytes) != blob.id {
+                return Err(format!("{path} in {} is not what its name says", store.address()).into());
+            }
+            self.count(bytes.len() as u64);
+            Ok(bytes)
+        };
+        if files.list.bytes > MAX_FILE_LIST_BYTES {
+            return Err("a list of exported files is larger than any can be".into());
+        }
+        let list = FileList::parse(&fetch(files.list)?)?;
+        let (all, mut done) = (list.bytes(), 0);
+        folder.complete(files.list.id, &list, |blob| {
+            self.shared.lock().fetching = Some([done, all]);
+            let bytes = fetch(blob)?;
+            done += blob.bytes;
+            self.shared.lock().n_blocks += 1;
+            Ok::<_, Failure>(bytes)
+        })
     }
 
     fn fetch_archive(&self, entry: &ArchiveEntry) -> Result<(), Failure> {

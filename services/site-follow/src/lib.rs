@@ -2,6 +2,7 @@
 
 mod archive_folder;
 mod fetcher;
+mod file_folder;
 mod outputs;
 mod plan_set;
 pub mod service;
