@@ -19,6 +19,9 @@ pub enum SiteFilesError {
     /// An archive that cannot be read.
     #[error(transparent)]
     Archive(#[from] ArchiveError),
+    /// Nobody waits for them any more.
+    #[error("the files are not wanted any more")]
+    NotWanted,
     /// A robot or a resolution that nothing can be cut for.
     #[error(transparent)]
     Rasterize(#[from] RasterizeError),

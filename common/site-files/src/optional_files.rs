@@ -50,21 +50,33 @@ impl OptionalFiles {
     /// A world, a cloud and the ground are the whole building with all its grids, whichever of them are written; fleets and Open-RMF
     /// get the storeys that are.
     ///
+    /// `is_wanted` is asked between formats: each of a large building takes its time.
+    ///
     /// # Errors
-    /// A cloud of too many points, an octree of too many cells, a schedule state of another site.
-    pub fn files(&self, written: &ExportInput<'_>, all_grids: &dyn MapGrids) -> Result<WorldFiles, SiteFilesError> {
+    /// A cloud of too many points, an octree of too many cells, a schedule state of another site; files that are not wanted any more.
+    pub fn files(
+        &self,
+        written: &ExportInput<'_>,
+        all_grids: &dyn MapGrids,
+        is_wanted: &dyn Fn() -> bool,
+    ) -> Result<WorldFiles, SiteFilesError> {
+        let go_on = || is_wanted().then_some(()).ok_or(SiteFilesError::NotWanted);
         let input = &ExportInput { grids: all_grids, ..*written };
         let mut made = self.world.as_ref().map(|options| world::files(input, options)).unwrap_or_default();
+        go_on()?;
         if let Some(options) = &self.cloud {
             made.files.extend(cloud::files(input, options)?);
         }
+        go_on()?;
         if let Some(options) = &self.octomap {
             made.files.extend(cloud::octomap_files(input, options)?);
         }
+        go_on()?;
         if self.with_ground {
             made.files.extend(self.ground_files(input)?);
         }
         made.files.extend(fleet::files(written, &self.fleet));
+        go_on()?;
         if self.with_open_rmf {
             made.files.extend(open_rmf::files(written));
         }

@@ -59,11 +59,14 @@ impl SiteFiles {
 
     /// Calls `write` with each file, the manifest last. The answer is what is to be told about the world.
     ///
+    /// `is_wanted` is asked while formats are made, see [`OptionalFiles::files`].
+    ///
     /// # Errors
-    /// Those of `write`; formats that cannot be made.
+    /// Those of `write`; formats that cannot be made, or are not wanted any more.
     pub fn each_file<E: From<SiteFilesError>>(
         &mut self,
         archives: &SiteArchives<'_>,
+        is_wanted: &dyn Fn() -> bool,
         write: impl FnMut(ExportFile) -> Result<(), E>,
     ) -> Result<Vec<Diagnostic>, E> {
         let SiteArchives { site, schedule_state, index, grids, mission_plan, resolution_m } = *archives;
@@ -91,7 +94,7 @@ impl SiteFiles {
             exact_footprints: false,
             probability: None,
         };
-        let WorldFiles { files, diagnostics } = self.optional.files(&input, grids)?;
+        let WorldFiles { files, diagnostics } = self.optional.files(&input, grids, is_wanted)?;
         export::each_file(&input, files, write)?;
         Ok(diagnostics)
     }

@@ -10,6 +10,7 @@ use replica::{
     Acknowledged, ArchiveEntry, BlobEntry, FileList, IndexClock, MAX_FILE_LIST_BYTES, MAX_INDEX_BYTES, PlanSet,
     PublicKey, Recipe, RobotFiles, SignedIndex, SiteIndex, SiteName, accept, blob_path, current_path, unpack_block,
 };
+use std::cell::Cell;
 use std::collections::BTreeSet;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
@@ -176,6 +177,8 @@ pub(crate) struct Fetcher {
     folder: ArchiveFolder,
     /// Where exported files are put, if they are asked for.
     files: Option<Arc<FileFolder>>,
+    /// When exported files could not be fetched last, and of which epoch.
+    files_failed: Cell<Option<(u64, Instant)>>,
     shared: Arc<Shared>,
     store: Option<Store>,
     /// ETag of the index that was accepted.
@@ -190,7 +193,7 @@ impl Fetcher {
         files: Option<Arc<FileFolder>>,
         shared: Arc<Shared>,
     ) -> Self {
-        Self { config, followed, folder, files, shared, store: None, etag: None }
+        Self { config, followed, folder, files, files_failed: Cell::new(None), shared, store: None, etag: None }
     }
 
     /// Asks until it is stopped.
@@ -312,27 +315,45 @@ impl Fetcher {
                 self.fetch_archive(entry)?;
             }
         }
-        // Files come last: what a robot drives by does not wait for what programs beside it read.
+        // Files come last: what a robot drives by does not wait for what programs beside it read, nor for a disk that has no room for it.
         for (place, files) in files {
             if place > 0 && begun.elapsed() > poll {
                 return Ok(Looked::Unfinished);
             }
-            self.fetch_files(files)?;
+            let failed = self.fetch_files(files).err().map(|why| chain(why.as_ref()));
+            if let Some(folder) = &self.files {
+                folder.tell_fetched(failed.clone());
+            }
+            if let Some(error) = failed {
+                warn!(service = "site-follow", error, "exported files are not here");
+                self.files_failed.set(Some((index.epoch, Instant::now())));
+                break;
+            }
         }
         let lists = index.sets.iter().filter_map(|set| set.files_of(&self.followed.robot)).map(|files| files.list.id);
         let in_force = self.shared.lock().in_force.clone();
         let needed: BTreeSet<ContentId> = seen.into_iter().chain(lists).chain(in_force).collect();
         self.folder.retain(&needed);
-        if let Some(folder) = &self.files {
+        // What is here of files that are fetched again stays.
+        let are_here = |folder: &&Arc<FileFolder>| {
+            let mut files = index.sets.iter().filter_map(|set| set.files_of(&self.followed.robot));
+            files.all(|files| folder.has(files))
+        };
+        if let Some(folder) = self.files.as_ref().filter(are_here) {
+            folder.tell_fetched(None);
             folder.retain(&needed);
         }
         info!(service = "site-follow", epoch = index.epoch, sets = index.sets.len(), "all of the index is here");
         Ok(Looked::Whole)
     }
 
-    /// The exported files of an index that are asked for and are not here, with the places of their sets.
+    /// The exported files of an index that are asked for and are not here, with the places of their sets; none shortly after they failed.
     fn missing_files<'a>(&self, index: &'a SiteIndex) -> Vec<(usize, &'a RobotFiles)> {
         let Some(folder) = &self.files else { return Vec::new() };
+        let is_for_now = |(epoch, at): (u64, Instant)| epoch == index.epoch && at.elapsed() < MAX_WAIT;
+        if self.files_failed.get().is_some_and(is_for_now) {
+            return Vec::new();
+        }
         let of_sets = index.sets.iter().enumerate();
         let of_sets = of_sets.filter_map(|(place, set)| Some((place, set.files_of(&self.followed.robot)?)));
         of_sets.filter(|(_, files)| !folder.has(files)).collect()

@@ -1,7 +1,7 @@
 //! Exported files on the disk of a robot, for programs beside it: whole sets of them, and a link to the one of the maps that are shown.
 //!
 //! ```text
-//! FOLDER/current          a link to the set of the maps that are shown; none while it is not here
+//! FOLDER/current          a link to the set of the maps that are shown, to be followed once for all files; none while it is not here
 //! FOLDER/sets/SHA256/     the files of a list, by its sha256
 //! FOLDER/blobs/SHA256     their bytes, which sets have in common
 //! ```
@@ -13,7 +13,7 @@ use std::fs::{self, File, OpenOptions};
 use std::io::{self, Write};
 use std::os::unix::fs::{MetadataExt, OpenOptionsExt, PermissionsExt, symlink};
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 const CURRENT: &str = "current";
 const SETS: &str = "sets";
@@ -30,8 +30,8 @@ const FOLDER_MODE: u32 = 0o755;
 #[derive(Debug)]
 pub struct FileFolder {
     folder: PathBuf,
-    /// Why the link could not be set.
-    trouble: Mutex<Option<String>>,
+    /// Why the link could not be set; why files are not here.
+    trouble: Mutex<(Option<String>, Option<String>)>,
 }
 
 impl FileFolder {
@@ -150,23 +150,33 @@ impl FileFolder {
         if self.shown() == wanted {
             return;
         }
-        let linked = match wanted {
+        self.tell(match wanted {
             Some(list) => self.link(list),
             None => self.unlink(),
-        };
-        let why = linked.err().map(|why| format!("{}: {why}", self.folder.join(CURRENT).display()));
-        *self.trouble.lock().unwrap_or_else(PoisonError::into_inner) = why;
+        });
     }
 
-    /// Before maps of another date are shown: the link names no files but those.
-    ///
-    /// # Errors
-    /// The link cannot be removed.
-    pub(crate) fn withdraw_unless(&self, files: Option<&RobotFiles>) -> io::Result<()> {
-        match self.shown() {
-            shown if shown == files.map(|files| files.list.id) => Ok(()),
-            _ => self.unlink(),
+    /// Before maps of another date are shown: the link names no files but those. Maps do not wait for a link that cannot be removed: it
+    /// is told.
+    pub(crate) fn withdraw_unless(&self, files: Option<&RobotFiles>) {
+        let shown = self.shown();
+        if shown.is_some() && shown != files.map(|files| files.list.id) {
+            self.tell(self.unlink());
         }
+    }
+
+    fn tell(&self, linked: io::Result<()>) {
+        let why = linked.err().map(|why| format!("{}: {why}", self.folder.join(CURRENT).display()));
+        self.lock().0 = why;
+    }
+
+    /// Tells why files of an index are not here; `None` if they are.
+    pub(crate) fn tell_fetched(&self, why: Option<String>) {
+        self.lock().1 = why.map(|why| format!("exported files are not here: {why}"));
+    }
+
+    fn lock(&self) -> MutexGuard<'_, (Option<String>, Option<String>)> {
+        self.trouble.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     fn unlink(&self) -> io::Result<()> {
@@ -184,9 +194,10 @@ impl FileFolder {
         File::open(&self.folder)?.sync_all()
     }
 
-    /// Why the link is not as it should be.
+    /// Why the link, or what it is to name, is not as it should be.
     pub(crate) fn trouble(&self) -> Option<String> {
-        self.trouble.lock().unwrap_or_else(PoisonError::into_inner).clone()
+        let trouble = self.lock();
+        trouble.0.clone().or(trouble.1.clone())
     }
 
     /// Removes all sets but these and the one that is shown, then blobs that no set has.
@@ -267,9 +278,9 @@ mod tests {
         f.fetched = 0;
         f.complete(&folder, &second, &list).unwrap();
         assert_eq!(f.fetched, 1);
-        folder.withdraw_unless(Some(&first)).unwrap();
+        folder.withdraw_unless(Some(&first));
         assert!(f.current().exists(), "the same maps again");
-        folder.withdraw_unless(Some(&second)).unwrap();
+        folder.withdraw_unless(Some(&second));
         assert!(!f.current().is_symlink(), "between two dates there are none");
         folder.show(Some(&second));
         assert_eq!(fs::read_to_string(f.current().join("manifest.json")).unwrap(), "2");
@@ -331,5 +342,21 @@ mod tests {
         let home = tempfile::tempdir().unwrap();
         fs::create_dir(home.path().join(CURRENT)).unwrap();
         assert!(FileFolder::at(home.path()).unwrap_err().to_string().contains("no link of groundplan"));
+    }
+
+    #[test]
+    fn a_link_that_cannot_be_set_is_told_until_it_can() {
+        let (mut f, folder) = Fixture::new();
+        let (files, list) = f.list(&[("a", "one")]);
+        f.complete(&folder, &files, &list).unwrap();
+        fs::create_dir(f.current()).unwrap();
+        folder.withdraw_unless(None);
+        folder.show(Some(&files));
+        assert!(folder.trouble().unwrap().contains("files/current"), "{:?}", folder.trouble());
+        fs::remove_dir(f.current()).unwrap();
+        folder.show(Some(&files));
+        assert_eq!((folder.trouble(), f.current().join("a").is_file()), (None, true));
+        folder.tell_fetched(Some("the store has lost it".to_owned()));
+        assert_eq!(folder.trouble().unwrap(), "exported files are not here: the store has lost it");
     }
 }

@@ -13,7 +13,8 @@
 //!   more is known before the map that shows it.
 //!
 //! - Exported files of the server ([follow] files) are checked by their sha256 and shown as a whole, by a link: those of the maps that
-//!   are shown, or none. The link goes before maps of another date are published.
+//!   are shown, or none. The link goes before maps of another date are published. Maps wait neither for files nor for
+//!   their folder.
 //!
 //! # Where
 //!

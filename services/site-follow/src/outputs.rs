@@ -171,7 +171,10 @@ impl<D: Decide> Outputs<D> for FollowOutputs {
                 self.index.publish(epochs, index)
             }
             FollowSample::MissionPlan(plan) => self.mission_plan.publish(epochs, plan),
-            FollowSample::Files(folder, files) => Ok(folder.withdraw_unless(files.as_ref())?),
+            FollowSample::Files(folder, files) => {
+                folder.withdraw_unless(files.as_ref());
+                Ok(())
+            }
         }
     }
 

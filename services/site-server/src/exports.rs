@@ -212,7 +212,7 @@ impl Exports {
                 let of_robot = OfRobot { site, set: pieces, robot, maps: &pieces.robots[robot], grids };
                 match self.make_for(&of_robot, of_site.clock, own.robot.resolution_m, blobs, is_superseded) {
                     Ok(known) => drop(self.known.insert(key, known)),
-                    Err(ExportError::Superseded) => return Ok(why_not),
+                    Err(ExportError::Superseded | ExportError::Files(SiteFilesError::NotWanted)) => return Ok(why_not),
                     Err(ExportError::Store(why)) => return Err(why),
                     Err(why) => {
                         let why = format!("files of {robot} are not exported: {}", chain(&why));
@@ -268,7 +268,7 @@ impl Exports {
             files.push(FileEntry { path: file.path, id, bytes });
             Ok(())
         };
-        of.each_file(maker, resolution_m, write)?;
+        of.each_file(maker, resolution_m, &|| !is_superseded(), write)?;
         let other = |why: Failure| ExportError::Other(why);
         let list = FileList::of(files).map_err(|why| other(why.into()))?;
         let vda5050_maps = vda5050_maps
@@ -309,6 +309,7 @@ impl OfRobot<'_> {
         &self,
         maker: &mut SiteFiles,
         resolution_m: f64,
+        is_wanted: &dyn Fn() -> bool,
         write: impl FnMut(ExportFile) -> Result<(), ExportError>,
     ) -> Result<(), ExportError> {
         let Self { site, set, maps, .. } = *self;
@@ -332,7 +333,7 @@ impl OfRobot<'_> {
         };
         archives.check().map_err(SiteFilesError::from)?;
         // What is to be told about a world is in its lookup.json.
-        maker.each_file(&archives, write).map(drop)
+        maker.each_file(&archives, is_wanted, write).map(drop)
     }
 }
 

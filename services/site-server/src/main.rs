@@ -10,8 +10,9 @@
 //!   drawn later on the bus has the same bytes. Where the schedule that is evaluated for that is not the one in force, there are none,
 //!   and the index says why.
 //! - Files that `[serve] export` asks for have the bytes of `groundplan export` at that plan time. They are made once all maps are in the
-//!   store, and are in the index of the next epoch; a newer set ends their making, so that maps never wait for drawings. Where nothing is
-//!   asked for, or all files are there, there is no such epoch. A plan time that moves on before its files are made has none.
+//!   store, and are in the index of the next epoch; a newer set ends their making, and waits at most for the one format that is under
+//!   way. Where nothing is asked for, or all files are there, there is no such epoch. A plan time that moves on before its files are made
+//!   has none.
 //! - Of the past, indices stay for a time within a size, with all blobs that they name.
 //!
 //! # Where

@@ -183,7 +183,8 @@ impl Job<'_> {
         let mut world_diagnostics = Vec::new();
         if let Some((beside, directory)) = place {
             let write = |file| beside.write(directory, &[file]);
-            let WorldFiles { files, diagnostics } = optional.files(&input, maps.grids).map_err(Failure::work)?;
+            let WorldFiles { files, diagnostics } =
+                optional.files(&input, maps.grids, &|| true).map_err(Failure::work)?;
             sums = export::each_file(&input, files, write).map_err(Failure::work)?;
             world_diagnostics = diagnostics;
         }

@@ -52,7 +52,7 @@ impl Sets {
             made.push(file);
             Ok::<(), SiteFilesError>(())
         };
-        let diagnostics = files.each_file(&archives, add).map_err(Failure::work)?;
+        let diagnostics = files.each_file(&archives, &|| true, add).map_err(Failure::work)?;
         for Diagnostic { code, entity, message, .. } in &diagnostics {
             let global_id = entity.as_ref().map(|e| e.global_id.as_str());
             warn!(code = code.name(), global_id, %message, "finding about the world");
