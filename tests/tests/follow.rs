@@ -920,6 +920,35 @@ fn files_of_a_robot_are_those_of_its_maps_whatever_dies() {
 }
 
 #[test]
+fn maps_do_not_wait_for_files_that_a_store_has_lost() {
+    let tower = Tower::new();
+    let server = Live::of(&demo_model(), &(tower.serve("signing", FIRST) + "export = [\"maps\"]\n"));
+    let first = exported(&server, &tower, "2024-04-15T00:00:00");
+    let semantic = server.exported("first").into_iter().find(|(path, _)| path == Path::new("semantic.json")).unwrap();
+    let id = sha256(&semantic.1);
+    std::fs::remove_file(tower.store().join(format!("tower/blobs/{}/{id}", &id[..2]))).unwrap();
+    let robot = Live::following(&tower.follow("files = \"files\"\n"));
+    let why = robot.says("exported files are not here");
+    assert!(why.contains(&id), "{why}");
+    assert!(robot.exported("maps") == server.exported("maps"));
+    let link = robot.home.path().join("files/current");
+    assert!(!link.is_symlink(), "a part of them is not shown");
+    // Nor for a link that somebody has put something in the place of.
+    std::fs::create_dir(&link).unwrap();
+    server.text(&[&"date", &"2024-05-20"]);
+    let second = exported(&server, &tower, "2024-05-20T00:00:00")["epoch"].as_u64().unwrap();
+    assert!(second > first["epoch"].as_u64().unwrap());
+    robot.wait_for_status("the maps are shown", |status| {
+        status["follower"]["epoch"] == second && status["plan"]["is_current"] == true
+    });
+    robot.says("files/current");
+    std::fs::remove_dir(&link).unwrap();
+    robot.wait_for_status("the files are shown", |_| {
+        plan_time_of_files(&link).as_deref() == Some("2024-05-20T00:00:00")
+    });
+}
+
+#[test]
 fn files_of_later_maps_are_there_before_and_are_shown_with_them() {
     let tower = Tower::new();
     let (schedule, instants) = soon(&tower, &[60, 70]);
