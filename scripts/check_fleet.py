@@ -3,6 +3,7 @@
 
     python3 scripts/check_fleet.py OUT..               judge folders that `groundplan convert --fleet vda5050,lif` wrote of one model
     python3 scripts/check_fleet.py --self-test OUT..   damage the first folder's files, too; each damage must be noticed
+    python3 scripts/check_fleet.py --store STORE/SITE  judge the exported files of a site in a store, of all sets of its newest index
 
 Needs numpy, shapely and jsonschema. Exit codes: 0 all is as it should be, 1 it is not, 2 a folder cannot be read.
 
@@ -17,10 +18,14 @@ Needs numpy, shapely and jsonschema. Exit codes: 0 all is as it should be, 1 it 
 - The layouts have the nodes, usable ways and centres of site-graph.json and waypoints.json; ends of edges are nodes, curves begin and end
   there, and lines on a storey are on free cells that are not keep-out.
 
+Of a store: each file has the sha256 and the length of its list; files make up such a folder; the maps of VDA 5050 of each set satisfy the
+schema, and link files of the list by the address of the store, to be enabled at the plan time where the site follows a clock.
+
 Told, and no error: how much of the lines a robot passes nearer than its radius to a BLOCKED zone, which it must not touch.
 """
 import argparse
 import copy
+import datetime
 import hashlib
 import io
 import json
@@ -29,6 +34,8 @@ import pathlib
 import re
 import sys
 import tarfile
+import tempfile
+import zoneinfo
 from collections import Counter
 
 import jsonschema
@@ -148,6 +155,7 @@ class Judge:
         }
         self.lif_schema = validator(FIXTURES / "lif/lif-schema.json", draft7)
         self.maps_schema = validator(ROOT / "config/schemas/fleet-maps.schema.json", modern)
+        self.store_schema = validator(ROOT / "config/schemas/fleet-store-maps.schema.json", modern)
 
     def judge(self, folder, written):
         self.wrong, self.folder = [], folder
@@ -364,6 +372,81 @@ class Judge:
         self.check(not off, f"{what}: {len(off)} edges leave the free cells, {off[:1]}")
 
 
+def blob(site, entry):
+    """The bytes of a blob."""
+    data = (site / "blobs" / entry["id"][:2] / entry["id"]).read_bytes()
+    if hashlib.sha256(data).hexdigest() != entry["id"] or len(data) != entry["bytes"]:
+        raise ValueError(f"the blob {entry['id']} has other bytes")
+    return data
+
+
+def exported(site, home):
+    """The exported files of all sets of the newest index of a site, each in a folder, with what a store has beside them."""
+    index = json.loads((site / "current.jsonl").read_text(encoding="utf-8").splitlines()[2])
+    zone = index["clock"]["wall"]["zone"] if isinstance(index["clock"], dict) else None
+    for place, plan in enumerate(index["sets"]):
+        for robot, maps in plan["robots"].items():
+            files = maps["files"]
+            if files is None:
+                continue
+            out = home / f"{place}-{robot}"
+            listed = {entry["path"]: entry for entry in json.loads(blob(site, files["list"]))["files"]}
+            for path, entry in listed.items():
+                (out / path).parent.mkdir(parents=True, exist_ok=True)
+                (out / path).write_bytes(blob(site, entry))
+            in_store = json.loads(blob(site, files["vda5050_maps"])) if files["vda5050_maps"] else None
+            yield out, listed, in_store, {"site": index["site"], "robot": robot, "zone": zone, "plan_time_s": plan["plan_time_s"]}
+
+
+def judged_in_store(judge, out, listed, in_store, about):
+    """What is wrong with the maps of VDA 5050 as a store has them."""
+    wrong = [f"{error.json_path}: {error.message[:120]}" for error in list(judge.store_schema.iter_errors(in_store))[:3]]
+    if wrong:
+        return wrong
+    for key in ("site", "robot"):
+        if in_store[key] != about[key]:
+            wrong.append(f"the maps are of another {key}: {in_store[key]}")
+    enable_at = None
+    if about["zone"] and about["plan_time_s"] is not None:
+        civil = datetime.datetime.fromtimestamp(about["plan_time_s"], datetime.timezone.utc).replace(tzinfo=zoneinfo.ZoneInfo(about["zone"]))
+        enable_at = civil.astimezone(datetime.timezone.utc).strftime("%Y-%m-%dT%H:%M:%SZ")
+    if in_store["enable_at"] != enable_at:
+        wrong.append(f"the maps are enabled at {in_store['enable_at']}, the plan time is {enable_at}")
+    # With paths of the output folder in the place of links it is the document of that folder.
+    paths = {f"{about['site']}/blobs/{entry['id'][:2]}/{entry['id']}": path for path, entry in listed.items()}
+    text = json.dumps({key: value for key, value in in_store.items() if key not in ("site", "robot", "enable_at")})
+    links = re.findall(rf'"({re.escape(about["site"])}/blobs/[^"]*)"', text)
+    for link in links:
+        if link not in paths:
+            wrong.append(f"{link} is no file of the list")
+        text = text.replace(link, paths.get(link, link))
+    n_links = 4 * len(in_store["maps"])
+    if len(links) != n_links or json.loads(text) != read_json(out / "fleet/vda5050/maps.json"):
+        wrong.append(f"{len(links)} links, and {n_links} files to download: maps.json says something else")
+    return wrong
+
+
+def judge_store(site):
+    """Judges the exported files of a site; true if something is wrong."""
+    judge, failed, n_sets = Judge(), False, 0
+    with tempfile.TemporaryDirectory() as home:
+        for out, listed, in_store, about in exported(site, pathlib.Path(home)):
+            n_sets += 1
+            folder = Folder(out)
+            wrong = judge.judge(folder, folder.written()) if "fleet/lif/site.lif.json" in listed and in_store else []
+            if in_store:
+                wrong += judged_in_store(judge, out, listed, in_store, about)
+            sums = folder.manifest["files"] | {"manifest.json": listed["manifest.json"]["id"]}
+            if sums != {path: entry["id"] for path, entry in listed.items()}:
+                wrong.append("the list has other files than manifest.json")
+            print(f"{out.name}: {len(listed)} files of {folder.manifest['plan_time']}, enabled at {in_store and in_store['enable_at']}")
+            print("\n".join(f"FAIL {why}" for why in wrong) or "PASS")
+            failed |= bool(wrong)
+    if n_sets == 0:
+        print("FAIL no set of the newest index has exported files")
+    return failed or n_sets == 0
+
+
 def compared(all_written):
     """What differs between dates that should not."""
     wrong, maps, sets = [], {}, {}
@@ -491,8 +574,17 @@ def damages(folder, written):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--self-test", action="store_true", help="damage the files of the first folder, too: each damage must be noticed")
-    parser.add_argument("out", type=pathlib.Path, metavar="OUT", nargs="+")
+    parser.add_argument("--store", type=pathlib.Path, metavar="STORE/SITE", help="judge the exported files of a site in a store")
+    parser.add_argument("out", type=pathlib.Path, metavar="OUT", nargs="*")
     options = parser.parse_args()
+    if bool(options.store) == bool(options.out):
+        parser.error("give output folders, or --store")
+    if options.store:
+        try:
+            return int(judge_store(options.store))
+        except (OSError, KeyError, ValueError, TypeError, IndexError) as why:
+            print(f"{options.store} cannot be read: {why!r}", file=sys.stderr)
+            return 2
     judge, failed, folders = Judge(), False, []
     for out in options.out:
         try:

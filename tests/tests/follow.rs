@@ -5,6 +5,7 @@
 mod support;
 
 use serde_json::Value;
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::Instant;
@@ -528,4 +529,323 @@ fn break_off(mut client: std::net::TcpStream, behind: u16, n: usize) {
     let mut answer = Vec::new();
     let _ = web.read_to_end(&mut answer);
     let _ = client.write_all(&answer[..answer.len().min(limit)]);
+}
+
+/// Every format that a server exports.
+const ALL_FILES: &str =
+    "export = [\"maps\", \"ground\", \"world\", \"usd\", \"cloud\", \"octomap\", \"vda5050\", \"lif\", \"open-rmf\"]\n";
+
+/// An object of a web server.
+fn fetched(web: &WebServer, path: &str) -> Vec<u8> {
+    use std::io::{Read, Write};
+    let mut stream = std::net::TcpStream::connect(web.url.trim_start_matches("http://")).unwrap();
+    write!(stream, "GET /{path} HTTP/1.0\r\n\r\n").unwrap();
+    let mut answer = Vec::new();
+    stream.read_to_end(&mut answer).unwrap();
+    assert!(
+        answer.starts_with(b"HTTP/1.0 200"),
+        "{path}: {}",
+        String::from_utf8_lossy(&answer[..30.min(answer.len())])
+    );
+    let body = answer.windows(4).position(|end| end == b"\r\n\r\n").unwrap() + 4;
+    answer.split_off(body)
+}
+
+/// A blob of a web server, which has the bytes that its name says.
+fn fetched_blob(web: &WebServer, blob: &Value) -> Vec<u8> {
+    let id = blob["id"].as_str().unwrap();
+    let bytes = fetched(web, &format!("tower/blobs/{}/{id}", &id[..2]));
+    assert_eq!((sha256(&bytes).as_str(), blob["bytes"].as_u64()), (id, Some(bytes.len() as u64)));
+    bytes
+}
+
+fn sha256(bytes: &[u8]) -> String {
+    use sha2::Digest;
+    sha2::Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// The exported files of a set, by plain HTTP.
+fn fetched_files(web: &WebServer, set: &Value) -> Vec<(PathBuf, Vec<u8>)> {
+    let list = fetched_blob(web, &set["robots"]["robot"]["files"]["list"]);
+    let list: Value = serde_json::from_slice(&list).unwrap();
+    let file = |file: &Value| (PathBuf::from(file["path"].as_str().unwrap()), fetched_blob(web, file));
+    let mut files: Vec<_> = list["files"].as_array().unwrap().iter().map(file).collect();
+    files.sort();
+    files
+}
+
+/// The newest index, once its first set is of this plan time and has exported files.
+fn exported(server: &Live, tower: &Tower, date: &str) -> Value {
+    let has_files = || {
+        let index = Some(tower).filter(|tower| tower.current().is_file()).map(Tower::index);
+        let is_it = |index: &Value| !index["sets"][0]["robots"]["robot"]["files"].is_null();
+        index.filter(|index| tower.plan_time().as_deref() == Some(date) && is_it(index))
+    };
+    server.wait_for_status("files are exported", |_| has_files().is_some());
+    has_files().unwrap()
+}
+
+/// Names of the files in which two outputs differ.
+fn differing(a: &[(PathBuf, Vec<u8>)], b: &[(PathBuf, Vec<u8>)]) -> Vec<PathBuf> {
+    let not_in = |some: &[(PathBuf, Vec<u8>)], others: &[(PathBuf, Vec<u8>)]| {
+        some.iter().filter(|file| !others.contains(file)).map(|(path, _)| path.clone()).collect::<Vec<_>>()
+    };
+    [not_in(a, b), not_in(b, a)].concat()
+}
+
+#[test]
+fn whoever_has_no_groundplan_fetches_the_files_of_export_by_their_sha256() {
+    let tower = Tower::new();
+    std::fs::create_dir(tower.store()).unwrap();
+    if Command::new("python3").arg("--version").output().is_err() {
+        announce("SKIPPED: no python3 for a web server");
+        return;
+    }
+    let web = WebServer::start(&tower.store());
+    let mut server = Live::of(&demo_model(), &(tower.serve("signing", FIRST) + ALL_FILES));
+    let first = exported(&server, &tower, "2024-04-15T00:00:00");
+    let export = |server: &Live, name: &str| {
+        let out = server.home.path().join(name);
+        let formats =
+            ["--with-ground", "--world", "--usd", "--cloud", "--octomap", "--fleet=vda5050,lif", "--open-rmf"];
+        let mut arguments: Vec<&dyn AsRef<std::ffi::OsStr>> = vec![&"export", &out];
+        arguments.extend(formats.iter().map(|format| format as &dyn AsRef<std::ffi::OsStr>));
+        server.text(&arguments);
+        contents(&out)
+    };
+    let of_first = fetched_files(&web, &first["sets"][0]);
+    let by_command = export(&server, "first");
+    assert!(of_first == by_command, "{:?}", differing(&of_first, &by_command));
+    for path in ["manifest.json", "world/site.usda", "octomap/structure.bt", "fleet/lif/site.lif.json", "ground.json"] {
+        assert!(of_first.iter().any(|(of, _)| of == Path::new(path)), "{path}");
+    }
+    // Maps and zone sets of fleets, by links from the address of the store.
+    let maps = fetched_blob(&web, &first["sets"][0]["robots"]["robot"]["files"]["vda5050_maps"]);
+    let maps: Value = serde_json::from_slice(&maps).unwrap();
+    assert_eq!((&maps["site"], &maps["enable_at"]), (&"tower".into(), &Value::Null), "the plan time follows no clock");
+    for map in maps["maps"].as_array().unwrap() {
+        for (action, kind, key) in [(0, "map", "map"), (1, "zone_set", "zoneSet")] {
+            let parameters = map["download"][action]["actionParameters"].as_array().unwrap();
+            let value = |name: &str| parameters.iter().find(|p| p["key"] == name).unwrap()["value"].as_str().unwrap();
+            let bytes = fetched(&web, value(&format!("{key}DownloadLink")));
+            assert_eq!(sha256(&bytes), value(&format!("{key}Hash")));
+            assert_eq!(map[kind]["sha256"], value(&format!("{key}Hash")));
+            assert!(of_first.iter().any(|(_, of)| *of == bytes), "{kind}");
+        }
+    }
+    // Another date: what is as before is no other blob.
+    server.text(&[&"date", &"2024-05-20"]);
+    let second = exported(&server, &tower, "2024-05-20T00:00:00");
+    let (of_second, by_command) = (fetched_files(&web, &second["sets"][0]), export(&server, "second"));
+    assert!(of_second == by_command, "{:?}", differing(&of_second, &by_command));
+    assert!(of_second != of_first);
+    judged(&tower);
+    // A server that comes back has nothing to write; what was lost meanwhile comes back with it.
+    let list = second["sets"][0]["robots"]["robot"]["files"].clone();
+    let written = || {
+        let home = tower.at("store/tower/blobs");
+        let modified = |path: &PathBuf| std::fs::metadata(home.join(path)).unwrap().modified().unwrap();
+        let blobs = contents(&home).into_iter().map(|(path, _)| path);
+        blobs.map(|path| (modified(&path), path)).collect::<BTreeSet<_>>()
+    };
+    let before = written();
+    let (_, semantic) = of_second.iter().find(|(path, _)| path == Path::new("semantic.json")).unwrap();
+    let id = sha256(semantic);
+    let blob = tower.store().join(format!("tower/blobs/{}/{id}", &id[..2]));
+    for is_lost in [false, true] {
+        server.down();
+        if is_lost {
+            std::fs::remove_file(&blob).unwrap();
+        }
+        server.up();
+        server.wait_for_status("the files are there", |status| {
+            let is_shown = status["server"]["epoch"].as_u64() == Some(tower.epoch());
+            is_shown && tower.index()["sets"][0]["robots"]["robot"]["files"] == list && blob.is_file()
+        });
+        assert!(fetched_files(&web, &tower.index()["sets"][0]) == of_second);
+        if !is_lost {
+            assert!(written().is_superset(&before), "a blob was written again");
+        }
+    }
+}
+
+/// The files of fleets in a store, judged by the formats' schemas and against the maps.
+fn judged(tower: &Tower) {
+    let python = support::root().join("target/venv/bin/python");
+    let mut install = Command::new("bash");
+    install.arg(support::root().join("scripts/python-env"));
+    install.args(["numpy", "shapely==2.2.0", "jsonschema==4.26.0", "rfc3339-validator==0.1.4"]);
+    let is_installed = install.status().is_ok_and(|status| status.success());
+    if !is_installed || !python.is_file() {
+        announce(
+            "SKIPPED: numpy, shapely and jsonschema could not be installed: files of fleets in a store are not judged",
+        );
+        return;
+    }
+    let script = support::root().join("scripts/check_fleet.py");
+    let output = Command::new(python).arg(script).arg("--store").arg(tower.store().join("tower")).output().unwrap();
+    let text = String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success() && text.contains("PASS"), "{text}");
+}
+
+/// The plan time of a folder of exported files, if all of it is as its manifest says; `None` if the link has moved on meanwhile.
+fn plan_time_of_files(link: &Path) -> Option<String> {
+    let folder = std::fs::canonicalize(link).ok()?;
+    let looked = || -> Option<String> {
+        let manifest: Value = serde_json::from_slice(&std::fs::read(folder.join("manifest.json")).ok()?).ok()?;
+        let mut is_whole = true;
+        for (path, sum) in manifest["files"].as_object()? {
+            let bytes = std::fs::read(folder.join(path)).ok();
+            is_whole &= bytes.is_some_and(|bytes| sha256(&bytes) == *sum);
+        }
+        is_whole.then(|| manifest["plan_time"].as_str().map(str::to_owned))?
+    };
+    let found = looked();
+    // What no link names any more may go.
+    let is_still = std::fs::canonicalize(link).is_ok_and(|now| now == folder);
+    assert!(found.is_some() || !is_still, "{} is not whole", folder.display());
+    found.filter(|_| is_still)
+}
+
+/// The plan time of the maps that a robot shows, if there are any.
+fn plan_time_of_maps(robot: &Live) -> Option<String> {
+    let output = robot.run(&[&"topic", &"echo", &"grids"]);
+    let index: Value = serde_json::from_slice(&output.stdout).ok()?;
+    index["content"]["plan_time"].as_str().map(str::to_owned)
+}
+
+/// Raises a flag when it goes.
+struct Raised<'a>(&'a std::sync::atomic::AtomicBool);
+
+impl Drop for Raised<'_> {
+    fn drop(&mut self) {
+        self.0.store(true, std::sync::atomic::Ordering::Relaxed);
+    }
+}
+
+#[test]
+fn files_of_a_robot_are_those_of_its_maps_whatever_dies() {
+    let tower = Tower::new();
+    let server = Live::of(&demo_model(), &(tower.serve("signing", FIRST) + "export = [\"maps\"]\n"));
+    exported(&server, &tower, "2024-04-15T00:00:00");
+    let robot = Live::following(&tower.follow("files = \"files\"\n"));
+    let link = robot.home.path().join("files/current");
+    let files_of = |date: &str| {
+        let begun = Instant::now();
+        while plan_time_of_files(&link).as_deref() != Some(date) {
+            assert!(begun.elapsed() < DEADLINE, "there are no files of {date}: {:?}", robot.status());
+            std::thread::sleep(POLL_INTERVAL);
+        }
+        let files = contents(&std::fs::canonicalize(&link).unwrap());
+        let of_server = server.exported("files");
+        assert!(files == of_server, "{:?}", differing(&files, &of_server));
+    };
+    files_of("2024-04-15T00:00:00");
+    let is_over = std::sync::atomic::AtomicBool::new(false);
+    let n_looks = std::thread::scope(|scope| {
+        // Also after a failure: the other thread ends with this one.
+        let over = Raised(&is_over);
+        // Whoever looks sees files of the maps on the bus, whole, or none.
+        let watch = scope.spawn(|| {
+            let mut n_looks = 0;
+            while !is_over.load(std::sync::atomic::Ordering::Relaxed) {
+                let before = plan_time_of_maps(&robot);
+                let files = plan_time_of_files(&link);
+                let after = plan_time_of_maps(&robot);
+                if let (Some(files), true) = (files, before.is_some() && before == after) {
+                    assert_eq!(Some(files), before);
+                    n_looks += 1;
+                }
+            }
+            n_looks
+        });
+        for (n, date) in ["2024-04-20", "2024-05-20", "2024-04-15", "2024-05-21"].into_iter().enumerate() {
+            server.text(&[&"date", &date]);
+            let at = format!("{date}T00:00:00");
+            // In the middle of what it does, each time elsewhere.
+            std::thread::sleep(std::time::Duration::from_millis(300 * n as u64));
+            if let Some(id) =
+                robot.status().and_then(|s| s["daemons"]["site-follow"]["process_id"].as_u64()).filter(|id| *id > 1)
+            {
+                assert!(Command::new("kill").args(["-9", &id.to_string()]).status().unwrap().success());
+            }
+            exported(&server, &tower, &at);
+            files_of(&at);
+        }
+        drop(over);
+        watch.join().unwrap()
+    });
+    assert!(n_looks > 10, "{n_looks}");
+    // Without the store they stay.
+    std::fs::rename(tower.store(), tower.at("away")).unwrap();
+    robot.says("what is shown is valid until");
+    assert_eq!(plan_time_of_files(&link).as_deref(), Some("2024-05-21T00:00:00"));
+}
+
+#[test]
+fn maps_do_not_wait_for_files_that_a_store_has_lost() {
+    let tower = Tower::new();
+    let server = Live::of(&demo_model(), &(tower.serve("signing", FIRST) + "export = [\"maps\"]\n"));
+    let first = exported(&server, &tower, "2024-04-15T00:00:00");
+    let semantic = server.exported("first").into_iter().find(|(path, _)| path == Path::new("semantic.json")).unwrap();
+    let id = sha256(&semantic.1);
+    std::fs::remove_file(tower.store().join(format!("tower/blobs/{}/{id}", &id[..2]))).unwrap();
+    let robot = Live::following(&tower.follow("files = \"files\"\n"));
+    let why = robot.says("exported files are not here");
+    assert!(why.contains(&id), "{why}");
+    assert!(robot.exported("maps") == server.exported("maps"));
+    let link = robot.home.path().join("files/current");
+    assert!(!link.is_symlink(), "a part of them is not shown");
+    // Nor for a link that somebody has put something in the place of.
+    std::fs::create_dir(&link).unwrap();
+    server.text(&[&"date", &"2024-05-20"]);
+    let second = exported(&server, &tower, "2024-05-20T00:00:00")["epoch"].as_u64().unwrap();
+    assert!(second > first["epoch"].as_u64().unwrap());
+    robot.wait_for_status("the maps are shown", |status| {
+        status["follower"]["epoch"] == second && status["plan"]["is_current"] == true
+    });
+    robot.says("files/current");
+    std::fs::remove_dir(&link).unwrap();
+    robot.wait_for_status("the files are shown", |_| {
+        plan_time_of_files(&link).as_deref() == Some("2024-05-20T00:00:00")
+    });
+}
+
+#[test]
+fn files_of_later_maps_are_there_before_and_are_shown_with_them() {
+    let tower = Tower::new();
+    let (schedule, instants) = soon(&tower, &[60, 70]);
+    let serve = tower.serve("signing", &schedule) + "export = [\"vda5050\"]\n";
+    let mut server = Live::of(&demo_model(), &serve);
+    server.text(&[&"date", &"--wall"]);
+    let sets = || tower.index()["sets"].as_array().unwrap().clone();
+    let of_later = |set: &Value| instants.contains(&set["plan_time_s"].as_i64().unwrap_or(0));
+    server.wait_for_status("files of later sets are exported", |_| {
+        let later = Some(()).filter(|()| tower.current().is_file()).map(|()| sets()).unwrap_or_default();
+        let has_files = |set: &&Value| of_later(set) && !set["robots"]["robot"]["files"]["vda5050_maps"].is_null();
+        later.iter().filter(has_files).count() == 2
+    });
+    for set in sets().iter().filter(|set| of_later(set)) {
+        let blob = set["robots"]["robot"]["files"]["vda5050_maps"]["id"].as_str().unwrap();
+        let text = std::fs::read(tower.store().join(format!("tower/blobs/{}/{blob}", &blob[..2]))).unwrap();
+        let maps: Value = serde_json::from_slice(&text).unwrap();
+        let at: jiff::Timestamp = maps["enable_at"].as_str().unwrap().parse().unwrap();
+        assert_eq!(Some(at.as_second()), set["plan_time_s"].as_i64(), "the zone of the site is UTC");
+    }
+    let robot = Live::following(&tower.follow("files = \"files\"\n"));
+    let link = robot.home.path().join("files/current");
+    let n_sets = || {
+        contents(&robot.home.path().join("files/sets"))
+            .iter()
+            .filter(|(path, _)| path.ends_with("manifest.json"))
+            .count()
+    };
+    robot.wait_for_status("files of later sets are here", |_| link.exists() && n_sets() >= 3);
+    server.down();
+    std::fs::rename(tower.store(), tower.at("away")).unwrap();
+    for at_s in instants {
+        let text = messages::plan_time(at_s).unwrap().to_string();
+        robot.wait_for_status("the next files are shown", |_| plan_time_of_files(&link).as_ref() == Some(&text));
+        assert_eq!(plan_time_of_maps(&robot).as_ref(), Some(&text));
+    }
 }

@@ -145,7 +145,8 @@ pub use schedule_inputs::{
     MAX_TABLE_BYTES, mend_progress, progress_in_force, read_progress, rules_in_force, saving_observed,
 };
 pub use server_config::{
-    DecidedOnServer, FollowConfig, FollowLinkConfig, MAX_LINKED_ROBOTS, ServeConfig, ServeLinkConfig, UNNAMED_ROBOT,
+    DecidedOnServer, ExportedFiles, FollowConfig, FollowLinkConfig, MAX_LINKED_ROBOTS, ServeConfig, ServeLinkConfig,
+    UNNAMED_ROBOT,
 };
 pub use service::{AnswerOf, Asked, CurrentActivity, Done, Event, Service, Standing};
 pub use setting::{

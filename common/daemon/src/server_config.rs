@@ -3,6 +3,7 @@
 use bus::RobotName;
 use schemars::JsonSchema;
 use serde::Deserialize;
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 /// Gives what is drawn to a store.
@@ -20,6 +21,9 @@ pub struct ServeConfig {
     pub key: PathBuf,
     /// The list of keys of the site, signed by its root key.
     pub keys: PathBuf,
+    /// Files of each plan time that are given to the store too, as `groundplan export` writes them; none if left out.
+    #[serde(default)]
+    pub export: BTreeSet<ExportedFiles>,
     /// How many change instants are drawn ahead, where the plan time follows the clock of the machine.
     #[serde(default = "default_ahead")]
     #[schemars(range(max = 64))]
@@ -83,6 +87,30 @@ pub struct FollowLinkConfig {
     pub key: Option<PathBuf>,
 }
 
+/// Files that a server exports. Those of every output come with any of them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum ExportedFiles {
+    /// What every output has: maps, waypoints, routes, semantic JSON.
+    Maps,
+    /// `--with-ground`.
+    Ground,
+    /// `--world`, with the options of `[world]`.
+    World,
+    /// `--world --usd`.
+    Usd,
+    /// `--cloud`.
+    Cloud,
+    /// `--octomap`.
+    Octomap,
+    /// `--fleet vda5050`.
+    Vda5050,
+    /// `--fleet lif`.
+    Lif,
+    /// `--open-rmf`.
+    OpenRmf,
+}
+
 /// Shows what the server of a site has drawn.
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -103,6 +131,9 @@ pub struct FollowConfig {
     /// Storeys that are fetched: index, GlobalId or name; all if left out.
     #[serde(default)]
     pub storeys: Vec<String>,
+    /// Folder for the exported files of what is shown, where the server gives them to the store.
+    #[serde(default)]
+    pub files: Option<PathBuf>,
     /// Seconds between looks at the index.
     #[serde(default = "default_poll_s")]
     #[schemars(range(min = 1, max = 3600))]
@@ -131,7 +162,7 @@ impl FollowConfig {
     pub(crate) fn paths(&mut self, home: &Path) -> impl Iterator<Item = &mut PathBuf> {
         count_from(home, &mut self.store);
         let of_link = self.link.iter_mut().flat_map(FollowLinkConfig::paths);
-        self.credentials.iter_mut().chain(of_link)
+        self.credentials.iter_mut().chain(&mut self.files).chain(of_link)
     }
 
     /// Whose maps are shown, as the index of the server has it.
@@ -266,6 +297,21 @@ mod tests {
         assert_eq!((follow.store.as_str(), follow.robot_in_index(), follow.poll_s), ("/srv/maps", "robot", 5));
         let follow = parse(&FOLLOW.replace("maps", "https://site.example/maps")).unwrap().follow.unwrap();
         assert_eq!(follow.store, "https://site.example/maps");
+    }
+
+    #[test]
+    fn files_to_be_exported_are_named_as_the_command_names_them() {
+        let serve = |export: &str| {
+            let text = "state = \"x\"\n[serve]\nstore = \"s\"\nsite = \"t\"\nkey = \"k\"\nkeys = \"l\"\n";
+            parse(&format!("{text}{export}")).map(|config| config.serve.unwrap().export)
+        };
+        assert!(serve("").unwrap().is_empty(), "none if left out");
+        let some = serve("export = [\"open-rmf\", \"vda5050\", \"vda5050\"]\n").unwrap();
+        assert!(some.into_iter().eq([ExportedFiles::Vda5050, ExportedFiles::OpenRmf]));
+        let why = serve("export = [\"gazebo\"]\n").unwrap_err().to_string();
+        assert!(why.contains("gazebo") && why.contains("open-rmf"), "{why}");
+        let follow = parse(&format!("{FOLLOW}files = \"files\"\n")).unwrap().follow.unwrap();
+        assert_eq!(follow.files.as_deref(), Some(Path::new("/srv/files")));
     }
 
     #[test]

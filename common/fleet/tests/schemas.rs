@@ -7,6 +7,11 @@ mod schema;
 use schema::check;
 
 #[test]
+fn the_schema_of_the_maps_in_a_store_is_current() {
+    check::<fleet::vda5050::StoreMapsDocument>("fleet-store-maps");
+}
+
+#[test]
 fn the_schema_of_the_maps_is_current() {
     check::<fleet::vda5050::MapsDocument>("fleet-maps");
 }

@@ -72,6 +72,22 @@ pub struct RobotMaps {
     pub robot_hash: ContentHash,
     /// The storeys, in the order of the `grids` archive.
     pub storeys: Vec<StoreyMap>,
+    /// Exported files; `None` where none are asked for, and until they are made.
+    pub files: Option<RobotFiles>,
+}
+
+/// Files that were exported of the maps of a robot.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RobotFiles {
+    /// The blob that lists them: [`crate::FileList`].
+    pub list: BlobEntry,
+    /// Bytes of all of them.
+    pub bytes: u64,
+    /// Which formats they have, with which options, of which version: other ones are other files.
+    pub made_with: ContentId,
+    /// The blob that tells how maps and zone sets of VDA 5050 are downloaded from the store, and when they are to be enabled.
+    pub vda5050_maps: Option<BlobEntry>,
 }
 
 /// The map of a storey.
@@ -125,7 +141,7 @@ pub struct SetChoice {
 
 impl SiteIndex {
     /// The form that this version reads and writes.
-    pub const FORMAT: u32 = 1;
+    pub const FORMAT: u32 = 2;
 
     /// The set to be shown at a plan time of the robot's clock, where it has one: the last one that has begun, and never one before the
     /// first, which is the server's word for the present.
@@ -142,6 +158,13 @@ impl SiteIndex {
             std::iter::once(&set.schedule_state).chain(set.robots.values().flat_map(RobotMaps::archives))
         });
         std::iter::once(&self.site_archive).chain(&self.tasks).chain(of_sets)
+    }
+}
+
+impl PlanSet {
+    /// Exported files of the maps of a robot, where there are any.
+    pub fn files_of(&self, robot: &str) -> Option<&RobotFiles> {
+        self.robots.get(robot)?.files.as_ref()
     }
 }
 

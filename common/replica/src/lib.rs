@@ -9,11 +9,15 @@
 //! | `SITE/current.jsonl` | the newest index with its signatures ([`SignedIndex`]); it alone is ever replaced |
 //! | `SITE/index/EPOCH.jsonl` | the same for each epoch, created once: two servers cannot both publish an epoch |
 //! | `SITE/needed/EPOCH.json` | which blobs that index needs, for the server |
-//! | `SITE/blobs/XX/SHA256` | recipes and packs, named by the sha256 of their bytes; `XX` are its first two digits |
+//! | `SITE/blobs/XX/SHA256` | recipes, packs, exported files and lists of them, by the sha256 of their bytes; `XX` begins it |
 //!
-//! An archive is a recipe ([`Recipe`]): its blocks in their order, each with its sha256, and where it lies in which pack. A pack has
-//! those blocks, compressed, that were new when the archive was published, so that a date of which little changes is a small pack; a
-//! robot fetches the blocks that it does not have, by ranges.
+//! An archive is a recipe ([`Recipe`]): its blocks in their order, each with its sha256, its length, and where it lies in which pack. A
+//! pack has those blocks, compressed, that were new when the archive was published, so that a date of which little changes is a small
+//! pack; a robot fetches the blocks that it does not have, by ranges. Archives are cut where their content says so, so that what is
+//! inserted into a model moves what follows without changing its blocks.
+//!
+//! An exported file is a blob as it is, so that whoever can fetch by HTTP can have it. A list of them ([`FileList`]) is a blob too, which
+//! the index names for each robot and plan time: files are many, and robots that need none do not fetch their names with each index.
 //!
 //! # Guarantees
 //!
@@ -27,6 +31,7 @@
 
 mod acceptance;
 mod blocks;
+mod file_list;
 mod index;
 mod keys;
 mod objects;
@@ -36,7 +41,8 @@ mod signed_index;
 
 pub use acceptance::{Acknowledged, Refusal, accept};
 pub use blocks::{BadBlock, unpack_block};
-pub use index::{ArchiveEntry, BlobEntry, IndexClock, PlanSet, RobotMaps, SetChoice, SiteIndex, StoreyMap};
+pub use file_list::{BadFileList, FileEntry, FileList, MAX_FILE_BYTES, MAX_FILE_LIST_BYTES};
+pub use index::{ArchiveEntry, BlobEntry, IndexClock, PlanSet, RobotFiles, RobotMaps, SetChoice, SiteIndex, StoreyMap};
 pub use keys::{KeyError, KeyList, PublicKey, SigningKey};
 pub use objects::{
     SiteName, SiteNameError, blob_folder, blob_list_path, blob_path, current_path, index_folder, index_path,

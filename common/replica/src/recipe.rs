@@ -1,6 +1,6 @@
 //! Recipes: of which blocks an archive consists, in which packs they lie, and which of them are to be fetched.
 
-use crate::blocks::{block_bytes, pack_block};
+use crate::blocks::{block_lengths, cut, pack_block};
 use crate::index::{ArchiveEntry, BlobEntry};
 use messages::{ContentHash, ContentId};
 use serde::{Deserialize, Serialize};
@@ -26,27 +26,64 @@ const MAX_FETCH: u64 = 8 << 20;
 /// Largest archive that is followed, as `messages` bounds it for a bus.
 const MAX_ARCHIVE: u64 = 64 << 30;
 
+/// The form of recipes that this version reads and writes.
+const FORMAT: u32 = 2;
+
 /// How an archive is put together.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Recipe {
     /// sha256 of the archive.
     pub id: ContentId,
     /// Length of the archive.
     pub bytes: u64,
-    /// Length of its blocks, but for the last one.
-    block_bytes: u64,
     /// Packs.
     packs: Vec<BlobEntry>,
     /// Blocks in their order.
-    blocks: Vec<BlockPlace>,
+    blocks: Vec<Block>,
 }
 
-/// A block, and where it lies.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-struct BlockPlace(
+/// A block.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Block {
+    /// sha256 of what it holds.
+    id: ContentId,
+    /// Where it begins in the archive.
+    begin: u64,
+    /// How many bytes it has there.
+    bytes: u64,
+    place: BlockPlace,
+}
+
+/// Where a block lies, compressed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct BlockPlace {
+    /// Place of the pack in the recipe.
+    pack: u32,
+    /// Where it begins there.
+    offset: u64,
+    /// How many bytes it has there.
+    bytes: u64,
+}
+
+/// A recipe as text.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Document {
+    /// Version of this form: [`FORMAT`].
+    format: u32,
+    id: ContentId,
+    bytes: u64,
+    packs: Vec<BlobEntry>,
+    blocks: Vec<DocumentBlock>,
+}
+
+/// A block as text.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+struct DocumentBlock(
     /// sha256 of what it holds.
     ContentId,
+    /// How many bytes it has in the archive.
+    u64,
     /// Place of the pack in the recipe.
     u32,
     /// Where it begins there.
@@ -54,6 +91,12 @@ struct BlockPlace(
     /// How many bytes it has there.
     u64,
 );
+
+/// What of a recipe is read before all else.
+#[derive(Debug, Deserialize)]
+struct Form {
+    format: Option<u32>,
+}
 
 /// A recipe with the packs that it needs, where blocks are new.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -81,6 +124,15 @@ pub enum BadRecipe {
     /// Not a recipe.
     #[error("the recipe of an archive cannot be read")]
     Json(#[from] serde_json::Error),
+    /// Written by another version.
+    #[error(
+        "the recipe of an archive has the form {found}, this version reads {FORMAT}: the server of the site and its robots need the \
+         same version of groundplan"
+    )]
+    Form {
+        /// Its form.
+        found: u32,
+    },
     /// Numbers that do not fit.
     #[error("the recipe of an archive is wrong: {0}")]
     Numbers(&'static str),
@@ -88,58 +140,59 @@ pub enum BadRecipe {
 
 /// Packs an archive: blocks that the earlier recipe of its topic has are named there, all others are in new packs.
 pub fn pack(archive: &[u8], earlier: Option<&Recipe>) -> PackedArchive {
-    let id = ContentId::of(archive);
-    let block_bytes = block_bytes(archive.len() as u64);
-    let size = usize::try_from(block_bytes).expect("blocks are small");
-    let ids: Vec<ContentId> = archive.chunks(size).map(ContentId::of).collect();
+    let cuts: Vec<(ContentId, Range<usize>)> =
+        cut(archive).map(|range| (ContentId::of(&archive[range.clone()]), range)).collect();
     let known = earlier.map(Recipe::places).unwrap_or_default();
-    let known = if is_worth_keeping(archive.len() as u64, &ids, &known) { known } else { HashMap::new() };
+    let known = if is_worth_keeping(archive.len() as u64, &cuts, &known) { known } else { HashMap::new() };
 
     let mut packs: Vec<BlobEntry> = Vec::new();
     let mut place_of_pack: BTreeMap<ContentId, u32> = BTreeMap::new();
     let mut new_packs: Vec<Vec<u8>> = Vec::new();
-    let mut new_blocks: HashMap<ContentId, (u32, u64, u64)> = HashMap::new();
-    let mut blocks = Vec::new();
-    for (id, block) in ids.iter().zip(archive.chunks(size)) {
-        if let Some((pack, offset, length)) = known.get(id) {
+    let mut new_blocks: HashMap<ContentId, BlockPlace> = HashMap::new();
+    let mut places = Vec::new();
+    for (id, range) in &cuts {
+        if let Some((pack, known)) = known.get(id) {
             let place = *place_of_pack.entry(pack.id).or_insert_with(|| {
                 packs.push(*pack);
                 (packs.len() - 1) as u32
             });
-            blocks.push((*id, Place::Known(place), *offset, *length));
+            places.push(Place::Known(BlockPlace { pack: place, ..*known }));
             continue;
         }
-        let (place, offset, length) = *new_blocks.entry(*id).or_insert_with(|| {
+        let place = *new_blocks.entry(*id).or_insert_with(|| {
             if new_packs.last().is_none_or(|pack| pack.len() as u64 >= PACK_BYTES) {
                 new_packs.push(Vec::new());
             }
             let place = (new_packs.len() - 1) as u32;
-            let packed = pack_block(block);
+            let packed = pack_block(&archive[range.clone()]);
             let pack = &mut new_packs[place as usize];
             let offset = pack.len() as u64;
             pack.extend_from_slice(&packed);
-            (place, offset, packed.len() as u64)
+            BlockPlace { pack: place, offset, bytes: packed.len() as u64 }
         });
-        blocks.push((*id, Place::New(place), offset, length));
+        places.push(Place::New(place));
     }
     // New packs come after the known ones; they have names once they are whole.
     let n_known = packs.len() as u32;
     packs.extend(new_packs.iter().map(|pack| BlobEntry { id: ContentId::of(pack), bytes: pack.len() as u64 }));
-    let place = |(id, place, offset, length): (ContentId, Place, u64, u64)| match place {
-        Place::Known(place) => BlockPlace(id, place, offset, length),
-        Place::New(place) => BlockPlace(id, n_known + place, offset, length),
+    let block = |((id, range), place): ((ContentId, Range<usize>), Place)| {
+        let place = match place {
+            Place::Known(place) => place,
+            Place::New(place) => BlockPlace { pack: n_known + place.pack, ..place },
+        };
+        Block { id, begin: range.start as u64, bytes: range.len() as u64, place }
     };
-    let blocks = blocks.into_iter().map(place).collect();
-    let recipe = Recipe { id, bytes: archive.len() as u64, block_bytes, packs, blocks };
+    let blocks = cuts.into_iter().zip(places).map(block).collect();
+    let recipe = Recipe { id: ContentId::of(archive), bytes: archive.len() as u64, packs, blocks };
     PackedArchive { recipe, packs: new_packs }
 }
 
 /// Where a block lies while an archive is packed.
 enum Place {
     /// In a pack of before.
-    Known(u32),
+    Known(BlockPlace),
     /// In a new one.
-    New(u32),
+    New(BlockPlace),
 }
 
 /// Most packs of an archive of this length.
@@ -147,11 +200,14 @@ fn max_packs(archive_bytes: u64) -> usize {
     MAX_PACKS + usize::try_from(archive_bytes / PACK_BYTES).unwrap_or(usize::MAX / 2)
 }
 
+/// Where each block lies, in which pack.
+type KnownBlocks = HashMap<ContentId, (BlobEntry, BlockPlace)>;
+
 /// True if the packs of the known blocks are few, and used enough.
-fn is_worth_keeping(archive_bytes: u64, ids: &[ContentId], known: &HashMap<ContentId, (BlobEntry, u64, u64)>) -> bool {
+fn is_worth_keeping(archive_bytes: u64, cuts: &[(ContentId, Range<usize>)], known: &KnownBlocks) -> bool {
     let mut used: BTreeMap<ContentId, (u64, u64)> = BTreeMap::new();
-    for (pack, _, length) in ids.iter().filter_map(|id| known.get(id)) {
-        used.entry(pack.id).or_insert((0, pack.bytes)).0 += length;
+    for (pack, place) in cuts.iter().filter_map(|(id, _)| known.get(id)) {
+        used.entry(pack.id).or_insert((0, pack.bytes)).0 += place.bytes;
     }
     let (bytes_used, bytes) = used.values().fold((0, 0), |(u, b), (used, bytes)| (u + used, b + bytes));
     used.len() < max_packs(archive_bytes) && bytes_used * MIN_SHARE_USED >= bytes
@@ -160,7 +216,16 @@ fn is_worth_keeping(archive_bytes: u64, ids: &[ContentId], known: &HashMap<Conte
 impl Recipe {
     /// Its bytes as a blob.
     pub fn to_bytes(&self) -> Vec<u8> {
-        serde_json::to_vec(self).expect("a recipe has no keys but texts")
+        let block =
+            |Block { id, bytes, place, .. }: &Block| DocumentBlock(*id, *bytes, place.pack, place.offset, place.bytes);
+        let document = Document {
+            format: FORMAT,
+            id: self.id,
+            bytes: self.bytes,
+            packs: self.packs.clone(),
+            blocks: self.blocks.iter().map(block).collect(),
+        };
+        serde_json::to_vec(&document).expect("a recipe has no keys but texts")
     }
 
     /// The entry of its archive in an index, with the content hash that the archive has in itself.
@@ -175,30 +240,59 @@ impl Recipe {
     /// # Errors
     /// Bytes that are no recipe of this archive.
     pub fn parse(bytes: &[u8], of: &ArchiveEntry) -> Result<Self, BadRecipe> {
-        let recipe: Self = serde_json::from_slice(bytes)?;
-        recipe.check(of).map_err(BadRecipe::Numbers)?;
+        let recipe = Self::parse_any(bytes)?;
+        match (recipe.id, recipe.bytes) == (of.id, of.bytes) {
+            true => Ok(recipe),
+            false => Err(BadRecipe::Numbers("it is of another archive")),
+        }
+    }
+
+    /// The recipe of any archive.
+    ///
+    /// # Errors
+    /// Bytes that are no recipe.
+    pub fn parse_any(bytes: &[u8]) -> Result<Self, BadRecipe> {
+        let Form { format } = serde_json::from_slice(bytes)?;
+        // The first form had no number.
+        let found = format.unwrap_or(1);
+        if found != FORMAT {
+            return Err(BadRecipe::Form { found });
+        }
+        let Document { format: _, id, bytes, packs, blocks } = serde_json::from_slice(bytes)?;
+        let mut begin = 0u64;
+        let block = |DocumentBlock(id, bytes, pack, offset, packed): DocumentBlock| {
+            let block = Block { id, begin, bytes, place: BlockPlace { pack, offset, bytes: packed } };
+            begin = begin.saturating_add(bytes);
+            block
+        };
+        let recipe = Self { id, bytes, packs, blocks: blocks.into_iter().map(block).collect() };
+        recipe.check().map_err(BadRecipe::Numbers)?;
         Ok(recipe)
     }
 
-    fn check(&self, of: &ArchiveEntry) -> Result<(), &'static str> {
-        if (self.id, self.bytes) != (of.id, of.bytes) || self.bytes > MAX_ARCHIVE {
-            return Err("it is of another archive");
+    fn check(&self) -> Result<(), &'static str> {
+        if self.bytes > MAX_ARCHIVE {
+            return Err("its archive is larger than any can be");
         }
-        if self.block_bytes != block_bytes(self.bytes) {
-            return Err("its blocks have another length");
-        }
-        if self.blocks.len() as u64 != self.bytes.div_ceil(self.block_bytes) {
-            return Err("its blocks are not as many as the archive has");
+        let end = self.blocks.last().map_or(0, |last| last.begin.saturating_add(last.bytes));
+        if end != self.bytes {
+            return Err("its blocks are not as long as the archive");
         }
         // One more with new blocks, for each that they need.
         if self.packs.len() > 2 * max_packs(self.bytes) + 1 {
             return Err("it has too many packs");
         }
-        for BlockPlace(_, pack, offset, length) in &self.blocks {
-            let pack = self.packs.get(*pack as usize).ok_or("a block is in no pack")?;
+        let lengths = block_lengths(self.bytes);
+        for (k, Block { bytes, place, .. }) in self.blocks.iter().enumerate() {
+            let is_last = k + 1 == self.blocks.len();
+            let is_long_enough = *bytes >= *lengths.start() || is_last && *bytes > 0;
+            if !is_long_enough || bytes > lengths.end() {
+                return Err("a block is shorter or longer than any can be");
+            }
+            let pack = self.packs.get(place.pack as usize).ok_or("a block is in no pack")?;
             // What zstd cannot make smaller gets a little larger.
-            let is_inside = offset.checked_add(*length).is_some_and(|end| end <= pack.bytes);
-            if !is_inside || *length > self.block_bytes + (self.block_bytes >> 7) + 512 {
+            let is_inside = place.offset.checked_add(place.bytes).is_some_and(|end| end <= pack.bytes);
+            if !is_inside || place.bytes > bytes + (bytes >> 7) + 512 {
                 return Err("a block lies outside of its pack");
             }
         }
@@ -215,18 +309,18 @@ impl Recipe {
     /// # Panics
     /// There are fewer blocks.
     pub fn block(&self, place: usize) -> (ContentId, Range<u64>) {
-        let begin = place as u64 * self.block_bytes;
-        (self.blocks[place].0, begin..self.bytes.min(begin + self.block_bytes))
+        let Block { id, begin, bytes, .. } = self.blocks[place];
+        (id, begin..begin + bytes)
     }
 
     /// What is to be fetched for the blocks that are not there, in the order of the packs.
     pub fn missing(&self, is_there: impl Fn(usize) -> bool) -> Vec<Fetch> {
         let mut places: Vec<usize> = (0..self.blocks.len()).filter(|place| !is_there(*place)).collect();
-        places.sort_by_key(|place| (self.blocks[*place].1, self.blocks[*place].2));
+        places.sort_by_key(|place| (self.blocks[*place].place.pack, self.blocks[*place].place.offset));
         let mut fetches: Vec<Fetch> = Vec::new();
         for place in places {
-            let BlockPlace(_, pack, offset, length) = self.blocks[place];
-            let (pack, end) = (self.packs[pack as usize], offset + length);
+            let BlockPlace { pack, offset, bytes } = self.blocks[place].place;
+            let (pack, end) = (self.packs[pack as usize], offset + bytes);
             match fetches.last_mut() {
                 Some(last)
                     if last.pack == pack
@@ -247,9 +341,9 @@ impl Recipe {
     /// # Panics
     /// The fetch is not of this recipe, or does not have the block.
     pub fn part<'a>(&self, fetch: &Fetch, fetched: &'a [u8], place: usize) -> &'a [u8] {
-        let BlockPlace(_, _, offset, length) = self.blocks[place];
+        let BlockPlace { offset, bytes, .. } = self.blocks[place].place;
         let begin = usize::try_from(offset - fetch.range.start).expect("a fetch is small");
-        &fetched[begin..begin + usize::try_from(length).expect("a fetch is small")]
+        &fetched[begin..begin + usize::try_from(bytes).expect("a fetch is small")]
     }
 
     /// Blobs that it needs.
@@ -258,8 +352,8 @@ impl Recipe {
     }
 
     /// Where each of its blocks lies.
-    fn places(&self) -> HashMap<ContentId, (BlobEntry, u64, u64)> {
-        let place = |block: &BlockPlace| (block.0, (self.packs[block.1 as usize], block.2, block.3));
+    fn places(&self) -> KnownBlocks {
+        let place = |block: &Block| (block.id, (self.packs[block.place.pack as usize], block.place));
         self.blocks.iter().map(place).collect()
     }
 }
@@ -267,20 +361,13 @@ impl Recipe {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::blocks::tests::noise;
     use crate::blocks::unpack_block;
     use proptest::prelude::*;
 
+    /// Longest block of a small archive, and a length of archives that have many.
+    const MAX_BLOCK: u64 = 512 << 10;
     const BLOCK: usize = 256 << 10;
-
-    /// Bytes that zstd cannot make small.
-    fn noise(seed: u64, length: usize) -> Vec<u8> {
-        let mut state = seed.wrapping_mul(2).wrapping_add(1);
-        let mut next = || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (state >> 33) as u8
-        };
-        (0..length).map(|_| next()).collect()
-    }
 
     /// A store of packs, and an archive put together from what is fetched of them and of what is held.
     fn fetched(
@@ -312,16 +399,38 @@ mod tests {
         (archive, n_bytes)
     }
 
+    /// The number and bytes of the blocks that who has an archive fetches of the next.
+    fn new_blocks(before: &Recipe, archive: &[u8]) -> (usize, usize, Recipe) {
+        let PackedArchive { recipe, packs } = pack(archive, Some(before));
+        let had: BTreeMap<ContentId, ()> = before.blocks.iter().map(|block| (block.id, ())).collect();
+        let n = recipe.missing(|place| had.contains_key(&recipe.block(place).0)).iter().map(|f| f.blocks.len()).sum();
+        (n, packs.iter().map(Vec::len).sum(), recipe)
+    }
+
     #[test]
     fn a_small_change_is_a_small_pack() {
         let mut archive = noise(1, 10 * BLOCK + 77);
         let first = pack(&archive, None);
         archive[3 * BLOCK + 5] ^= 1;
-        let second = pack(&archive, Some(&first.recipe));
-        let length = second.packs[0].len();
-        assert!((BLOCK..2 * BLOCK).contains(&length), "{length}");
-        let third = pack(&archive, Some(&second.recipe));
-        assert_eq!((third.packs, &third.recipe), (Vec::new(), &second.recipe), "the same again needs nothing");
+        let (n, bytes, second) = new_blocks(&first.recipe, &archive);
+        assert!((1..=3).contains(&n) && bytes <= n * (MAX_BLOCK as usize + 8_192), "{n} blocks, {bytes} bytes");
+        let third = pack(&archive, Some(&second));
+        assert_eq!((third.packs, &third.recipe), (Vec::new(), &second), "the same again needs nothing");
+    }
+
+    #[test]
+    fn what_is_inserted_or_left_out_changes_the_blocks_around_it_alone() {
+        let archive = noise(6, 40 * BLOCK);
+        let first = pack(&archive, None).recipe;
+        assert!(first.n_blocks() > 30, "{}", first.n_blocks());
+        for at in [0, 17, 11 * BLOCK + 3, 39 * BLOCK] {
+            let inserted = [&archive[..at], b"a wall", &archive[at..]].concat();
+            let (n, _, recipe) = new_blocks(&first, &inserted);
+            assert!((1..=4).contains(&n), "{n} of {} blocks after an insertion at {at}", recipe.n_blocks());
+            let left_out = [&archive[..at], &archive[at + 100..]].concat();
+            let (n, _, recipe) = new_blocks(&first, &left_out);
+            assert!((1..=4).contains(&n), "{n} of {} blocks after a removal at {at}", recipe.n_blocks());
+        }
     }
 
     #[test]
@@ -333,7 +442,7 @@ mod tests {
             let at = (date * 7 % 40) * BLOCK;
             archive[at..at + 64].copy_from_slice(&noise(100 + date as u64, 64));
             recipe = pack(&archive, Some(&recipe)).recipe;
-            recipe.check(&recipe.entry(ContentHash::NONE)).unwrap();
+            recipe.check().unwrap();
             most = most.max(recipe.packs().len());
         }
         assert!((2..=MAX_PACKS).contains(&most), "{most}");
@@ -344,8 +453,8 @@ mod tests {
         let archive = noise(5, 70 << 20);
         let PackedArchive { recipe, packs } = pack(&archive, None);
         assert_eq!(packs.len(), 3);
-        assert!(packs.iter().all(|pack| (pack.len() as u64) < PACK_BYTES + 2 * BLOCK as u64));
-        recipe.check(&recipe.entry(ContentHash::NONE)).unwrap();
+        assert!(packs.iter().all(|pack| (pack.len() as u64) < PACK_BYTES + 2 * MAX_BLOCK));
+        recipe.check().unwrap();
         let store = packs.into_iter().map(|bytes| (ContentId::of(&bytes), bytes)).collect();
         assert!(fetched(&recipe, &store, &HashMap::new()).0 == archive);
     }
@@ -360,19 +469,33 @@ mod tests {
             change(&mut wrong);
             Recipe::parse(&wrong.to_bytes(), &entry).unwrap_err().to_string()
         };
-        let cases: [&dyn Fn(&mut Recipe); 7] = [
+        let cases: [&dyn Fn(&mut Recipe); 13] = [
             &|r| r.bytes += 1,
-            &|r| r.block_bytes = 1,
+            &|r| r.bytes = MAX_ARCHIVE + 1,
+            &|r| r.blocks[0].bytes = 1,
+            &|r| r.blocks[0].bytes = MAX_BLOCK + 1,
+            &|r| r.blocks[0].bytes = u64::MAX,
+            &|r| {
+                let moved = r.blocks[0].bytes - 1;
+                r.blocks[0].bytes = 1;
+                r.blocks[1].bytes += moved;
+            },
             &|r| r.blocks.truncate(2),
-            &|r| r.blocks[0].1 = 9,
-            &|r| r.blocks[0].2 = u64::MAX,
-            &|r| r.blocks[0].3 = r.packs[0].bytes + 1,
+            &|r| r.blocks.push(Block { bytes: 0, ..r.blocks[0] }),
+            &|r| r.blocks[0].place.pack = 9,
+            &|r| r.blocks[0].place.offset = u64::MAX,
+            &|r| r.blocks[0].place.bytes = r.packs[0].bytes + 1,
             &|r| r.packs = vec![r.packs[0]; 60],
+            &|r| r.id = ContentId::of(b"another"),
         ];
         for (k, change) in cases.iter().enumerate() {
             assert!(refused(*change).contains("is wrong"), "{k}");
         }
-        assert!(matches!(Recipe::parse(b"{}", &entry), Err(BadRecipe::Json(_))));
+        assert!(matches!(Recipe::parse(b"{}", &entry), Err(BadRecipe::Form { found: 1 })));
+        let newer = String::from_utf8(good.to_bytes()).unwrap().replacen("\"format\":2", "\"format\":3", 1);
+        assert!(matches!(Recipe::parse(newer.as_bytes(), &entry), Err(BadRecipe::Form { found: 3 })));
+        assert!(matches!(Recipe::parse(b"[", &entry), Err(BadRecipe::Json(_))));
+        assert!(matches!(Recipe::parse(b"{\"format\":2}", &entry), Err(BadRecipe::Json(_))));
     }
 
     #[test]
@@ -396,7 +519,12 @@ mod tests {
             let mut held = HashMap::new();
             let mut recipe = None;
             for (at, value) in changes {
-                archive[at] = value;
+                // In place, or what follows moves.
+                match value % 3 {
+                    0 => archive.insert(at, value),
+                    1 => drop(archive.remove(at)),
+                    _ => archive[at] = value,
+                }
                 let packed = pack(&archive, recipe.as_ref());
                 for bytes in packed.packs {
                     store.insert(ContentId::of(&bytes), bytes);

@@ -74,6 +74,12 @@ struct SignedBy {
     signature: Signature,
 }
 
+/// What of an index is read before all else.
+#[derive(Debug, Deserialize)]
+struct Form {
+    format: u32,
+}
+
 /// The two lines of a list of keys that a root key signs: the file `keys.jsonl` of a server.
 pub(crate) fn signed_keys(keys: &KeyList, root: &SigningKey) -> String {
     signed(KEYS, keys, root)
@@ -146,13 +152,17 @@ impl SignedIndex {
         if !keys.keys.contains(&signer) {
             return Err(SignedIndexError::Signer { signer, number: keys.number });
         }
+        let Form { format } = read("index", index_line)?;
+        if format != SiteIndex::FORMAT {
+            let why = format!(
+                "its form is {format}, this version reads {}: the server of the site and its robots need the same version of groundplan",
+                SiteIndex::FORMAT
+            );
+            return Err(SignedIndexError::Content(why));
+        }
         let index: SiteIndex = read("index", index_line)?;
         if keys.site != index.site {
             let why = format!("its list of keys is of the site {}, its index of {}", keys.site, index.site);
-            return Err(SignedIndexError::Content(why));
-        }
-        if index.format != SiteIndex::FORMAT {
-            let why = format!("its form is {}, this version reads {}", index.format, SiteIndex::FORMAT);
             return Err(SignedIndexError::Content(why));
         }
         if index.sets.is_empty() || !index.sets.is_sorted_by(|a, b| a.plan_time_s < b.plan_time_s) {
@@ -229,6 +239,17 @@ pub(crate) mod tests {
         }
         for short in [0, 1, file.len() / 2] {
             assert!(SignedIndex::parse(&file[..short], &roots).is_err());
+        }
+    }
+
+    #[test]
+    fn an_index_of_another_form_is_told_by_its_number() {
+        let keys = TestKeys::new();
+        let list = keys.list(1, &[keys.signing.public()]);
+        for document in [serde_json::json!({"format": 1, "site": "tower"}), serde_json::json!({"format": 77})] {
+            let file = format!("{list}{}", signed(INDEX, &document, &keys.signing));
+            let why = SignedIndex::parse(file.as_bytes(), &[keys.root.public()]).unwrap_err().to_string();
+            assert!(why.contains(&format!("its form is {}, this version reads", document["format"])), "{why}");
         }
     }
 

@@ -33,7 +33,6 @@ mod lag;
 mod load_progress;
 mod maps;
 mod monitor;
-mod optional_files;
 mod progress_line;
 mod progress_record;
 mod question;

@@ -109,7 +109,7 @@ impl ArchiveFolder {
             let Some(recipe) = path.extension().filter(|end| *end == RECIPE).and_then(|_| fs::read(&path).ok()) else {
                 continue;
             };
-            let Ok(recipe) = serde_json::from_slice::<Recipe>(&recipe) else { continue };
+            let Ok(recipe) = Recipe::parse_any(&recipe) else { continue };
             let archive = path.with_extension("");
             if fs::metadata(&archive).is_ok_and(|file| file.len() == recipe.bytes) {
                 for place in 0..recipe.n_blocks() {
@@ -225,8 +225,13 @@ mod tests {
 
     const BLOCK: usize = 256 << 10;
 
-    fn noise(seed: u8, length: usize) -> Vec<u8> {
-        (0..length).map(|k| (k.wrapping_mul(2_654_435_761) >> 7) as u8 ^ seed).collect()
+    fn noise(seed: u64, length: usize) -> Vec<u8> {
+        let mut state = seed;
+        let mut next = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 33) as u8
+        };
+        (0..length).map(|_| next()).collect()
     }
 
     /// Fetches what is missing from a pack, at most so many blocks; how many there were.

@@ -1,13 +1,15 @@
 //! The thread that asks the store: a new index is checked, then its archives are fetched, those of the present first.
 
 use crate::archive_folder::ArchiveFolder;
+use crate::file_folder::FileFolder;
 use daemon::{Clock, Failure, FollowConfig, chain};
 use jiff::tz::TimeZone;
 use messages::ContentId;
 use replica::{
-    Acknowledged, ArchiveEntry, IndexClock, MAX_INDEX_BYTES, PlanSet, PublicKey, Recipe, SignedIndex, SiteIndex,
-    SiteName, accept, blob_path, current_path, unpack_block,
+    Acknowledged, ArchiveEntry, BlobEntry, FileList, IndexClock, MAX_FILE_LIST_BYTES, MAX_INDEX_BYTES, PlanSet,
+    PublicKey, Recipe, RobotFiles, SignedIndex, SiteIndex, SiteName, accept, blob_path, current_path, unpack_block,
 };
+use std::cell::Cell;
 use std::collections::BTreeSet;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
@@ -20,7 +22,7 @@ const MAX_WAIT: Duration = Duration::from_secs(60);
 /// What breaks off on the way is asked for so often before the next look.
 const MAX_TRIES: usize = 4;
 
-/// Largest recipe: an archive of the largest size has some 32,000 blocks.
+/// Largest recipe: an archive of the largest size has some 32,000 blocks, and at most four times as many.
 const MAX_RECIPE_BYTES: u64 = 16 << 20;
 
 /// What the thread has found.
@@ -183,6 +185,10 @@ pub struct Fetcher {
     config: FollowConfig,
     followed: Followed,
     folder: ArchiveFolder,
+    /// Where exported files are put, if they are asked for.
+    files: Option<Arc<FileFolder>>,
+    /// Of which epoch exported files could not be fetched last, and when, by the clock since the boot.
+    files_failed: Cell<Option<(u64, i64)>>,
     shared: Arc<Shared>,
     open: OpenStore,
     clock: Box<dyn Clock>,
@@ -209,6 +215,7 @@ impl Fetcher {
         config: FollowConfig,
         followed: Followed,
         folder: ArchiveFolder,
+        files: Option<Arc<FileFolder>>,
         shared: Arc<Shared>,
         (open, clock): (OpenStore, Box<dyn Clock>),
     ) -> Self {
@@ -216,6 +223,8 @@ impl Fetcher {
             config,
             followed,
             folder,
+            files,
+            files_failed: Cell::new(None),
             shared,
             open,
             clock,
@@ -339,7 +348,8 @@ impl Fetcher {
     /// Fetches what is not here of an index, set by set. What is due later does not keep a newer index waiting.
     fn complete(&self, accepted: &AcceptedIndex) -> Result<Looked, Failure> {
         let index = &accepted.signed.index;
-        if self.followed.n_complete(index, &self.folder) == index.sets.len() {
+        let files = self.missing_files(index);
+        if self.followed.n_complete(index, &self.folder) == index.sets.len() && files.is_empty() {
             return Ok(Looked::Whole);
         }
         let (begun_ms, poll_ms) = (self.clock.now().since_boot_ms, i64::from(self.config.poll_s) * 1_000);
@@ -358,10 +368,76 @@ impl Fetcher {
                 self.fetch_archive(entry)?;
             }
         }
+        // Files come last: what a robot drives by does not wait for what programs beside it read, nor for a disk that has no room for it.
+        for (place, files) in files {
+            if place > 0 && self.clock.now().since_boot_ms - begun_ms > poll_ms {
+                return Ok(Looked::Unfinished);
+            }
+            let failed = self.fetch_files(files).err().map(|why| chain(why.as_ref()));
+            if let Some(folder) = &self.files {
+                folder.tell_fetched(failed.clone());
+            }
+            if let Some(error) = failed {
+                warn!(service = "site-follow", error, "exported files are not here");
+                self.files_failed.set(Some((index.epoch, self.clock.now().since_boot_ms)));
+                break;
+            }
+        }
+        let lists = index.sets.iter().filter_map(|set| set.files_of(&self.followed.robot)).map(|files| files.list.id);
         let in_force = self.shared.lock().in_force.clone();
-        self.folder.retain(&seen.into_iter().chain(in_force).collect());
+        let needed: BTreeSet<ContentId> = seen.into_iter().chain(lists).chain(in_force).collect();
+        self.folder.retain(&needed);
+        // What is here of files that are fetched again stays.
+        let are_here = |folder: &&Arc<FileFolder>| {
+            let mut files = index.sets.iter().filter_map(|set| set.files_of(&self.followed.robot));
+            files.all(|files| folder.has(files))
+        };
+        if let Some(folder) = self.files.as_ref().filter(are_here) {
+            folder.tell_fetched(None);
+            folder.retain(&needed);
+        }
         info!(service = "site-follow", epoch = index.epoch, sets = index.sets.len(), "all of the index is here");
         Ok(Looked::Whole)
+    }
+
+    /// The exported files of an index that are asked for and are not here, with the places of their sets; none shortly after they failed.
+    fn missing_files<'a>(&self, index: &'a SiteIndex) -> Vec<(usize, &'a RobotFiles)> {
+        let Some(folder) = &self.files else { return Vec::new() };
+        let (now_ms, wait_ms) = (self.clock.now().since_boot_ms, MAX_WAIT.as_millis() as i64);
+        let is_for_now = |(epoch, at_ms): (u64, i64)| epoch == index.epoch && now_ms - at_ms < wait_ms;
+        if self.files_failed.get().is_some_and(is_for_now) {
+            return Vec::new();
+        }
+        let of_sets = index.sets.iter().enumerate();
+        let of_sets = of_sets.filter_map(|(place, set)| Some((place, set.files_of(&self.followed.robot)?)));
+        of_sets.filter(|(_, files)| !folder.has(files)).collect()
+    }
+
+    fn fetch_files(&self, files: &RobotFiles) -> Result<(), Failure> {
+        let Some((store, folder)) = self.store.as_ref().zip(self.files.as_ref()) else {
+            unreachable!("both are there")
+        };
+        let fetch = |blob: BlobEntry| -> Result<Vec<u8>, Failure> {
+            let path = blob_path(&self.followed.site, blob.id);
+            let bytes = tried(|| store.fetch_whole(&path, blob.bytes))?;
+            if ContentId::of(&bytes) != blob.id {
+                return Err(format!("{path} in {} is not what its name says", store.address()).into());
+            }
+            self.count(bytes.len() as u64);
+            Ok(bytes)
+        };
+        if files.list.bytes > MAX_FILE_LIST_BYTES {
+            return Err("a list of exported files is larger than any can be".into());
+        }
+        let list = FileList::parse(&fetch(files.list)?)?;
+        let (all, mut done) = (list.bytes(), 0);
+        folder.complete(files.list.id, &list, |blob| {
+            self.shared.lock().fetching = Some([done, all]);
+            let bytes = fetch(blob)?;
+            done += blob.bytes;
+            self.shared.lock().n_blocks += 1;
+            Ok::<_, Failure>(bytes)
+        })
     }
 
     fn fetch_archive(&self, entry: &ArchiveEntry) -> Result<(), Failure> {

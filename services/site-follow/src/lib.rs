@@ -2,6 +2,7 @@
 
 pub mod archive_folder;
 pub mod fetcher;
+mod file_folder;
 mod observer;
 mod outputs;
 mod plan_set;

@@ -12,8 +12,13 @@
 //! - Schedule state, grids, index and mission plan are published in this order, as where they are drawn: what must not be entered any
 //!   more is known before the map that shows it.
 //!
+//! - Exported files of the server ([follow] files) are checked by their sha256 and shown as a whole, by a link: those of the maps that
+//!   are shown, or none. The link goes before maps of another date are published. Maps wait neither for files nor for
+//!   their folder.
+//!
 //! # Where
 //!
+//! - exported files on disk: `src/file_folder.rs`
 //! - archives on disk, and resuming of what was fetched in part: `src/archive_folder.rs`
 //! - which set is shown, and when: `src/service.rs`, `replica::SiteIndex::choose`
 //! - what is fetched, and how often the store is asked: `src/fetcher.rs`

@@ -1,10 +1,13 @@
 //! The topics of a site as its drawing daemons have them, published from archives of its server.
 
+use crate::file_folder::FileFolder;
 use bus::{Bus, GridSlot, topics};
 use daemon::facts::{RasterizeFacts, WaypointFacts};
 use daemon::{Decide, Epochs, Failure, LatchedOutput, NewSample, Outputs, Published};
 use frames::metres;
 use messages::{Checked, ContentHash, plan_time};
+use replica::RobotFiles;
+use std::sync::Arc;
 
 /// What is published.
 pub enum FollowSample {
@@ -20,6 +23,8 @@ pub enum FollowSample {
     Index(NewSample<topics::Grids>, usize),
     /// The mission plan.
     MissionPlan(NewSample<topics::MissionPlan>),
+    /// Before all others: exported files that are not these are not shown any more.
+    Files(Arc<FileFolder>, Option<RobotFiles>),
 }
 
 /// The ends of the topics.
@@ -166,6 +171,10 @@ impl<D: Decide> Outputs<D> for FollowOutputs {
                 self.index.publish(epochs, index)
             }
             FollowSample::MissionPlan(plan) => self.mission_plan.publish(epochs, plan),
+            FollowSample::Files(folder, files) => {
+                folder.withdraw_unless(files.as_ref());
+                Ok(())
+            }
         }
     }
 

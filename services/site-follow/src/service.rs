@@ -2,7 +2,8 @@
 
 use crate::archive_folder::{ArchiveDisk, ArchiveFolder, MachineDisk};
 use crate::fetcher::{AcceptedIndex, Fetcher, Followed, OpenStore, Shared, Trouble, check_zone, open_store, stop};
-use crate::outputs::FollowOutputs;
+use crate::file_folder::FileFolder;
+use crate::outputs::{FollowOutputs, FollowSample};
 use crate::plan_set::{PublishedArchives, SetError, SetSamples, samples_of};
 use crate::teller::{Teller, ToTell, link_settings};
 use bus::Bus;
@@ -50,6 +51,8 @@ pub struct SiteFollow {
     followed: Followed,
     synchronised_while: Option<PathBuf>,
     folder: ArchiveFolder,
+    /// Where exported files are shown, if they are asked for.
+    files: Option<Arc<FileFolder>>,
     shared: Arc<Shared>,
     in_force: InForce,
     /// The newest index that was accepted, if it is not the one in force.
@@ -138,6 +141,8 @@ impl SiteFollow {
         let followed = Followed::of(&follow)?;
         let Surroundings { open, clock, disk } = surroundings;
         let folder = ArchiveFolder::at(&config.state, disk)?;
+        let files = follow.files.as_deref().map(FileFolder::at).transpose();
+        let files = files.map_err(|why| format!("[follow] files: {why}"))?.map(Arc::new);
         let state_file = StateFile::at(&config.state, "site-follow.json")?;
         let index_file = KeptFile::at(&config.state, "site-follow-index.jsonl");
         let kept: Kept = state_file.load()?.unwrap_or_default();
@@ -160,13 +165,20 @@ impl SiteFollow {
         let observed = observed_file.load()?.map(String::from_utf8).transpose()?.map(Arc::from);
         let to_tell = Arc::new(ToTell::default());
         to_tell.set_progress(observed.clone());
-        let fetcher =
-            Fetcher::new(follow.clone(), followed.clone(), folder.clone(), Arc::clone(&shared), (open, clock));
+        let fetcher = Fetcher::new(
+            follow.clone(),
+            followed.clone(),
+            folder.clone(),
+            files.clone(),
+            Arc::clone(&shared),
+            (open, clock),
+        );
         let service = Self {
             config: follow,
             followed,
             synchronised_while: config.clock.synchronised_while.clone(),
             folder,
+            files,
             shared,
             in_force: InForce { kept, observed, ..InForce::default() },
             newest,
@@ -219,6 +231,13 @@ impl SiteFollow {
 
     fn shown_set(&self) -> Option<&PlanSet> {
         self.in_force.index.as_ref()?.sets.get(self.in_force.shown?)
+    }
+
+    /// Shows the exported files of the set that is shown, once they are here.
+    fn show_files(&self) {
+        if let Some((folder, set)) = self.files.as_ref().zip(self.shown_set()) {
+            folder.show(set.files_of(&self.followed.robot));
+        }
     }
 
     /// Keeps a reading of a clock that goes on, so that standstill of the machine later is told from a clock that was set.
@@ -296,6 +315,10 @@ impl SiteFollow {
         }
         decision.save.push(self.state_file.saving(&next.kept)?);
         (next.index, next.shown, next.published) = (Some(Arc::new(index.clone())), Some(place), published);
+        if let Some(folder) = self.files.as_ref().filter(|_| !samples.is_empty()) {
+            let files = set.files_of(&self.followed.robot).copied();
+            decision.publish.push(FollowSample::Files(Arc::clone(folder), files));
+        }
         decision.publish.extend(samples);
         Ok(())
     }
@@ -318,6 +341,7 @@ impl Decide for SiteFollow {
     }
 
     fn gather(&mut self) -> Result<(), Failure> {
+        self.show_files();
         let mut findings = self.shared.lock();
         let damaged = match &*self.trouble.lock().unwrap_or_else(PoisonError::into_inner) {
             Some(SetError::Damaged { id, .. }) => Some(*id),
@@ -368,6 +392,7 @@ impl Decide for SiteFollow {
         }
         self.in_force = next;
         self.newest = None;
+        self.show_files();
         let mut findings = self.shared.lock();
         findings.acknowledged = self.in_force.kept.acknowledged.clone();
         findings.in_force = self.in_force.index.iter().flat_map(|index| archive_ids(&self.followed, index)).collect();
@@ -386,7 +411,8 @@ impl Decide for SiteFollow {
             None => "what is shown has no end of validity".to_owned(),
         });
         let own = self.trouble.lock().unwrap_or_else(PoisonError::into_inner).as_ref().map(ToString::to_string);
-        let (mut error, mut warning) = (own, self.finding.clone());
+        let files = self.files.as_ref().and_then(|folder| folder.trouble());
+        let (mut error, mut warning) = (own, self.finding.clone().or(files));
         if let Some(Trouble { why, is_answer }) = findings.trouble.clone() {
             let told = shown.map_or(why.clone(), |shown| format!("{why}; {shown}"));
             // A store that cannot be asked for a moment is no error: what is shown stays.
@@ -462,11 +488,12 @@ fn shown_before(file: Vec<u8>, followed: &Followed, kept: &Kept) -> Option<Arc<A
     }
 }
 
-/// The archives of an index that a robot needs, of all of its sets.
+/// The archives of an index that a robot needs, of all of its sets, and the lists of exported files.
 fn archive_ids(followed: &Followed, index: &SiteIndex) -> BTreeSet<ContentId> {
     let of_set = |set: &PlanSet| {
         let archives = followed.archives(index, set).unwrap_or_default();
-        archives.into_iter().map(|entry| entry.id).collect::<Vec<_>>()
+        let files = set.files_of(&followed.robot).map(|files| files.list.id);
+        archives.into_iter().map(|entry| entry.id).chain(files).collect::<Vec<_>>()
     };
     index.sets.iter().flat_map(of_set).collect()
 }

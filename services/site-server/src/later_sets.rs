@@ -62,10 +62,7 @@ impl LaterSets {
         let state = ScheduleState::open(archive.bytes())?;
         let mut robots = BTreeMap::new();
         for (name, maps) in &present.robots {
-            let own = match name.parse() {
-                Ok(robot) if !config.robots.is_empty() => config.of_robot(Some(robot))?,
-                _ => config.clone(),
-            };
+            let own = config_of(config, name)?;
             robots.insert(name.clone(), self.draw_for(&own, name, site, &state, maps)?);
         }
         let valid_until_s = messages::plan_time(state.head.valid_until_s).map(|at| at.civil_seconds());
@@ -124,5 +121,16 @@ impl LaterSets {
             robot_hash,
             storeys,
         })
+    }
+}
+
+/// The configuration of a robot, by its name in an index.
+///
+/// # Errors
+/// A robot that the configuration does not have any more.
+pub(crate) fn config_of(config: &SiteConfig, robot: &str) -> Result<SiteConfig, Failure> {
+    match robot.parse() {
+        Ok(robot) if !config.robots.is_empty() => Ok(config.of_robot(Some(robot))?),
+        _ => Ok(config.clone()),
     }
 }

@@ -1,5 +1,7 @@
 //! What a server publishes of a site, for the daemon and for simulations of its robots.
 
+mod enabling;
+mod exports;
 pub mod later_sets;
 pub mod pieces;
 pub mod publication;

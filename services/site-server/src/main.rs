@@ -11,12 +11,17 @@
 //! - Where the plan time follows the clock, sets of the next change instants are drawn with the stages, from the same archives: what is
 //!   drawn later on the bus has the same bytes. Where the schedule that is evaluated for that is not the one in force, there are none,
 //!   and the index says why.
+//! - Files that `[serve] export` asks for have the bytes of `groundplan export` at that plan time. They are made once all maps are in the
+//!   store, and are in the index of the next epoch; a newer set ends their making, and waits at most for the one format that is under
+//!   way. Where nothing is asked for, or all files are there, there is no such epoch. A plan time that moves on before its files are made
+//!   has none.
 //! - Of the past, indices stay for a time within a size, with all blobs that they name.
 //!
 //! # Where
 //!
 //! - what is published, and when: `src/service.rs`
 //! - sets of later plan times: `src/later_sets.rs`
+//! - exported files, and when maps of VDA 5050 are enabled: `src/exports.rs`, `src/enabling.rs`
 //! - what robots are told and tell, and the document of the fleet: `src/robots.rs`, `daemon::FleetDocument`
 //! - which blobs are new, the order of objects, what goes: `src/publication.rs`
 

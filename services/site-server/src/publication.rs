@@ -1,5 +1,6 @@
 //! The thread that writes into the store: blobs that are new, then the index of the next epoch, then that it is the newest.
 
+use crate::exports::{Blobs, ExportedSet, Exports, OfSite};
 use crate::pieces::{Piece, RobotPieces, SetPieces, SitePieces};
 use daemon::{Clock, Disk, Failure, MachineClock, ServeConfig, SiteConfig, StateFile, StateFolder, chain};
 use jiff::{SignedDuration, Timestamp};
@@ -114,6 +115,12 @@ impl Shared {
         self.lock().epoch = index.map_or(0, |index| index.epoch);
     }
 
+    /// True if there is something to be done that is newer than what is under way.
+    fn has_news(&self) -> bool {
+        let state = self.lock();
+        state.is_stopped || state.job.is_some()
+    }
+
     /// What came of the last one.
     pub fn outcome(&self) -> Outcome {
         self.lock().outcome.clone()
@@ -135,6 +142,7 @@ pub struct Publisher {
     keys: String,
     shared: Arc<Shared>,
     surroundings: Surroundings,
+    exports: Exports,
     store: Option<Connected>,
     state: PathBuf,
     /// That another server publishes the site, once it was noticed.
@@ -212,6 +220,7 @@ impl Publisher {
                 key.public()
             )));
         }
+        let exports = Exports::new(site.clone(), config.export.clone());
         Ok(Self {
             config,
             site,
@@ -219,6 +228,7 @@ impl Publisher {
             keys,
             shared,
             surroundings,
+            exports,
             store: None,
             state: state.to_owned(),
             rival: None,
@@ -273,20 +283,22 @@ impl Publisher {
         if let Some(rival) = &self.rival {
             return Err(rival.clone().into());
         }
+        let mut not_exported = self.exports.configure(&job.config).err().map(|why| chain(why.as_ref()));
         let connected = match self.store.take() {
             Some(connected) => connected,
             None => {
                 let store = (self.surroundings.open)()?;
-                Connected::open(store, &self.state, &self.site, &self.keys)?
+                Connected::open(store, &self.state, &self.site, &self.keys, &mut self.exports)?
             }
         };
         let connected = self.store.insert(connected);
+        let exports = &mut self.exports;
         let Surroundings { draw, clock, disk, .. } = &mut self.surroundings;
         let mut means = Means { keys: &self.keys, key: &self.key, clock: &**clock, disk: &mut **disk };
         let is_wall = matches!(job.site.clock, IndexClock::Wall { .. });
         // What is due now does not wait for what is due later, unless that is there already.
         let (known, why) = connected.known_later(job);
-        let mut new_bytes = connected.publish(job, known, why, &mut means)?;
+        let mut new_bytes = connected.publish(job, known, why, &mut means, exports)?;
         self.shared.is_in_store(connected.newest.as_ref());
         let (mut later, mut why_no_later) = (Vec::new(), None);
         if is_wall {
@@ -294,18 +306,24 @@ impl Publisher {
                 Ok(drawn) => later = drawn,
                 Err(why) => why_no_later = Some(chain(why.as_ref())),
             }
-            let later = later.iter().map(|set| connected.set(set)).collect::<Result<_, _>>()?;
-            new_bytes += connected.publish(job, later, why_no_later.clone(), &mut means)?;
+            let later = connected.sets(&later)?;
+            new_bytes += connected.publish(job, later, why_no_later.clone(), &mut means, exports)?;
+            self.shared.is_in_store(connected.newest.as_ref());
+        }
+        // Files come last: no maps of a robot wait for what others read.
+        if exports.are_asked_for() {
+            self.shared.lock().outcome = connected.outcome(new_bytes, why_no_later.as_ref(), None);
+            let is_superseded = || self.shared.has_news();
+            not_exported = not_exported.or(connected.export(job, &later, exports, &is_superseded)?);
+            let later = connected.sets(&later)?;
+            new_bytes += connected.publish(job, later, why_no_later.clone(), &mut means, exports)?;
             self.shared.is_in_store(connected.newest.as_ref());
         }
         // What was published is published, whatever becomes of the past.
         let now_ms = means.clock.now().wall_ms;
-        let cleaned = connected.clean(&self.config, now_ms);
+        let cleaned = connected.clean(&self.config, now_ms, exports);
         let uncleaned = cleaned.err().map(|why| format!("the past is not cleaned: {}", chain(why.as_ref())));
-        let plan_times_s = connected.newest.iter().flat_map(|index| &index.sets).map(|set| set.plan_time_s).collect();
-        let warning = why_no_later.clone().map(|why| format!("nothing is drawn ahead: {why}")).or(uncleaned);
-        let epoch = connected.newest.as_ref().map_or(0, |index| index.epoch);
-        Ok(Outcome { epoch, plan_times_s, new_bytes, why_no_later, error: None, warning })
+        Ok(connected.outcome(new_bytes, why_no_later.as_ref(), not_exported.or(uncleaned)))
     }
 }
 
@@ -319,7 +337,13 @@ struct Means<'a> {
 
 impl Connected {
     /// Looks at what a store has.
-    fn open(store: Box<dyn Objects>, state: &Path, site: &SiteName, keys: &str) -> Result<Self, Failure> {
+    fn open(
+        store: Box<dyn Objects>,
+        state: &Path,
+        site: &SiteName,
+        keys: &str,
+        exports: &mut Exports,
+    ) -> Result<Self, Failure> {
         let (list, root) = KeyList::parse_signed(keys)?;
         let newest = match store.fetch_unless(&current_path(site), None, MAX_INDEX_BYTES)? {
             Fetched::New { bytes, .. } => own("current.jsonl", &bytes, root),
@@ -365,13 +389,22 @@ impl Connected {
         }
         connected.is_for_robots = has_list && connected.taken.epoch <= found;
         connected.read_recipes()?;
+        exports.take_from(connected.newest.as_ref(), &connected)?;
         // The list of its blobs comes after the index, too.
         if let Some(index) = left_behind
             && connected.store.length(&blob_list_path(site, index.epoch))?.is_none()
         {
-            connected.list_blobs(&index)?;
+            connected.list_blobs(&index, exports)?;
         }
         Ok(connected)
+    }
+
+    /// What came of a job: the newest index, and so many bytes that were written for it.
+    fn outcome(&self, new_bytes: u64, why_no_later: Option<&String>, warning: Option<String>) -> Outcome {
+        let plan_times_s = self.newest.iter().flat_map(|index| &index.sets).map(|set| set.plan_time_s).collect();
+        let epoch = self.newest.as_ref().map_or(0, |index| index.epoch);
+        let warning = why_no_later.map(|why| format!("nothing is drawn ahead: {why}")).or(warning);
+        Outcome { epoch, plan_times_s, new_bytes, why_no_later: why_no_later.cloned(), error: None, warning }
     }
 
     /// Reads the recipes of the newest index whose packs are all there: what is packed next has blocks in common with them. What is
@@ -446,10 +479,16 @@ impl Connected {
         later: Vec<PlanSet>,
         why_no_later: Option<String>,
         means: &mut Means<'_>,
+        exports: &mut Exports,
     ) -> Result<u64, Failure> {
-        let site_archive = self.entry(&job.site.site)?;
-        let tasks = job.site.tasks.as_ref().map(|tasks| self.entry(tasks)).transpose()?;
-        let sets: Vec<PlanSet> = std::iter::once(self.set(&job.set)?).chain(later).collect();
+        let (site_archive, tasks) = self.of_site(job)?;
+        let mut sets: Vec<PlanSet> = std::iter::once(self.set(&job.set)?).chain(later).collect();
+        let of_site = OfSite { clock: &job.site.clock, site: &site_archive, tasks: tasks.as_ref() };
+        for PlanSet { schedule_state, robots, .. } in &mut sets {
+            for (robot, maps) in robots {
+                maps.files = exports.files_of(&of_site, schedule_state, robot, maps);
+            }
+        }
         let newest = self.newest.as_ref().map_or(0, |index| index.epoch);
         // Whoever writes into the store can put an index of any epoch there.
         let epoch = newest.max(self.taken.epoch).checked_add(1).ok_or("the store has an index of the last epoch")?;
@@ -481,7 +520,7 @@ impl Connected {
         if !self.store.create(&path, &file)? && self.store.fetch_whole(&path, MAX_INDEX_BYTES)? != file {
             return Err(Rival { epoch, site: self.site.clone() }.into());
         }
-        self.list_blobs(&index)?;
+        self.list_blobs(&index, exports)?;
         self.store.replace(&current_path(&self.site), &file)?;
 
         info!(service = "site-server", epoch, sets = index.sets.len(), new_bytes, "the site is in the store");
@@ -490,7 +529,34 @@ impl Connected {
         Ok(new_bytes)
     }
 
-    /// A set as an index has it; what is new of it is written.
+    /// The archives of the site as an index has them; what is new of them is written.
+    fn of_site(&mut self, job: &Job) -> Result<(ArchiveEntry, Option<ArchiveEntry>), Failure> {
+        let tasks = job.site.tasks.as_ref().map(|tasks| self.entry(tasks)).transpose()?;
+        Ok((self.entry(&job.site.site)?, tasks))
+    }
+
+    /// Makes the files of a set and of later ones that the store does not have. The answer is why some are not made.
+    fn export(
+        &mut self,
+        job: &Job,
+        later: &[SetPieces],
+        exports: &mut Exports,
+        is_superseded: &dyn Fn() -> bool,
+    ) -> Result<Option<String>, Failure> {
+        let (site, tasks) = self.of_site(job)?;
+        let of_site = OfSite { clock: &job.site.clock, site: &site, tasks: tasks.as_ref() };
+        let sets = std::iter::once(self.set(&job.set)?).chain(self.sets(later)?).collect::<Vec<_>>();
+        let pieces = std::iter::once(&job.set).chain(later);
+        let sets: Vec<ExportedSet<'_>> = pieces.zip(&sets).collect();
+        exports.make(&of_site, &job.site, &sets, &job.config, self, is_superseded)
+    }
+
+    /// Sets as an index has them; what is new of them is written.
+    fn sets(&mut self, sets: &[SetPieces]) -> Result<Vec<PlanSet>, Failure> {
+        sets.iter().map(|set| self.set(set)).collect()
+    }
+
+    /// A set as an index has it, without exported files; what is new of it is written.
     fn set(&mut self, set: &SetPieces) -> Result<PlanSet, Failure> {
         let mut robots = BTreeMap::new();
         for (name, maps) in &set.robots {
@@ -516,6 +582,7 @@ impl Connected {
             mission_plan: maps.mission_plan.as_ref().map(|plan| self.entry(plan)).transpose()?,
             robot_hash: maps.robot_hash,
             storeys,
+            files: None,
         })
     }
 
@@ -536,25 +603,14 @@ impl Connected {
         Ok(entry)
     }
 
-    /// Writes a blob, unless the store has it.
-    fn write(&mut self, bytes: &[u8]) -> Result<(), Failure> {
-        let path = blob_path(&self.site, ContentId::of(bytes));
-        // A blob that was cut short under its name is replaced.
-        if self.store.length(&path)? != Some(bytes.len() as u64) {
-            self.store.replace(&path, bytes)?;
-            self.new_bytes += bytes.len() as u64;
-        }
-        Ok(())
-    }
-
     /// Writes which blobs an index needs.
-    fn list_blobs(&mut self, index: &SiteIndex) -> Result<(), Failure> {
-        let needed = self.needed(index);
+    fn list_blobs(&mut self, index: &SiteIndex, exports: &mut Exports) -> Result<(), Failure> {
+        let needed = self.needed(index, exports);
         Ok(self.store.replace(&blob_list_path(&self.site, index.epoch), &serde_json::to_vec(&needed)?)?)
     }
 
     /// The blobs that an index needs.
-    fn needed(&mut self, index: &SiteIndex) -> Vec<BlobEntry> {
+    fn needed(&mut self, index: &SiteIndex, exports: &mut Exports) -> Vec<BlobEntry> {
         let archives: BTreeSet<ContentId> = index.archives().map(|entry| entry.id).collect();
         // What no index that may come next has is forgotten.
         self.entries.retain(|_, (entry, _)| archives.contains(&entry.id));
@@ -564,12 +620,12 @@ impl Connected {
             std::iter::once(entry.recipe).chain(packs.iter().copied()).collect::<Vec<_>>()
         };
         let needed: BTreeMap<ContentId, BlobEntry> =
-            self.entries.values().flat_map(of_entry).map(|blob| (blob.id, blob)).collect();
+            self.entries.values().flat_map(of_entry).chain(exports.needed(index)).map(|blob| (blob.id, blob)).collect();
         needed.into_values().collect()
     }
 
     /// Removes indices of the past that are too old or too much, then blobs that none of those that stay needs.
-    fn clean(&mut self, config: &ServeConfig, now_ms: i64) -> Result<(), Failure> {
+    fn clean(&mut self, config: &ServeConfig, now_ms: i64, exports: &mut Exports) -> Result<(), Failure> {
         if self.n_since_cleaned < CLEAN_EVERY {
             return Ok(());
         }
@@ -610,7 +666,7 @@ impl Connected {
             self.store.remove(&blob_list_path(&self.site, *epoch))?;
             lists.remove(epoch);
         }
-        let newest: Vec<BlobEntry> = self.newest.clone().map(|index| self.needed(&index)).unwrap_or_default();
+        let newest: Vec<BlobEntry> = self.newest.clone().map(|index| self.needed(&index, exports)).unwrap_or_default();
         let needed: BTreeSet<String> =
             lists.values().flatten().chain(&newest).map(|blob| blob_path(&self.site, blob.id)).collect();
         let is_needless = |blob: &&Listed| !needed.contains(&blob.path) && now.duration_since(blob.modified) > MIN_AGE;
@@ -621,6 +677,30 @@ impl Connected {
         }
         info!(service = "site-server", indices = gone.len(), blobs = n_blobs, "the past was cleaned");
         Ok(())
+    }
+}
+
+impl Blobs for Connected {
+    fn read(&self, blob: BlobEntry) -> Result<Option<Vec<u8>>, Failure> {
+        match self.store.fetch_whole(&blob_path(&self.site, blob.id), blob.bytes) {
+            Ok(bytes) => Ok(Some(bytes).filter(|bytes| ContentId::of(bytes) == blob.id)),
+            Err(why) if why.is_of_object() => Ok(None),
+            Err(why) => Err(why.into()),
+        }
+    }
+
+    fn has(&self, blob: BlobEntry) -> Result<bool, Failure> {
+        Ok(self.store.length(&blob_path(&self.site, blob.id))? == Some(blob.bytes))
+    }
+
+    fn write(&mut self, bytes: &[u8]) -> Result<BlobEntry, Failure> {
+        let blob = BlobEntry { id: ContentId::of(bytes), bytes: bytes.len() as u64 };
+        // A blob that was cut short under its name is replaced.
+        if !self.has(blob)? {
+            self.store.replace(&blob_path(&self.site, blob.id), bytes)?;
+            self.new_bytes += blob.bytes;
+        }
+        Ok(blob)
     }
 }
 

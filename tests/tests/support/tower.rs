@@ -85,9 +85,13 @@ impl Tower {
 
     /// Epoch of the newest index.
     pub(crate) fn epoch(&self) -> u64 {
+        self.index()["epoch"].as_u64().unwrap()
+    }
+
+    /// The newest index.
+    pub(crate) fn index(&self) -> Value {
         let text = std::fs::read_to_string(self.current()).unwrap();
-        let index: Value = serde_json::from_str(text.lines().nth(2).unwrap()).unwrap();
-        index["epoch"].as_u64().unwrap()
+        serde_json::from_str(text.lines().nth(2).unwrap()).unwrap()
     }
 }
 

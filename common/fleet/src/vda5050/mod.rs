@@ -7,7 +7,7 @@ mod tar;
 mod zone_set;
 mod zones;
 
-pub use maps::MapsDocument;
+pub use maps::{MapsDocument, StoreMapsDocument, StoreMapsError};
 
 use export::{ExportFile, ExportInput, json_text, storey_folder};
 use maps::{DownloadableMap, Identified};

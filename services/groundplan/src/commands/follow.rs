@@ -23,6 +23,7 @@ The robot's configuration says which store, which site, and by which key it is k
   roots = [\"ed25519:..\"]         # as groundplan key new printed it for the root key
   robot = \"husky\"                # whose maps, where the server has several makes
   storeys = [\"Level 2\", \"3\"]     # all if left out
+  files = \"/var/lib/groundplan/files\"    # current in it: the exported files of what is shown
 
 Nothing is drawn here: topics, ROS 2, the page and files are as where the site is drawn. Without
 the store the robot shows what it has, goes on to the sets that were fetched ahead by its own clock,

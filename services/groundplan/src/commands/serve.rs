@@ -21,6 +21,9 @@ The site's configuration says where to, under which name, and with which keys:
   site = \"tower\"
   key = \"signing.pem\"            # groundplan key new signing.pem
   keys = \"keys.jsonl\"            # groundplan key list ..
+  export = [\"maps\", \"vda5050\"]   # files as `export` writes them, for who has no groundplan:
+                                 # maps, ground, world, usd, cloud, octomap, vda5050, lif,
+                                 # open-rmf; none if left out
 
 It runs what `up` runs, and site-server. Each [[robots]] of the site is a make of robot whose maps
 are drawn once, for all robots of the site that follow them.";

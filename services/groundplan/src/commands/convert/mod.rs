@@ -12,7 +12,6 @@ use crate::args::ScheduleInput;
 use crate::date_argument;
 use crate::failure::Failure;
 use crate::input_document::read_document;
-use crate::optional_files::OptionalFiles;
 use crate::progress_line::ProgressLine;
 use crate::run::{Outcome, Run};
 pub use args::Args;
@@ -25,6 +24,7 @@ use messages::{ArchiveBuffer, Diagnostic, DiagnosticCode, DiagnosticRecord, Sche
 use output::Job;
 use raster::Rasterizer;
 use schedule::{Period, Timeline, Uncertainty};
+use site_files::OptionalFiles;
 use std::time::Instant;
 use summary::{Outputs, Summary};
 use tracing::debug;

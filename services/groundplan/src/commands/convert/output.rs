@@ -7,7 +7,6 @@ use crate::date_argument;
 use crate::failure::Failure;
 use crate::film::{Facts, Film, FilmTime};
 use crate::maps::{MapInputs, Maps, with_maps, with_maps_once};
-use crate::optional_files::OptionalFiles;
 use crate::progress_line::ProgressLine;
 use crate::recording::FinishedRecording;
 use daemon::Robot;
@@ -15,6 +14,7 @@ use export::{DatedFolder, ExportInput, FolderBeside, OutputFolder, ProbabilityIn
 use messages::{ArchiveBuffer, ChosenGrids, ScheduleState, Site};
 use raster::Rasterizer;
 use schedule::{Period, Timeline};
+use site_files::OptionalFiles;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use waypoints::MissionPlanOptions;
@@ -183,7 +183,8 @@ impl Job<'_> {
         let mut world_diagnostics = Vec::new();
         if let Some((beside, directory)) = place {
             let write = |file| beside.write(directory, &[file]);
-            let WorldFiles { files, diagnostics } = optional.files(&input, maps.grids)?;
+            let WorldFiles { files, diagnostics } =
+                optional.files(&input, maps.grids, &|| true).map_err(Failure::work)?;
             sums = export::each_file(&input, files, write).map_err(Failure::work)?;
             world_diagnostics = diagnostics;
         }

@@ -2,8 +2,8 @@
 
 use crate::args::{CloudArgs, FleetArgs, OctomapArgs, OverwriteArgs, SiteOfRobotArgs, WorldArgs};
 use crate::failure::Failure;
-use crate::optional_files::OptionalFiles;
 use daemon::SiteConfig;
+use site_files::OptionalFiles;
 use std::path::PathBuf;
 
 /// Arguments of `export`.

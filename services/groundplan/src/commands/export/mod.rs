@@ -12,6 +12,7 @@ use crate::wait::join;
 pub use args::Args;
 use bus::Daemon;
 use sets::Sets;
+use site_files::SiteFiles;
 use std::time::Duration;
 
 const POLL_INTERVAL: Duration = Duration::from_millis(50);
@@ -26,7 +27,7 @@ impl Run for Args {
             return watch::watch(self);
         }
         let config = self.site.config()?;
-        let optional = self.optional_files(&config)?;
+        let mut files = SiteFiles::new(self.optional_files(&config)?);
         let folder = self.overwrite.folder_at(&self.out)?;
         let (bus, mut waiter) = join(&config)?;
         let mut sets = Sets::of(&bus)?;
@@ -35,7 +36,7 @@ impl Run for Args {
             expectation.check()?;
             waiter.wait(POLL_INTERVAL).map_err(Failure::work)?;
         }
-        let files = sets.files(&config, &optional)?;
+        let files = sets.files(&config, &mut files)?;
         report_set_aside(folder.replace(&files).map_err(Failure::work)?);
         Ok(Outcome::silent())
     }

@@ -17,6 +17,7 @@ use epoch_folders::EpochFolders;
 use fresh_file::FreshFile;
 use hooks::{Hooks, Occasion};
 use jiff::Timestamp;
+use site_files::SiteFiles;
 use site_view::{Freshness, MapState, Staleness, Storeys};
 use std::collections::BTreeSet;
 use std::io;
@@ -34,13 +35,13 @@ const TICK: Duration = Duration::from_millis(200);
 /// A configuration or a folder that cannot be used at the start. What fails later is reported and tried again.
 pub(super) fn watch(arguments: &Args) -> Result<Outcome, Failure> {
     let config = arguments.site.config()?;
-    let optional = arguments.optional_files(&config)?;
+    let files = SiteFiles::new(arguments.optional_files(&config)?);
     let domain = config.domain().map_err(Failure::usage)?;
     let mut stop = StopSignal::listen(false).map_err(Failure::work)?;
     let folders = EpochFolders::at(&arguments.out, arguments.overwrite)?;
     let mut watch = Watch {
         fresh_file: FreshFile::beside(folders.link()),
-        writer: MapWriter::start(folders.clone(), config.clone(), optional).map_err(Failure::work)?,
+        writer: MapWriter::start(folders.clone(), config.clone(), files).map_err(Failure::work)?,
         folders,
         keep: arguments.keep.max(1),
         reported: BTreeSet::new(),

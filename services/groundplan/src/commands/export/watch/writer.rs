@@ -3,9 +3,9 @@
 use super::epoch_folders::EpochFolders;
 use crate::commands::export::sets::Sets;
 use crate::failure::Failure;
-use crate::optional_files::OptionalFiles;
 use bus::Bus;
 use daemon::SiteConfig;
+use site_files::SiteFiles;
 use site_view::MapsInUse;
 use std::io;
 use std::path::PathBuf;
@@ -47,13 +47,12 @@ impl MapWriter {
     ///
     /// # Errors
     /// The system refuses.
-    pub(super) fn start(folders: EpochFolders, config: SiteConfig, optional: OptionalFiles) -> io::Result<Self> {
+    pub(super) fn start(folders: EpochFolders, config: SiteConfig, files: SiteFiles) -> io::Result<Self> {
         let generation = Arc::new(Mutex::new(Generation::default()));
         // One look that waits is as good as many.
         let (looks, look) = sync_channel(1);
         let (result, results) = sync_channel(MAX_RESULTS);
-        let work =
-            Work { generation: Arc::clone(&generation), look, folders, config, optional, sets: None, last: None };
+        let work = Work { generation: Arc::clone(&generation), look, folders, config, files, sets: None, last: None };
         let thread = std::thread::Builder::new().name("map-writer".to_owned()).spawn(move || work.run(&result))?;
         Ok(Self { generation, looks, results, thread })
     }
@@ -100,7 +99,7 @@ struct Work {
     look: Receiver<()>,
     folders: EpochFolders,
     config: SiteConfig,
-    optional: OptionalFiles,
+    files: SiteFiles,
     sets: Option<Sets>,
     /// The epoch that is current, and where it failed when to try again.
     last: Option<(u64, Option<Instant>)>,
@@ -137,7 +136,7 @@ impl Work {
             return Ok(None);
         }
         self.last = Some((epoch, Some(Instant::now() + RETRY_INTERVAL)));
-        let files = sets.files(&self.config, &self.optional)?;
+        let files = sets.files(&self.config, &mut self.files)?;
         let folder = self.folders.write(epoch, &files)?;
         self.last = Some((epoch, None));
         let (site_hash, grids) = sets.grids()?;
