@@ -3,7 +3,8 @@
 
     python3 scripts/check_fleet.py OUT..               judge folders that `groundplan convert --fleet vda5050,lif` wrote of one model
     python3 scripts/check_fleet.py --self-test OUT..   damage the first folder's files, too; each damage must be noticed
-    python3 scripts/check_fleet.py --store STORE/SITE  judge the exported files of a site in a store, of all sets of its newest index
+    python3 scripts/check_fleet.py --store STORE/SITE  judge the exported files of a site in a store, of all sets of its newest index;
+                                                       with --self-test damage what the store alone has
 
 Needs numpy, shapely and jsonschema. Exit codes: 0 all is as it should be, 1 it is not, 2 a folder cannot be read.
 
@@ -426,7 +427,29 @@ def judged_in_store(judge, out, listed, in_store, about):
     return wrong
 
 
-def judge_store(site):
+def damages_in_store(in_store):
+    """Damaged documents of a store, with a word of what has to be said of each."""
+
+    def changed(change):
+        damaged = copy.deepcopy(in_store)
+        change(damaged)
+        return damaged
+
+    first = lambda document: document["maps"][0]
+    parameters = lambda document: {p["key"]: p for p in first(document)["download"][0]["actionParameters"]}
+    other = first(in_store)["zone_set"]["path"]
+    return {
+        "another site": (changed(lambda d: d.__setitem__("site", "x")), "another site"),
+        "another robot": (changed(lambda d: d.__setitem__("robot", "x")), "another robot"),
+        "another instant": (changed(lambda d: d.__setitem__("enable_at", "2031-01-01T00:00:00Z")), "the plan time is"),
+        "a link to no file": (changed(lambda d: first(d)["map"].__setitem__("path", other[:-1] + "x")), "is no file of the list"),
+        "a link to another file": (changed(lambda d: parameters(d)["mapDownloadLink"].__setitem__("value", other)), "something else"),
+        "another hash": (changed(lambda d: parameters(d)["mapHash"].__setitem__("value", "0" * 64)), "something else"),
+        "a document without its protocol": (changed(lambda d: d.pop("protocol")), "protocol"),
+    }
+
+
+def judge_store(site, self_test):
     """Judges the exported files of a site; true if something is wrong."""
     judge, failed, n_sets = Judge(), False, 0
     with tempfile.TemporaryDirectory() as home:
@@ -436,6 +459,10 @@ def judge_store(site):
             wrong = judge.judge(folder, folder.written()) if "fleet/lif/site.lif.json" in listed and in_store else []
             if in_store:
                 wrong += judged_in_store(judge, out, listed, in_store, about)
+                for what, (damaged, word) in damages_in_store(in_store).items() if self_test else ():
+                    found = [why for why in judged_in_store(judge, out, listed, damaged, about) if word in why]
+                    print(f" with {what}: {found[0] if found else 'nothing'}")
+                    wrong += [] if found else [f"not noticed: {what}"]
             sums = folder.manifest["files"] | {"manifest.json": listed["manifest.json"]["id"]}
             if sums != {path: entry["id"] for path, entry in listed.items()}:
                 wrong.append("the list has other files than manifest.json")
@@ -573,7 +600,7 @@ def damages(folder, written):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--self-test", action="store_true", help="damage the files of the first folder, too: each damage must be noticed")
+    parser.add_argument("--self-test", action="store_true", help="damage files of the first folder, or of the store, too: each damage must be noticed")
     parser.add_argument("--store", type=pathlib.Path, metavar="STORE/SITE", help="judge the exported files of a site in a store")
     parser.add_argument("out", type=pathlib.Path, metavar="OUT", nargs="*")
     options = parser.parse_args()
@@ -581,7 +608,7 @@ def main():
         parser.error("give output folders, or --store")
     if options.store:
         try:
-            return int(judge_store(options.store))
+            return int(judge_store(options.store, options.self_test))
         except (OSError, KeyError, ValueError, TypeError, IndexError) as why:
             print(f"{options.store} cannot be read: {why!r}", file=sys.stderr)
             return 2

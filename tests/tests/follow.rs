@@ -683,9 +683,15 @@ fn judged(tower: &Tower) {
         return;
     }
     let script = support::root().join("scripts/check_fleet.py");
-    let output = Command::new(python).arg(script).arg("--store").arg(tower.store().join("tower")).output().unwrap();
+    let output = Command::new(python)
+        .arg(script)
+        .arg("--self-test")
+        .arg("--store")
+        .arg(tower.store().join("tower"))
+        .output()
+        .unwrap();
     let text = String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success() && text.contains("PASS"), "{text}");
+    assert!(output.status.success() && text.contains("PASS") && text.contains("with another instant"), "{text}");
 }
 
 /// The plan time of a folder of exported files, if all of it is as its manifest says; `None` if the link has moved on meanwhile.

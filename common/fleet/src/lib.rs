@@ -29,6 +29,8 @@
 //!   sets them, and they are 0, 1970 and empty here.
 //! - The bytes satisfy the schemas as first published with 3.0.0 and as corrected later: what the corrections renamed is of zone
 //!   types that are not used here, and `releaseLossBehavior`, which they require, the first ones allow.
+//! - A store of a site has `maps.json` with its own links and the instant at which robots go on to the maps
+//!   ([`vda5050::StoreMapsDocument`], `config/schemas/fleet-store-maps.schema.json`).
 //! - A map has the id of its storey, the same at every date, and the version of its content. No format of map files is standardised: the
 //!   tar has the files of Nav2, `planning`, `localization` and `keepout`.
 //!
