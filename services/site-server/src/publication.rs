@@ -161,10 +161,10 @@ struct Connected {
     /// True if robots take the newest index: it has the list of keys of this server, and nothing above it was published. Otherwise
     /// another one of the same content is for them.
     is_for_robots: bool,
-    /// Recipes of the newest archives, by topic.
-    recipes: HashMap<String, Recipe>,
-    /// Archives of the newest index that this process has written or found, by topic and content hash, with their packs.
-    entries: BTreeMap<(String, ContentHash), (ArchiveEntry, Vec<BlobEntry>)>,
+    /// Recipes of the newest archives, by topic: all of them of archives in `entries`, so that their packs stay.
+    recipes: HashMap<String, Arc<Recipe>>,
+    /// Archives of the newest index that this process has written or found, by topic and content hash.
+    entries: BTreeMap<(String, ContentHash), (ArchiveEntry, Arc<Recipe>)>,
     /// Bytes that were written since the last index.
     new_bytes: u64,
     taken: TakenEpoch,
@@ -434,7 +434,8 @@ impl Connected {
             }
             match recipe.filter(|_| is_whole) {
                 Some(recipe) => {
-                    entries.insert((topic.clone(), entry.content_hash), (*entry, recipe.packs().to_vec()));
+                    let recipe = Arc::new(recipe);
+                    entries.insert((topic.clone(), entry.content_hash), (*entry, Arc::clone(&recipe)));
                     recipes.insert(topic, recipe);
                 }
                 None => {
@@ -589,16 +590,19 @@ impl Connected {
     /// The entry of an archive, which is written if the store does not have it.
     fn entry(&mut self, piece: &Piece) -> Result<ArchiveEntry, Failure> {
         let key = (piece.topic.clone(), piece.hash);
-        if let Some((entry, _)) = self.entries.get(&key) {
+        if let Some((entry, recipe)) = self.entries.get(&key) {
+            // What is packed next has blocks in common with what stays, not with what goes.
+            self.recipes.insert(key.0, Arc::clone(recipe));
             return Ok(*entry);
         }
-        let PackedArchive { recipe, packs } = pack(piece.bytes.bytes(), self.recipes.get(&piece.topic));
+        let earlier = self.recipes.get(&piece.topic).map(|recipe| &**recipe);
+        let PackedArchive { recipe, packs } = pack(piece.bytes.bytes(), earlier);
         for pack in &packs {
             self.write(pack)?;
         }
         self.write(&recipe.to_bytes())?;
-        let entry = recipe.entry(piece.hash);
-        self.entries.insert(key, (entry, recipe.packs().to_vec()));
+        let (entry, recipe) = (recipe.entry(piece.hash), Arc::new(recipe));
+        self.entries.insert(key, (entry, Arc::clone(&recipe)));
         self.recipes.insert(piece.topic.clone(), recipe);
         Ok(entry)
     }
@@ -615,9 +619,9 @@ impl Connected {
         // What no index that may come next has is forgotten.
         self.entries.retain(|_, (entry, _)| archives.contains(&entry.id));
         let topics: BTreeSet<String> = archives_of(index).into_iter().map(|(topic, _)| topic).collect();
-        self.recipes.retain(|topic, _| topics.contains(topic));
-        let of_entry = |(entry, packs): &(ArchiveEntry, Vec<BlobEntry>)| {
-            std::iter::once(entry.recipe).chain(packs.iter().copied()).collect::<Vec<_>>()
+        self.recipes.retain(|topic, recipe| topics.contains(topic) && archives.contains(&recipe.id));
+        let of_entry = |(entry, recipe): &(ArchiveEntry, Arc<Recipe>)| {
+            std::iter::once(entry.recipe).chain(recipe.packs().iter().copied()).collect::<Vec<_>>()
         };
         let needed: BTreeMap<ContentId, BlobEntry> =
             self.entries.values().flat_map(of_entry).chain(exports.needed(index)).map(|blob| (blob.id, blob)).collect();
