@@ -169,8 +169,11 @@ fn what_a_robot_saw_comes_into_force_for_all_and_contradictions_are_told() {
         "{fleet}"
     );
     assert_eq!(of(&fleet, lift)["is_conflict"], false, "{fleet}");
+    becomes(&r1, in_wall, grid::OCCUPIED, "what another robot saw stand is not on the map");
     let text = groundplan(&[&"fleet", &"status", &"--server", &format!("http://127.0.0.1:{}", site.page)]);
     let text = String::from_utf8_lossy(&text.stdout).into_owned();
-    assert!(text.contains(&format!("conflict, {wall}")) && text.contains("before r2 saw it stand"), "{text}");
-    becomes(&r1, in_wall, grid::OCCUPIED, "what another robot saw stand is not on the map");
+    assert!(
+        text.contains(&format!("conflict, {wall}")) && text.contains("is not in force, because r2 saw it stand"),
+        "{text}"
+    );
 }

@@ -66,6 +66,7 @@ const ALLOWED: [(&str, &[&str]); 46] = [
             "export",
             "fleet",
             "fleet-link",
+            "frames",
             "messages",
             "raster",
             "replica",

@@ -266,7 +266,7 @@ impl SiteConfig {
         let has_files = !config.models.is_empty() || !config.schedule.files.is_empty();
         let has_robots = !config.robots.is_empty();
         check_server(config.follow.as_ref(), [config.serve.is_some(), has_robots, has_files])?;
-        check_link(config.serve.as_ref(), has_robots)?;
+        check_link(config.serve.as_ref(), &config.robot_names())?;
         if let Some(threads) = config.threads
             && !(1..=MAX_THREADS).contains(&threads)
         {

@@ -22,8 +22,10 @@ pub const FLEET_FILE: &str = "fleet.json";
 pub const MAX_FLEET_ELEMENTS: usize = 2_000;
 
 /// How a robot is, and what it shows.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
+///
+/// Versions may differ between a server and its robots: what is not known is passed over, what is missing has its default.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default)]
 pub struct RobotReport {
     /// When it was written, milliseconds since 1970 in UTC.
     pub written_ms: i64,
@@ -56,8 +58,8 @@ pub struct RobotReport {
 }
 
 /// A daemon of a robot.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(default)]
 pub struct DaemonReport {
     /// True if its process lives and reports.
     pub runs: bool,
@@ -69,7 +71,6 @@ pub struct DaemonReport {
 
 /// Where a robot is, by `/tf` and the pose of its map that is in effect.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
 pub struct RobotPlace {
     /// Index of the map storey.
     pub map_storey: u32,
@@ -81,6 +82,7 @@ pub struct RobotPlace {
 
 /// What a server answers to a report: what it has of the robot, which tells the rest then.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default)]
 pub struct ReportAnswer {
     /// Epoch of the newest index.
     pub epoch: u64,
@@ -92,7 +94,6 @@ pub struct ReportAnswer {
 
 /// What a robot observed of elements, those that it has seen.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
 pub struct Observations {
     /// Plan time that they were judged by, civil seconds since 1970; `None` if everything is built.
     pub plan_time_s: Option<i64>,
@@ -102,7 +103,6 @@ pub struct Observations {
 
 /// What a robot observed of an element, in the names of [`Observation`] and [`DeviationVerdict`].
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
 pub struct ElementObservation {
     /// `observed`, `absent` or `displaced`.
     pub observation: String,
@@ -209,8 +209,10 @@ pub struct ToldAbsence {
     /// Since when the robot tells it: RFC 3339 in UTC.
     #[schemars(with = "String")]
     pub since: Timestamp,
-    /// The robot that saw it stand after that: maps show it again, until its absence is confirmed anew. Null while it counts.
-    pub withdrawn_by: Option<String>,
+    /// Another robot that told last that it stands: while one does, the absence does not count. Null if there is none.
+    pub seen_by: Option<String>,
+    /// True if schedule-eval has the absence: maps of the schedule states after that do not show the element.
+    pub is_in_force: bool,
 }
 
 /// What a robot tells of an element.
@@ -382,8 +384,11 @@ mod tests {
         ]);
         let b = of(&[("wall", told("absent", "late")), ("slab", told("displaced", "on_plan"))]);
         let robots: ToldByRobot = [("a".to_owned(), a), ("b".to_owned(), b)].into();
-        let absent =
-            [("b".to_owned(), [("roof".to_owned(), ToldAbsence { since: at(0), withdrawn_by: None })].into())].into();
+        let absent = [(
+            "b".to_owned(),
+            [("roof".to_owned(), ToldAbsence { since: at(0), seen_by: None, is_in_force: false })].into(),
+        )]
+        .into();
         let (elements, n) = fleet_elements(&robots, &absent);
         let listed: Vec<(&str, bool)> = elements.iter().map(|e| (e.id.as_str(), e.is_conflict)).collect();
         assert_eq!((listed, n), (vec![("wall", true), ("door", false), ("roof", false)], 3));

@@ -244,10 +244,10 @@ pub(crate) fn check_server(
 }
 
 /// Refuses a link of robots without names: whose observation counts could not be told.
-pub(crate) fn check_link(serve: Option<&ServeConfig>, has_robots: bool) -> Result<(), toml::de::Error> {
+pub(crate) fn check_link(serve: Option<&ServeConfig>, drawn: &[RobotName]) -> Result<(), toml::de::Error> {
     let Some(link) = serve.and_then(|serve| serve.link.as_ref()) else { return Ok(()) };
     let refused = |why: String| Err(serde::de::Error::custom(why));
-    if !has_robots {
+    if drawn.is_empty() {
         return refused("[serve.link] without [[robots]]: the robots of the site need names".to_owned());
     }
     if link.robots.is_empty() || link.robots.len() > MAX_LINKED_ROBOTS {
@@ -257,6 +257,11 @@ pub(crate) fn check_link(serve: Option<&ServeConfig>, has_robots: bool) -> Resul
     names.sort_unstable();
     if let Some(twice) = names.windows(2).find(|pair| pair[0] == pair[1]) {
         return refused(format!("[serve.link] robots: {} is there twice", twice[0]));
+    }
+    if let Some(twice) = link.robots.iter().find(|robot| drawn.contains(robot)) {
+        return refused(format!(
+            "[serve.link] robots: {twice} is one of [[robots]], whose observations come from this machine: robots with a link have other names"
+        ));
     }
     if link.certificate.is_some() != link.key.is_some() {
         return refused("[serve.link]: certificate and key belong together".to_owned());
@@ -332,15 +337,16 @@ mod tests {
             (format!("{serve}robots = []\n{robots}"), "1 to 1000"),
             (format!("{serve}robots = [\"a\", \"b\", \"a\"]\n{robots}"), "a is there twice"),
             (format!("{serve}robots = [\"A B\"]\n{robots}"), "no name of a robot"),
+            (format!("{serve}robots = [\"scout\"]\n{robots}"), "is one of [[robots]]"),
             (format!("{serve}robots = [\"a\"]\nkey = \"k\"\n{robots}"), "belong together"),
             (format!("{FOLLOW}[follow.link]\nconnect = []\nname = \"a\"\nkey = \"k\"\n"), "belong together"),
         ] {
             let why = parse(&text).unwrap_err().to_string();
             assert!(why.contains(word), "{why}");
         }
-        let linked = parse(&format!("{serve}robots = [\"scout\", \"b\"]\n{robots}")).unwrap();
+        let linked = parse(&format!("{serve}robots = [\"a\", \"b\"]\n{robots}")).unwrap();
         let names: Vec<String> = linked.observers().iter().map(ToString::to_string).collect();
-        assert_eq!(names, ["b", "scout"]);
+        assert_eq!(names, ["a", "b", "scout"]);
         assert!(parse(&FOLLOW.replace("[\"ed25519:A\"]", "[]")).is_err());
         assert!(parse(&format!("{FOLLOW}poll_s = 0\n")).is_err());
     }

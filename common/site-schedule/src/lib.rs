@@ -1,8 +1,8 @@
 //! The schedule in force of a running site, for those who say what will be: the page, questions, and a server that draws ahead.
 //!
 //! schedule-eval publishes the state of one instant. What else its schedule says is evaluated here once more, from the rules and the
-//! progress in the state folder, and counts only where it gives the state that is published, byte for byte: files that are changing,
-//! or that are on another machine, give another schedule, of which nothing is said.
+//! progress in the state folder, and counts only where it gives the state that is published, byte for byte: while files are changing
+//! nothing is said of another schedule. On a robot that follows a server the rules and the progress are elsewhere.
 
 use daemon::{Failure, SiteConfig, progress_in_force, rules_in_force};
 use jiff::tz::TimeZone;
@@ -30,7 +30,7 @@ pub enum UnknownSchedule {
     /// What is published cannot be read.
     #[error(transparent)]
     Archive(#[from] ArchiveError),
-    /// The robot follows a server, and that has other rules or progress.
+    /// The robot follows a server, which has the rules and the progress.
     #[error("the rules and the progress of the schedule are on the server of the site {site}")]
     OnServer {
         /// Its name.
@@ -50,16 +50,16 @@ pub fn schedule_in_force(
     site: &Site<'_>,
     published: &ScheduleState<'_>,
 ) -> Result<ScheduleInForce, UnknownSchedule> {
+    if let Some(follow) = &config.follow {
+        return Err(UnknownSchedule::OnServer { site: follow.site.clone() });
+    }
     let rules = rules_in_force(config, Rules::parse).map_err(UnknownSchedule::Files)?;
     let progress = progress_in_force(config, parse_actuals).map_err(|why| UnknownSchedule::Files(why.into()))?;
     let timeline = evaluate(site, &rules, &Overrides::in_force(progress))?;
     let at_s = published.head.plan_time().map(|at| at.civil_seconds());
     let same = timeline.schedule_state_at(at_s).finish();
     if ScheduleState::open(same.bytes())?.content_hash() != published.content_hash() {
-        return Err(match &config.follow {
-            Some(follow) => UnknownSchedule::OnServer { site: follow.site.clone() },
-            None => UnknownSchedule::Changing,
-        });
+        return Err(UnknownSchedule::Changing);
     }
     Ok(ScheduleInForce { timeline, site_zone: rules.site_zone })
 }

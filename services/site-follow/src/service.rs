@@ -162,7 +162,15 @@ impl SiteFollow {
         findings.in_force = newest.iter().flat_map(|accepted| archive_ids(&followed, &accepted.signed.index)).collect();
         drop(findings);
         let observed_file = KeptFile::at(&config.state, OBSERVED_FILE);
-        let observed = observed_file.load()?.map(String::from_utf8).transpose()?.map(Arc::from);
+        let observed = || -> Result<Option<Arc<str>>, Failure> {
+            Ok(observed_file.load()?.map(String::from_utf8).transpose()?.map(Arc::from))
+        };
+        let observed = observed().unwrap_or_else(|why| {
+            // Maps do not wait for what the robot has to tell.
+            let why = chain(why.as_ref());
+            finding.get_or_insert(format!("what the robot observed last cannot be read, and is not told: {why}"));
+            None
+        });
         let to_tell = Arc::new(ToTell::default());
         to_tell.set_progress(observed.clone());
         let fetcher = Fetcher::new(

@@ -176,17 +176,21 @@ impl<W: Fn() + Clone + Send + Sync + 'static> Teller<W> {
                 (self.wake)();
             }
         }
-        if let Some(progress) = progress.filter(|_| self.server.progress != report.progress) {
-            let told = link.tell(MessageKind::Progress, progress.as_bytes().to_vec());
-            told.map_err(of_what("observed progress"))?;
-            self.server.progress = report.progress;
-        }
+        // What the server does not take of the one does not keep the other back.
+        let progress = match progress.filter(|_| self.server.progress != report.progress) {
+            Some(progress) => {
+                let told = link.tell(MessageKind::Progress, progress.as_bytes().to_vec());
+                told.map(|_| self.server.progress = report.progress).map_err(of_what("observed progress"))
+            }
+            None => Ok(()),
+        };
         let is_early = self.observations_told.is_some_and(|at| at.elapsed() < OBSERVATIONS_INTERVAL);
         if let Some(bytes) = observations.filter(|_| self.server.observations != observations_id && !is_early) {
             let told = link.tell(MessageKind::Observations, bytes.to_vec());
             told.map_err(of_what("observations of elements"))?;
             (self.server.observations, self.observations_told) = (observations_id, Some(Instant::now()));
         }
+        progress?;
         self.told.get_or_insert((Instant::now(), report));
         Ok(())
     }

@@ -2,6 +2,7 @@
 
 mod enabling;
 mod exports;
+mod giver;
 pub mod later_sets;
 pub mod pieces;
 pub mod publication;

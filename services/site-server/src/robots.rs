@@ -1,20 +1,22 @@
 //! The thread that has the link with the robots: it tells them of indices, and takes what they tell. Observed progress goes to
 //! schedule-eval, which merges it; all else is in the document of the fleet.
 
+use crate::giver::{Giver, Rows};
 use crate::publication::Shared as Published;
-use bus::{Bus, RobotName};
+use bus::{Daemon, RobotName};
+use daemon::facts::ScheduleFacts;
 use daemon::{
-    AbsentByRobot, ActualsSource, ElementObservation, Failure, FileText, FleetDocument, FleetRobot, KeptFile,
-    MAX_TABLE_BYTES, Observations, ObservedTables, ReportAnswer, RequestTimeouts, RobotReport, ScheduleRequest,
-    ServeConfig, ServeLinkConfig, ToldAbsence, ToldByRobot, ToldObservation, chain, fleet_elements, replace_file,
+    AbsentByRobot, ElementObservation, Failure, FleetDocument, FleetRobot, KeptFile, MAX_TABLE_BYTES, Observations,
+    ObservedTables, Report, ReportAnswer, RobotReport, ServeConfig, ServeLinkConfig, StatusBoard, ToldAbsence,
+    ToldByRobot, ToldObservation, chain, fleet_elements, replace_file,
 };
 use fleet_link::{Message, MessageKind, ServerIdentity, ServerLink, ServerSettings};
+use frames::PlanTime;
 use jiff::Timestamp;
 use messages::{ContentId, Observation};
 use schedule::{ABSENT, Actual, parse_actuals};
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
-use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -33,9 +35,8 @@ const WRITE_INTERVAL: Duration = Duration::from_secs(1);
 /// What robots told last is on disk at least this often.
 const KEEP_INTERVAL: Duration = Duration::from_secs(60);
 
-/// schedule-eval answers within seconds, and is started again within seconds.
-const TIMEOUT: Duration = Duration::from_secs(30);
-const RETRY_INTERVAL: Duration = Duration::from_millis(2);
+/// So many elements no site has.
+const MAX_ELEMENTS: usize = 500_000;
 
 /// What robots told, in the state folder.
 const KEPT_FOLDER: &str = "fleet";
@@ -51,7 +52,6 @@ pub(crate) struct Shared {
 
 #[derive(Default)]
 struct State {
-    bus: Option<Bus>,
     /// Why there is no link.
     error: Option<String>,
     is_stopped: bool,
@@ -60,11 +60,6 @@ struct State {
 impl Shared {
     fn lock(&self) -> MutexGuard<'_, State> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    /// The bus of the site, in a new generation.
-    pub(crate) fn attach(&self, bus: &Bus) {
-        self.lock().bus = Some(bus.clone());
     }
 
     /// Why robots have no link.
@@ -98,8 +93,6 @@ struct ToldRow {
     finish: String,
     /// Since when the robot tells it.
     since: Timestamp,
-    /// The robot that saw an element stand after this one told that it is absent: the row does not count.
-    withdrawn_by: Option<String>,
 }
 
 impl ToldRow {
@@ -108,52 +101,84 @@ impl ToldRow {
     }
 }
 
-impl KeptRobot {
-    /// The rows that count, as schedule-eval has them.
-    fn counting(&self) -> Rows {
-        let counting = self.rows.iter().filter(|(_, row)| row.withdrawn_by.is_none());
-        counting.map(|(id, row)| (id.clone(), [row.start.clone(), row.finish.clone()])).collect()
-    }
+/// True for an observation of an element that is there, in its place or beside it.
+fn stands(observed: &ElementObservation) -> bool {
+    observed.observation != Observation::Absent.name()
+}
 
-    /// Takes a table; rows that are as before keep their time, and what became of them.
-    fn take_rows(&mut self, rows: Vec<Actual>, now: Timestamp) {
+impl KeptRobot {
+    /// Takes a table; rows that are as before keep their time.
+    ///
+    /// # Errors
+    /// A row that no robot tells: an element is seen to stand by a date, or its absence was confirmed.
+    fn take_rows(&mut self, rows: Vec<Actual>, now: Timestamp) -> Result<(), String> {
+        let is_told = |row: &Actual| if row.start == ABSENT { row.finish.is_empty() } else { row.start.is_empty() };
+        if let Some(row) = rows.iter().find(|row| !is_told(row)) {
+            return Err(format!("{}: a robot tells that an element stands by a date, or is absent", row.id));
+        }
         let rows = rows.into_iter().map(|Actual { id, start, finish, .. }| {
             let same = self.rows.get(&id).filter(|row| row.start == start && row.finish == finish).cloned();
-            let row = same.unwrap_or(ToldRow { start, finish, since: now, withdrawn_by: None });
+            let row = same.unwrap_or(ToldRow { start, finish, since: now });
             (id, row)
         });
         self.rows = rows.collect();
+        Ok(())
     }
 
-    /// Takes observations; the answer are elements that it did not tell to stand before.
-    fn take_elements(&mut self, told: Observations, now: Timestamp) -> Vec<String> {
-        let stands = |observed: &ElementObservation| observed.observation != Observation::Absent.name();
-        let mut found = Vec::new();
-        let elements = told.elements.into_iter().map(|(id, observed)| {
-            let before = self.elements.get(&id);
-            if stands(&observed) && before.is_none_or(|before| !stands(&before.observed)) {
-                found.push(id.clone());
+    /// Takes observations. Of an element that is not seen any more what was told last stays: that nobody looks there does not make it
+    /// absent.
+    ///
+    /// # Errors
+    /// More elements than any site has.
+    fn take_elements(&mut self, told: Observations, now: Timestamp) -> Result<(), String> {
+        let mut elements = self.elements.clone();
+        for (id, observed) in told.elements {
+            let is_same = elements.get(&id).is_some_and(|before| before.observed == observed);
+            if !is_same {
+                elements.insert(id, ToldObservation { observed, since: now });
             }
-            let since = before.filter(|before| before.observed == observed).map_or(now, |before| before.since);
-            (id, ToldObservation { observed, since })
-        });
-        self.elements = elements.collect();
-        found
+        }
+        if elements.len() > MAX_ELEMENTS {
+            return Err("these are more elements than any site has".to_owned());
+        }
+        self.elements = elements;
+        Ok(())
     }
 }
 
-/// Rows of a table of progress by element: start, finish.
-type Rows = BTreeMap<String, [String; 2]>;
+/// A robot, not this one, that told last that an element stands.
+fn seen_by<'a>(robots: &'a BTreeMap<String, KeptRobot>, not_by: &str, id: &str) -> Option<&'a String> {
+    let others = robots.iter().filter(|(name, _)| *name != not_by);
+    let mut seen = others.filter(|(_, robot)| robot.elements.get(id).is_some_and(|told| stands(&told.observed)));
+    seen.next().map(|(name, _)| name)
+}
 
-/// The rows as text.
-fn table_text(rows: &Rows) -> String {
-    let mut text = "id,start,finish\n".to_owned();
-    let quoted = |text: &str| format!("\"{}\"", text.replace('"', "\"\""));
-    for (id, [start, finish]) in rows {
-        // Writing to a string does not fail.
-        let _ = writeln!(text, "{},{},{}", quoted(id), quoted(start), quoted(finish));
-    }
-    text
+/// The rows of a robot that count at a plan time. An element that another robot told last to stand is an obstacle, whatever this one
+/// tells; and nobody has seen what will be.
+fn counting(robots: &BTreeMap<String, KeptRobot>, name: &str, plan_time_s: Option<i64>) -> Rows {
+    let Some(robot) = robots.get(name) else { return Rows::new() };
+    let counts = |id: &str, row: &ToldRow| match row.is_absence() {
+        true => seen_by(robots, name, id).is_none(),
+        false => {
+            let seen_s = row.finish.parse().ok().map(|at: PlanTime| at.civil_seconds());
+            plan_time_s.is_none_or(|now_s| seen_s.is_some_and(|seen_s| seen_s <= now_s))
+        }
+    };
+    let rows = robot.rows.iter().filter(|(id, row)| counts(id, row));
+    rows.map(|(id, row)| (id.clone(), [row.start.clone(), row.finish.clone()])).collect()
+}
+
+/// The rows of robots that schedule-eval has, as its state says.
+///
+/// # Errors
+/// A state that cannot be read.
+pub(crate) fn rows_in_force(state: &Path, robots: &[RobotName]) -> Result<BTreeMap<String, Rows>, Failure> {
+    let tables = ObservedTables::load(state, robots)?;
+    let rows = robots.iter().filter_map(|name| {
+        let rows = tables.rows_of(*name)?.iter();
+        Some((name.to_string(), rows.map(|(id, row)| (id.clone(), [row.start.clone(), row.finish.clone()])).collect()))
+    });
+    Ok(rows.collect())
 }
 
 /// The thread.
@@ -166,10 +191,10 @@ pub(crate) struct Robots {
     document: PathBuf,
     link: Option<ServerLink>,
     robots: BTreeMap<String, KeptRobot>,
-    /// The rows of robots that schedule-eval has.
-    given: BTreeMap<String, Rows>,
-    /// When giving them failed last.
-    ungiven: Option<Instant>,
+    giver: Arc<Giver>,
+    board: StatusBoard,
+    /// When the giver was last told what counts.
+    given: Instant,
     /// Robots whose kept file is not what is known of them.
     unkept: BTreeSet<String>,
     kept: Instant,
@@ -208,32 +233,23 @@ impl Robots {
         document: PathBuf,
         published: Arc<Published>,
         shared: Arc<Shared>,
+        (giver, board): (Arc<Giver>, StatusBoard),
     ) -> Result<Self, Failure> {
         settings.check()?;
-        let names: Vec<RobotName> = serve.link.iter().flat_map(|link| link.robots.clone()).collect();
-        // After a death between both, schedule-eval and what is kept here may say different things.
-        let in_force = ObservedTables::load(state, &names)?;
-        let rows_in_force = |name: &RobotName| {
-            let rows = in_force.rows_of(*name)?.iter();
-            Some((
-                name.to_string(),
-                rows.map(|(id, row)| (id.clone(), [row.start.clone(), row.finish.clone()])).collect(),
-            ))
-        };
-        let given = names.iter().filter_map(rows_in_force).collect();
         let folder = state.join(KEPT_FOLDER);
         std::fs::create_dir_all(&folder).map_err(|why| format!("{} cannot be made: {why}", folder.display()))?;
         let mut robots = BTreeMap::new();
         for robot in &settings.robots {
-            let kept = match kept_file(state, robot).load() {
-                Ok(Some(bytes)) => serde_json::from_slice(&bytes)?,
-                Ok(None) => KeptRobot::default(),
-                // The robot tells it again.
-                Err(why) => {
-                    warn!(service = "site-server", robot, error = chain(&why), "what the robot told is lost here");
-                    KeptRobot::default()
-                }
+            let read = || -> Result<KeptRobot, Failure> {
+                let bytes = kept_file(state, robot).load()?;
+                Ok(bytes.map(|bytes| serde_json::from_slice(&bytes)).transpose()?.unwrap_or_default())
             };
+            let kept = read().unwrap_or_else(|why| {
+                // It tells all of it again.
+                let error = chain(why.as_ref());
+                warn!(service = "site-server", robot, error, "what the robot told is not known here any more");
+                KeptRobot::default()
+            });
             robots.insert(robot.clone(), kept);
         }
         Ok(Self {
@@ -245,8 +261,9 @@ impl Robots {
             document,
             link: None,
             robots,
-            given,
-            ungiven: Some(Instant::now()),
+            giver,
+            board,
+            given: Instant::now(),
             unkept: BTreeSet::new(),
             kept: Instant::now(),
             announced: 0,
@@ -270,9 +287,7 @@ impl Robots {
             }
             self.announce();
             self.take(&messages);
-            if self.ungiven.is_some_and(|since| since.elapsed() >= OPEN_INTERVAL) {
-                self.give_all();
-            }
+            self.give();
             if self.kept.elapsed() >= KEEP_INTERVAL {
                 self.keep();
             }
@@ -304,11 +319,11 @@ impl Robots {
     fn announce(&mut self) {
         let epoch = self.published.epoch();
         let Some(link) = self.link.as_ref().filter(|_| epoch != self.announced) else { return };
-        match link.announce(epoch) {
-            Ok(()) => self.announced = epoch,
-            // Robots look by themselves meanwhile.
-            Err(why) => warn!(service = "site-server", error = chain(&why), "robots are not told of the index"),
+        if let Err(why) = link.announce(epoch) {
+            // Robots look by themselves.
+            warn!(service = "site-server", error = chain(&why), "robots are not told of the index");
         }
+        self.announced = epoch;
         self.is_changed = true;
     }
 
@@ -368,81 +383,44 @@ impl Robots {
         let rows = parse_actuals(payload).map_err(|why| chain(&why))?;
         let before = self.robot(name).clone();
         let robot = self.robot(name);
-        robot.take_rows(rows, Timestamp::now());
+        robot.take_rows(rows, Timestamp::now())?;
         robot.progress = Some(ContentId::of(payload));
-        let taken = self.give(name).and_then(|()| self.save(name));
-        if taken.is_err() {
-            *self.robot(name) = before;
-        }
-        taken.map(|()| Vec::new())
+        self.saved(name, before)
     }
 
     fn take_observations(&mut self, name: &str, payload: &[u8]) -> Result<Vec<u8>, String> {
         let told: Observations =
             serde_json::from_slice(payload).map_err(|why| format!("the observations cannot be read: {why}"))?;
         told.check()?;
+        let before = self.robot(name).clone();
         let robot = self.robot(name);
-        let found = robot.take_elements(told, Timestamp::now());
+        robot.take_elements(told, Timestamp::now())?;
         robot.observations = Some(ContentId::of(payload));
-        // An element that stands is an obstacle, whoever confirmed before that it is absent.
-        for id in found {
-            for (other, robot) in self.robots.iter_mut().filter(|(other, _)| *other != name) {
-                let absence = robot.rows.get_mut(&id).filter(|row| row.is_absence() && row.withdrawn_by.is_none());
-                if let Some(row) = absence {
-                    warn!(
-                        service = "site-server",
-                        id,
-                        confirmed_on = other,
-                        seen_by = name,
-                        "an absent element is seen to stand"
-                    );
-                    row.withdrawn_by = Some(name.to_owned());
-                    self.unkept.insert(other.clone());
-                }
-            }
-        }
-        self.keep();
-        self.give_all();
-        self.save(name).map(|()| Vec::new())
+        self.saved(name, before)
     }
 
-    /// Gives schedule-eval the rows of a robot that count, unless it has them.
-    fn give(&mut self, name: &str) -> Result<(), String> {
-        let rows = self.robots.get(name).map(KeptRobot::counting).unwrap_or_default();
-        if self.given.get(name).is_some_and(|given| *given == rows) {
-            return Ok(());
+    /// What a robot told is on disk when this returns, or it is as before.
+    fn saved(&mut self, name: &str, before: KeptRobot) -> Result<Vec<u8>, String> {
+        let saved = self.save(name);
+        if saved.is_err() {
+            *self.robot(name) = before;
         }
-        let bus = self.shared.lock().bus.clone().ok_or("the server has no bus yet")?;
-        let table = FileText { path: format!("told by {name}").into(), text: table_text(&rows) };
-        let request = ScheduleRequest::SetActuals {
-            file: Some(table),
-            source: ActualsSource::Observed,
-            robot: Some(name.to_owned()),
-        };
-        let timeouts = RequestTimeouts { starting: TIMEOUT, answer: TIMEOUT };
-        let pause = || {
-            std::thread::sleep(RETRY_INTERVAL);
-            Ok(())
-        };
-        daemon::ask(&bus, &request, timeouts, |_| {}, pause).map_err(|why| chain(&why))?;
-        info!(service = "site-server", robot = name, rows = rows.len(), "observed progress is applied");
-        self.given.insert(name.to_owned(), rows);
-        Ok(())
+        saved.map(|()| Vec::new())
     }
 
-    /// The same for all robots; what fails is given again later.
-    fn give_all(&mut self) {
-        let has_told = |robot: &KeptRobot| robot.progress.is_some();
-        let names: Vec<String> =
-            self.robots.iter().filter(|(_, robot)| has_told(robot)).map(|(name, _)| name.clone()).collect();
-        self.ungiven = None;
-        for name in names {
-            if let Err(error) = self.give(&name) {
-                warn!(service = "site-server", robot = name, error, "observed progress is not applied yet");
-                self.ungiven = Some(Instant::now());
-                return;
-            }
+    /// Has schedule-eval given the rows that count now.
+    fn give(&mut self) {
+        if self.given.elapsed() < WRITE_INTERVAL {
+            return;
         }
+        self.given = Instant::now();
+        let schedule: Option<Report<ScheduleFacts>> = self.board.report(Daemon::ScheduleEval);
+        // Without a plan time everything is built; before it is known nothing is given.
+        let Some(schedule) = schedule else { return };
+        let has_told = self.robots.iter().filter(|(_, robot)| robot.progress.is_some());
+        let plan_time_s = schedule.facts.plan_time_s;
+        let wanted = has_told.map(|(name, _)| (name.clone(), counting(&self.robots, name, plan_time_s)));
+        self.giver.want(wanted.collect());
     }
 
     /// What is known of a robot, on disk.
@@ -487,23 +465,24 @@ impl Robots {
 
     fn fleet(&self, here: &BTreeSet<String>) -> FleetDocument {
         let (now, epoch) = (Timestamp::now(), self.published.epoch());
-        let robots = self
-            .robots
-            .iter()
-            .map(|(name, robot)| (name.clone(), FleetRobot::of(robot.told.clone(), here.contains(name), epoch, now)));
+        let robots = self.robots.iter().map(|(name, robot)| {
+            let mut known = FleetRobot::of(robot.told.clone(), here.contains(name), epoch, now);
+            let refused = self.giver.refused(name);
+            known.findings.extend(refused.map(|why| format!("what it observed is not in force: {why}")));
+            (name.clone(), known)
+        });
         let told: ToldByRobot =
             self.robots.iter().map(|(name, robot)| (name.clone(), robot.elements.clone())).collect();
-        let absent: AbsentByRobot = self
-            .robots
-            .iter()
-            .map(|(name, robot)| {
-                let absences = robot.rows.iter().filter(|(_, row)| row.is_absence());
-                let absence = |(id, row): (&String, &ToldRow)| {
-                    (id.clone(), ToldAbsence { since: row.since, withdrawn_by: row.withdrawn_by.clone() })
-                };
-                (name.clone(), absences.map(absence).collect())
-            })
-            .collect();
+        let absences = |(name, robot): (&String, &KeptRobot)| {
+            let rows = robot.rows.iter().filter(|(_, row)| row.is_absence());
+            let absence = |(id, row): (&String, &ToldRow)| {
+                let seen_by = seen_by(&self.robots, name, id).cloned();
+                let is_in_force = self.giver.has(name, id);
+                (id.clone(), ToldAbsence { since: row.since, seen_by, is_in_force })
+            };
+            (name.clone(), rows.map(absence).collect())
+        };
+        let absent: AbsentByRobot = self.robots.iter().map(absences).collect();
         let (elements, n_elements) = fleet_elements(&told, &absent);
         FleetDocument {
             site: self.serve.site.clone(),
@@ -530,30 +509,70 @@ mod tests {
         Observations { plan_time_s: None, elements: [("wall".to_owned(), observed)].into() }
     }
 
-    #[test]
-    fn rows_that_are_as_before_keep_their_time_and_what_became_of_them() {
-        let mut robot = KeptRobot::default();
-        let rows = |text: &str| parse_actuals(format!("id,start,finish\n{text}").as_bytes()).unwrap();
-        robot.take_rows(rows("wall,absent,\ndoor,,2024-03-04\n"), at(1));
-        robot.rows.get_mut("wall").unwrap().withdrawn_by = Some("b".to_owned());
-        robot.take_rows(rows("wall,absent,\ndoor,,2024-03-05\n"), at(2));
-        assert_eq!((robot.rows["wall"].since, robot.rows["door"].since), (at(1), at(2)));
-        assert_eq!(table_text(&robot.counting()), "id,start,finish\n\"door\",\"\",\"2024-03-05\"\n");
-        // Taken back and confirmed again, it counts.
-        robot.take_rows(rows("door,,2024-03-05\n"), at(3));
-        robot.take_rows(rows("wall,absent,\ndoor,,2024-03-05\n"), at(4));
-        assert_eq!(robot.counting()["wall"], ["absent", ""]);
+    fn rows(text: &str) -> Vec<Actual> {
+        parse_actuals(format!("id,start,finish\n{text}").as_bytes()).unwrap()
+    }
+
+    fn two() -> BTreeMap<String, KeptRobot> {
+        ["a", "b"].map(|name| (name.to_owned(), KeptRobot::default())).into()
     }
 
     #[test]
-    fn an_element_is_found_when_it_was_not_told_to_stand_before() {
+    fn rows_that_are_as_before_keep_their_time() {
         let mut robot = KeptRobot::default();
-        assert_eq!(robot.take_elements(observed("observed"), at(1)), ["wall"]);
-        assert!(robot.take_elements(observed("observed"), at(2)).is_empty());
-        assert_eq!(robot.elements["wall"].since, at(1));
-        assert!(robot.take_elements(observed("absent"), at(3)).is_empty());
-        assert_eq!(robot.take_elements(observed("displaced"), at(4)), ["wall"]);
-        assert!(robot.take_elements(Observations::default(), at(5)).is_empty());
-        assert_eq!(robot.take_elements(observed("observed"), at(6)), ["wall"]);
+        robot.take_rows(rows("wall,absent,\ndoor,,2024-03-04\n"), at(1)).unwrap();
+        robot.take_rows(rows("wall,absent,\ndoor,,2024-03-05\n"), at(2)).unwrap();
+        assert_eq!((robot.rows["wall"].since, robot.rows["door"].since), (at(1), at(2)));
+    }
+
+    #[test]
+    fn an_absence_does_not_count_while_another_robot_told_last_that_the_element_stands() {
+        let sees = |robots: &mut BTreeMap<String, KeptRobot>, observation: &str| {
+            robots.get_mut("b").unwrap().take_elements(observed(observation), at(1)).unwrap();
+        };
+        for sees_first in [true, false] {
+            let mut robots = two();
+            if sees_first {
+                sees(&mut robots, "observed");
+            }
+            robots.get_mut("a").unwrap().take_rows(rows("wall,absent,\n"), at(2)).unwrap();
+            sees(&mut robots, "displaced");
+            assert!(counting(&robots, "a", None).is_empty());
+            // Taken back and confirmed again, or out of the other one's sight: it stands as far as is known.
+            robots.get_mut("a").unwrap().take_rows(Vec::new(), at(3)).unwrap();
+            robots.get_mut("a").unwrap().take_rows(rows("wall,absent,\n"), at(4)).unwrap();
+            robots.get_mut("b").unwrap().take_elements(Observations::default(), at(5)).unwrap();
+            assert!(counting(&robots, "a", None).is_empty());
+            sees(&mut robots, "absent");
+            assert_eq!(counting(&robots, "a", None)["wall"], ["absent", ""]);
+        }
+        // What a robot told before it saw through the place is of before.
+        let mut robots = two();
+        let own = robots.get_mut("a").unwrap();
+        own.take_elements(observed("observed"), at(1)).unwrap();
+        own.take_rows(rows("wall,absent,\n"), at(2)).unwrap();
+        assert_eq!(counting(&robots, "a", None).len(), 1);
+    }
+
+    #[test]
+    fn what_will_be_was_seen_by_nobody_and_dates_of_plans_are_not_told() {
+        let mut robots = two();
+        let robot = robots.get_mut("a").unwrap();
+        robot.take_rows(rows("wall,,2024-03-04T08:00:00\nroof,,2099-01-01T00:00:00\n"), at(1)).unwrap();
+        for wrong in ["wall,2099-01-01,2099-01-02\n", "wall,2024-01-01,\n", "wall,absent,2024-01-01\n"] {
+            assert!(robot.take_rows(rows(wrong), at(2)).is_err(), "{wrong}");
+        }
+        let now_s = "2024-03-05".parse::<PlanTime>().unwrap().civil_seconds();
+        let counted = counting(&robots, "a", Some(now_s));
+        assert_eq!(counted.keys().collect::<Vec<_>>(), ["wall"]);
+    }
+
+    #[test]
+    fn more_elements_than_any_site_has_are_refused() {
+        let mut robot = KeptRobot::default();
+        let one = observed("observed").elements["wall"].clone();
+        let elements = (0..=MAX_ELEMENTS).map(|n| (n.to_string(), one.clone())).collect();
+        assert!(robot.take_elements(Observations { plan_time_s: None, elements }, at(1)).is_err());
+        assert!(robot.elements.is_empty());
     }
 }

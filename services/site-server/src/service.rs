@@ -1,10 +1,11 @@
 //! Sets that belong together, taken from the bus for the store as soon as every robot of the site has one.
 
+use crate::giver::Giver;
 use crate::later_sets::LaterSets;
 use crate::pieces::{Piece, RobotPieces, SetKey, SetPieces, SitePieces, StoreyPiece};
 use crate::publication::{Job, Publisher, Shared, Surroundings};
 use crate::robots;
-use crate::robots::{Robots, link_settings};
+use crate::robots::{Robots, link_settings, rows_in_force};
 use bus::{Bus, RobotName};
 use daemon::facts::{ScheduleFacts, ServeFacts};
 use daemon::{
@@ -48,6 +49,8 @@ pub struct SiteServer {
     readers: Vec<(String, SiteSetReader)>,
     shared: Arc<Shared>,
     robots: Arc<robots::Shared>,
+    /// Gives schedule-eval what robots observed; `None` without a link with them.
+    giver: Option<Arc<Giver>>,
     /// What was given to the thread last.
     given: Option<(SetKey, IndexClock)>,
     /// Since when something is missing of what is to be given next, and what.
@@ -74,11 +77,16 @@ impl SiteServer {
             publisher.run();
         })?;
         let robots = Arc::new(robots::Shared::default());
+        let mut given = None;
         if let Some(link) = &serve.link {
             let document = config.site_state.join(FLEET_FILE);
             let (published, shared) = (Arc::clone(&shared), Arc::clone(&robots));
             let settings = link_settings(&serve, link);
-            let thread = Robots::new(&serve, settings, &config.state, document, published, shared)?;
+            let giver = Arc::new(Giver::having(rows_in_force(&config.site_state, &link.robots)?));
+            let (giving, board) = (Arc::clone(&giver), StatusBoard::of_own(config));
+            given = Some(Arc::clone(&giver));
+            let thread = Robots::new(&serve, settings, &config.state, document, published, shared, (giver, board))?;
+            std::thread::Builder::new().name("site-server-give".to_owned()).spawn(move || giving.run())?;
             std::thread::Builder::new().name("site-server-hear".to_owned()).spawn(|| thread.run())?;
         }
         Ok(Self {
@@ -88,6 +96,7 @@ impl SiteServer {
             readers: Vec::new(),
             shared,
             robots,
+            giver: given,
             given: None,
             waits: None,
             error: None,
@@ -227,7 +236,9 @@ impl Service for SiteServer {
             names if names.is_empty() => vec![None],
             names => names.into_iter().map(Some).collect(),
         };
-        self.robots.attach(bus);
+        if let Some(giver) = &self.giver {
+            giver.attach(bus);
+        }
         self.readers.clear();
         for name in names {
             let of_robot = match name {
@@ -284,5 +295,8 @@ impl Drop for SiteServer {
     fn drop(&mut self) {
         self.shared.stop();
         self.robots.stop();
+        if let Some(giver) = &self.giver {
+            giver.stop();
+        }
     }
 }

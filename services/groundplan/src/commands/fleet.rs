@@ -198,9 +198,10 @@ fn element_text(element: &FleetElement) -> String {
         let since = told.since.strftime("%Y-%m-%d %H:%M UTC");
         format!("{robot}: {} ({}) since {since}", told.observed.observation, told.observed.verdict)
     });
-    let absent = element.absent.iter().map(|(robot, absence)| match &absence.withdrawn_by {
-        None => format!("confirmed on {robot} to be absent"),
-        Some(by) => format!("confirmed on {robot} to be absent before {by} saw it stand: maps show it"),
+    let absent = element.absent.iter().map(|(robot, absence)| {
+        let state = if absence.is_in_force { "is in force" } else { "is not in force" };
+        let seen = absence.seen_by.as_ref().map(|by| format!(", because {by} saw it stand"));
+        format!("its absence, confirmed on {robot}, {state}{}", seen.unwrap_or_default())
     });
     let told: Vec<String> = told.chain(absent).collect();
     let conflict = if element.is_conflict { "conflict, " } else { "" };

@@ -118,7 +118,8 @@ impl WebService {
         if self.made_of.as_ref() != Some(&inputs) {
             let MadeSite { head, site, calendar, timeline } = site_documents(&self.config, set)?;
             self.instants_s = timeline.as_ref().map(|known| known.instants_s().to_vec()).unwrap_or_default();
-            let is_known = timeline.is_some();
+            // On a robot it is on the server, and stays there.
+            let is_known = timeline.is_some() || self.config.follow.is_some();
             let mut documents = self.shared.documents();
             (documents.site, documents.calendar, documents.tiles) = (Some(site), Some(calendar), Some(head.tiles()));
             documents.set_schedule(timeline);
