@@ -22,7 +22,6 @@ FOLLOWING = {
     "tests/recording": ["a_running_site_is_recorded_as_its_maps_change"],
     "tests/watch": ["the_link_follows_the_maps_and_a_program_runs_for_each", "a_watch_deletes_and_replaces_nothing_that_it_did_not_write"],
     "tests/foxglove": ["the_building_comes_under_its_url_as_an_export_writes_it", "the_pose_of_a_slam_map_comes_with_its_covariance"],
-    "tests/view": ["the_page_of_the_daemons_shows_what_that_of_files_shows_at_the_same_date"],
     "tests/deleted_bus": ["maps_come_back_after_segments_or_folder_of_the_bus_were_deleted"],
     "tests/ros": ["a_bridge_that_was_stopped_and_goes_on_is_heard_again", "a_slam_map_from_the_graph_is_aligned_and_the_transform_comes_back"],
     "tests/ros_node": ["every_topic_and_service_of_the_bridge_is_its_nodes_for_early_and_late_nodes"],

@@ -15,7 +15,8 @@
 //! - A robot that the server knows by its password or by the common name of its certificate speaks under its own name and no other,
 //!   and hears the two keys of the server and answers to itself: the access control of the router has these rules and denies the rest.
 //! - Without passwords and certificates the server listens on its own machine alone, where any name may be taken.
-//! - A message has at most [`MAX_MESSAGE_BYTES`]; of one robot at most [`MAX_WAITING`] wait for the server, the rest is refused.
+//! - A message has at most [`MessageKind::max_bytes`]; of one robot at most [`MAX_WAITING`] wait for the server, of all robots
+//!   at most 64 MiB; the rest is refused.
 //! - A link that broke is made again by itself, on both sides; what was told meanwhile is for the robot to tell again.
 
 mod config;
@@ -30,7 +31,10 @@ pub use robot::RobotLink;
 pub use server::{MAX_WAITING, Message, ServerLink};
 
 /// Largest message, and largest answer.
-pub const MAX_MESSAGE_BYTES: usize = 16 << 20;
+pub const MAX_MESSAGE_BYTES: usize = 8 << 20;
+
+/// Largest report.
+const MAX_REPORT_BYTES: usize = 256 << 10;
 
 /// What a robot tells.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -53,6 +57,14 @@ impl MessageKind {
             Self::Report => "report",
             Self::Progress => "progress",
             Self::Observations => "observations",
+        }
+    }
+
+    /// Largest message of this kind.
+    pub fn max_bytes(self) -> usize {
+        match self {
+            Self::Report => MAX_REPORT_BYTES,
+            Self::Progress | Self::Observations => MAX_MESSAGE_BYTES,
         }
     }
 

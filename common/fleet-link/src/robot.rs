@@ -2,7 +2,7 @@
 
 use crate::config::RobotSettings;
 use crate::error::LinkError;
-use crate::{MAX_MESSAGE_BYTES, MessageKind, keys};
+use crate::{MessageKind, keys};
 use std::time::Duration;
 use zenoh::liveliness::LivelinessToken;
 use zenoh::pubsub::Subscriber;
@@ -55,7 +55,7 @@ impl RobotLink {
     /// # Errors
     /// No server is there, or it refuses.
     pub fn tell(&self, kind: MessageKind, payload: Vec<u8>) -> Result<Vec<u8>, LinkError> {
-        if payload.len() > MAX_MESSAGE_BYTES {
+        if payload.len() > kind.max_bytes() {
             return Err(LinkError::TooLarge { bytes: payload.len() });
         }
         let key = keys::told(&self.site, &self.robot, kind.name());

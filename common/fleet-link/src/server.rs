@@ -2,7 +2,7 @@
 
 use crate::config::ServerSettings;
 use crate::error::LinkError;
-use crate::{MAX_MESSAGE_BYTES, MessageKind, keys};
+use crate::{MessageKind, keys};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::mpsc::Sender;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -24,24 +24,33 @@ pub struct Message {
     waiting: Arc<Waiting>,
 }
 
-/// Messages that wait, by robot.
+/// So many bytes of all robots wait for the server.
+const MAX_WAITING_BYTES: usize = 64 << 20;
+
+/// Messages that wait, by robot, and their bytes.
 #[derive(Default)]
-struct Waiting(Mutex<BTreeMap<String, usize>>);
+struct Waiting(Mutex<(BTreeMap<String, usize>, usize)>);
 
 impl Waiting {
     /// Counts one more of a robot, unless there are as many as there may be.
-    fn enter(&self, robot: &str) -> bool {
-        let mut counts = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+    fn enter(&self, robot: &str, n_bytes: usize) -> bool {
+        let mut waiting = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let (counts, all_bytes) = &mut *waiting;
         let count = counts.entry(robot.to_owned()).or_default();
-        let is_free = *count < MAX_WAITING;
-        *count += usize::from(is_free);
+        let is_free = *count < MAX_WAITING && *all_bytes + n_bytes <= MAX_WAITING_BYTES;
+        if is_free {
+            *count += 1;
+            *all_bytes += n_bytes;
+        }
         is_free
     }
 
-    fn leave(&self, robot: &str) {
-        let mut counts = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+    fn leave(&self, robot: &str, n_bytes: usize) {
+        let mut waiting = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let (counts, all_bytes) = &mut *waiting;
         if let Some(count) = counts.get_mut(robot) {
             *count -= 1;
+            *all_bytes -= n_bytes;
         }
     }
 }
@@ -74,7 +83,7 @@ impl Message {
 
 impl Drop for Message {
     fn drop(&mut self) {
-        self.waiting.leave(&self.robot);
+        self.waiting.leave(&self.robot, self.payload.len());
     }
 }
 
@@ -112,7 +121,7 @@ impl ServerLink {
         });
         let robots = robots.wait().map_err(LinkError::Session)?;
         let known: BTreeSet<String> = settings.robots.iter().cloned().collect();
-        let queryable = session.declare_queryable(keys::told(&site, "*", "*")).callback(move |query| {
+        let queryable = session.declare_queryable(keys::told(&site, "*", "*")).callback(move |mut query| {
             let (robot, kind) = match checked(&query, &known, &waiting) {
                 Ok(checked) => checked,
                 Err(why) => {
@@ -120,7 +129,8 @@ impl ServerLink {
                     return;
                 }
             };
-            let payload = query.payload().map(|payload| payload.to_bytes().into_owned()).unwrap_or_default();
+            let payload = query.payload_mut().map(std::mem::take);
+            let payload = payload.map(|payload| payload.to_bytes().into_owned()).unwrap_or_default();
             let message = Message { robot, kind, payload, query, waiting: Arc::clone(&waiting) };
             // Nobody takes messages any more: the server ends.
             let _ = messages.send(message);
@@ -152,11 +162,12 @@ fn checked(query: &Query, known: &BTreeSet<String>, waiting: &Waiting) -> Result
     let (robot, kind) = parts
         .filter(|(robot, _)| known.contains(*robot))
         .ok_or("the site has no such robot, or the message is of no kind that is known here")?;
-    if query.payload().is_some_and(|payload| payload.len() > MAX_MESSAGE_BYTES) {
+    let n_bytes = query.payload().map_or(0, |payload| payload.len());
+    if n_bytes > kind.max_bytes() {
         return Err("the message is larger than any may be");
     }
-    if !waiting.enter(robot) {
-        return Err("so many messages of the robot wait already");
+    if !waiting.enter(robot, n_bytes) {
+        return Err("so many messages wait already");
     }
     Ok((robot.to_owned(), kind))
 }

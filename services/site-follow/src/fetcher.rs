@@ -350,6 +350,9 @@ impl Fetcher {
         let index = &accepted.signed.index;
         let files = self.missing_files(index);
         if self.followed.n_complete(index, &self.folder) == index.sets.len() && files.is_empty() {
+            if let Some(folder) = self.files.as_ref().filter(|folder| self.has_files(folder, index)) {
+                folder.tell_fetched(None);
+            }
             return Ok(Looked::Whole);
         }
         let (begun_ms, poll_ms) = (self.clock.now().since_boot_ms, i64::from(self.config.poll_s) * 1_000);
@@ -368,18 +371,22 @@ impl Fetcher {
                 self.fetch_archive(entry)?;
             }
         }
-        // Files come last: what a robot drives by does not wait for what programs beside it read, nor for a disk that has no room for it.
-        for (place, files) in files {
-            if place > 0 && self.clock.now().since_boot_ms - begun_ms > poll_ms {
-                return Ok(Looked::Unfinished);
+        // Files come last, and a newer index goes before them: what a robot drives by does not wait for what programs beside it read, nor
+        // for a disk that has no room for it.
+        let mut have_failed = false;
+        for (_, files) in files {
+            let fetched = self.fetch_files(files, begun_ms + poll_ms);
+            if matches!(fetched, Ok(Looked::Unfinished)) {
+                return fetched;
             }
-            let failed = self.fetch_files(files).err().map(|why| chain(why.as_ref()));
+            let failed = fetched.err().map(|why| chain(why.as_ref()));
             if let Some(folder) = &self.files {
                 folder.tell_fetched(failed.clone());
             }
             if let Some(error) = failed {
                 warn!(service = "site-follow", error, "exported files are not here");
                 self.files_failed.set(Some((index.epoch, self.clock.now().since_boot_ms)));
+                have_failed = true;
                 break;
             }
         }
@@ -388,16 +395,20 @@ impl Fetcher {
         let needed: BTreeSet<ContentId> = seen.into_iter().chain(lists).chain(in_force).collect();
         self.folder.retain(&needed);
         // What is here of files that are fetched again stays.
-        let are_here = |folder: &&Arc<FileFolder>| {
-            let mut files = index.sets.iter().filter_map(|set| set.files_of(&self.followed.robot));
-            files.all(|files| folder.has(files))
-        };
-        if let Some(folder) = self.files.as_ref().filter(are_here) {
+        if let Some(folder) = self.files.as_ref().filter(|folder| self.has_files(folder, index)) {
             folder.tell_fetched(None);
             folder.retain(&needed);
         }
-        info!(service = "site-follow", epoch = index.epoch, sets = index.sets.len(), "all of the index is here");
+        if !have_failed {
+            info!(service = "site-follow", epoch = index.epoch, sets = index.sets.len(), "all of the index is here");
+        }
         Ok(Looked::Whole)
+    }
+
+    /// True if all exported files of an index are here.
+    fn has_files(&self, folder: &FileFolder, index: &SiteIndex) -> bool {
+        let mut files = index.sets.iter().filter_map(|set| set.files_of(&self.followed.robot));
+        files.all(|files| folder.has(files))
     }
 
     /// The exported files of an index that are asked for and are not here, with the places of their sets; none shortly after they failed.
@@ -413,7 +424,8 @@ impl Fetcher {
         of_sets.filter(|(_, files)| !folder.has(files)).collect()
     }
 
-    fn fetch_files(&self, files: &RobotFiles) -> Result<(), Failure> {
+    /// Fetches exported files until a time by the clock since the boot, at least one of them; what is here then stays.
+    fn fetch_files(&self, files: &RobotFiles, until_ms: i64) -> Result<Looked, Failure> {
         let Some((store, folder)) = self.store.as_ref().zip(self.files.as_ref()) else {
             unreachable!("both are there")
         };
@@ -429,15 +441,25 @@ impl Fetcher {
         if files.list.bytes > MAX_FILE_LIST_BYTES {
             return Err("a list of exported files is larger than any can be".into());
         }
+        folder.make()?;
         let list = FileList::parse(&fetch(files.list)?)?;
-        let (all, mut done) = (list.bytes(), 0);
-        folder.complete(files.list.id, &list, |blob| {
+        let (all, mut done, mut is_late) = (list.bytes(), 0, false);
+        let completed = folder.complete(files.list.id, &list, |blob| {
+            let is_called = self.shared.lock().is_called;
+            is_late = done > 0 && (is_called || self.clock.now().since_boot_ms > until_ms);
+            if is_late {
+                return Err("the index is asked for again before".into());
+            }
             self.shared.lock().fetching = Some([done, all]);
             let bytes = fetch(blob)?;
             done += blob.bytes;
             self.shared.lock().n_blocks += 1;
             Ok::<_, Failure>(bytes)
-        })
+        });
+        match completed {
+            Err(_) if is_late => Ok(Looked::Unfinished),
+            completed => completed.map(|()| Looked::Whole),
+        }
     }
 
     fn fetch_archive(&self, entry: &ArchiveEntry) -> Result<(), Failure> {

@@ -32,15 +32,27 @@ pub struct FileFolder {
     folder: PathBuf,
     /// Why the link could not be set; why files are not here.
     trouble: Mutex<(Option<String>, Option<String>)>,
+    /// Blobs that hold what their names say, as this process has seen.
+    intact: Mutex<BTreeSet<ContentId>>,
 }
 
 impl FileFolder {
-    /// The folder, which is made if it is missing.
+    /// The folder. Of the time before nothing is shown, because no maps are yet.
+    pub(crate) fn at(folder: &Path) -> Self {
+        let files = Self { folder: folder.to_owned(), trouble: Mutex::default(), intact: Mutex::default() };
+        if files.shown().is_some() {
+            files.tell(files.unlink());
+        }
+        files
+    }
+
+    /// Makes the folder where it is missing.
     ///
     /// # Errors
     /// It cannot be made, or something of others lies in the way.
-    pub(crate) fn at(folder: &Path) -> io::Result<Self> {
-        for path in [folder.to_owned(), folder.join(SETS), folder.join(BLOBS)] {
+    pub(crate) fn make(&self) -> io::Result<()> {
+        let folder = &self.folder;
+        for path in [folder.clone(), folder.join(SETS), folder.join(BLOBS)] {
             if !path.is_dir() {
                 fs::create_dir_all(&path)?;
                 fs::set_permissions(&path, fs::Permissions::from_mode(FOLDER_MODE))?;
@@ -51,7 +63,7 @@ impl FileFolder {
             let why = format!("{} is no link of groundplan: move it away", link.display());
             return Err(io::Error::new(io::ErrorKind::AlreadyExists, why));
         }
-        Ok(Self { folder: folder.to_owned(), trouble: Mutex::default() })
+        Ok(())
     }
 
     fn set(&self, list: ContentId) -> PathBuf {
@@ -88,7 +100,16 @@ impl FileFolder {
 
     /// True if a blob is here, and holds what its name says.
     fn is_intact(&self, id: ContentId) -> bool {
-        fs::read(self.blob(id)).is_ok_and(|bytes| ContentId::of(&bytes) == id)
+        let path = self.blob(id);
+        let mut intact = self.intact.lock().unwrap_or_else(PoisonError::into_inner);
+        if intact.contains(&id) && path.is_file() {
+            return true;
+        }
+        let is_intact = fs::read(path).is_ok_and(|bytes| ContentId::of(&bytes) == id);
+        if is_intact {
+            intact.insert(id);
+        }
+        is_intact
     }
 
     fn put(&self, id: ContentId, bytes: &[u8]) -> io::Result<()> {
@@ -148,6 +169,7 @@ impl FileFolder {
     pub(crate) fn show(&self, files: Option<&RobotFiles>) {
         let wanted = files.filter(|files| self.has(files)).map(|files| files.list.id);
         if self.shown() == wanted {
+            self.tell(Ok(()));
             return;
         }
         self.tell(match wanted {
@@ -200,19 +222,28 @@ impl FileFolder {
         trouble.0.clone().or(trouble.1.clone())
     }
 
-    /// Removes all sets but these and the one that is shown, then blobs that no set has.
+    /// Removes all sets but these and the one that is shown, then blobs that no set has. What has other names is not its own.
     pub(crate) fn retain(&self, keep: &BTreeSet<ContentId>) {
         let shown = self.shown();
-        let entries = |folder: &str| fs::read_dir(self.folder.join(folder)).into_iter().flatten().flatten();
-        for entry in entries(SETS) {
-            let list = entry.file_name().to_str().and_then(|name| name.parse::<ContentId>().ok());
+        // Its entries with what they hold; of what is not whole there is nothing to say.
+        let own = |folder: &str| {
+            let entries = fs::read_dir(self.folder.join(folder)).into_iter().flatten().flatten();
+            let own = entries.filter_map(|entry| {
+                let (name, path) = (entry.file_name(), entry.path());
+                let name = name.to_str()?;
+                let id: Option<ContentId> = name.parse().ok();
+                (id.is_some() || name.starts_with(UNFINISHED)).then_some((id, path))
+            });
+            own.collect::<Vec<_>>()
+        };
+        for (list, path) in own(SETS) {
             if list.is_none_or(|list| !keep.contains(&list) && shown != Some(list)) {
-                drop(fs::remove_dir_all(entry.path()));
+                drop(fs::remove_dir_all(path));
             }
         }
-        for entry in entries(BLOBS) {
-            if entry.metadata().is_ok_and(|file| file.nlink() == 1) {
-                drop(fs::remove_file(entry.path()));
+        for (_, path) in own(BLOBS) {
+            if path.symlink_metadata().is_ok_and(|file| file.nlink() == 1) {
+                drop(fs::remove_file(path));
             }
         }
     }
@@ -233,7 +264,8 @@ mod tests {
     impl Fixture {
         fn new() -> (Self, FileFolder) {
             let home = tempfile::tempdir().unwrap();
-            let folder = FileFolder::at(&home.path().join("files")).unwrap();
+            let folder = FileFolder::at(&home.path().join("files"));
+            folder.make().unwrap();
             (Self { home, store: BTreeMap::new(), fetched: 0 }, folder)
         }
 
@@ -341,7 +373,7 @@ mod tests {
     fn a_folder_of_others_is_refused() {
         let home = tempfile::tempdir().unwrap();
         fs::create_dir(home.path().join(CURRENT)).unwrap();
-        assert!(FileFolder::at(home.path()).unwrap_err().to_string().contains("no link of groundplan"));
+        assert!(FileFolder::at(home.path()).make().unwrap_err().to_string().contains("no link of groundplan"));
     }
 
     #[test]

@@ -141,8 +141,7 @@ impl SiteFollow {
         let followed = Followed::of(&follow)?;
         let Surroundings { open, clock, disk } = surroundings;
         let folder = ArchiveFolder::at(&config.state, disk)?;
-        let files = follow.files.as_deref().map(FileFolder::at).transpose();
-        let files = files.map_err(|why| format!("[follow] files: {why}"))?.map(Arc::new);
+        let files = follow.files.as_deref().map(|folder| Arc::new(FileFolder::at(folder)));
         let state_file = StateFile::at(&config.state, "site-follow.json")?;
         let index_file = KeptFile::at(&config.state, "site-follow-index.jsonl");
         let kept: Kept = state_file.load()?.unwrap_or_default();

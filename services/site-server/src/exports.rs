@@ -340,7 +340,7 @@ impl OfRobot<'_> {
 impl Formats {
     fn of(formats: &BTreeSet<ExportedFiles>, config: &SiteConfig) -> Result<Self, Failure> {
         let is_asked_for = |format| formats.contains(&format);
-        let with_world = is_asked_for(ExportedFiles::World) || is_asked_for(ExportedFiles::Usd) || config.world.write;
+        let with_world = is_asked_for(ExportedFiles::World) || is_asked_for(ExportedFiles::Usd);
         let world = || -> Result<WorldOptions, Failure> {
             let read = |path| read_parsed("options of worlds", path, WorldOptions::parse);
             let options = config.world.options.as_deref().map_or_else(|| Ok(WorldOptions::default()), read)?;

@@ -314,10 +314,16 @@ impl Publisher {
         if exports.are_asked_for() {
             self.shared.lock().outcome = connected.outcome(new_bytes, why_no_later.as_ref(), None);
             let is_superseded = || self.shared.has_news();
-            not_exported = not_exported.or(connected.export(job, &later, exports, &is_superseded)?);
-            let later = connected.sets(&later)?;
-            new_bytes += connected.publish(job, later, why_no_later.clone(), &mut means, exports)?;
-            self.shared.is_in_store(connected.newest.as_ref());
+            match connected.export(job, &later, exports, &is_superseded) {
+                Ok(why) => {
+                    not_exported = not_exported.or(why);
+                    let later = connected.sets(&later)?;
+                    new_bytes += connected.publish(job, later, why_no_later.clone(), &mut means, exports)?;
+                    self.shared.is_in_store(connected.newest.as_ref());
+                }
+                // The maps are in the store; what has no room there may have some when the past is cleaned.
+                Err(why) => not_exported = Some(format!("files are not exported: {}", chain(why.as_ref()))),
+            }
         }
         // What was published is published, whatever becomes of the past.
         let now_ms = means.clock.now().wall_ms;

@@ -6,9 +6,9 @@ use crate::publication::Shared as Published;
 use bus::{Daemon, RobotName};
 use daemon::facts::ScheduleFacts;
 use daemon::{
-    AbsentByRobot, ElementObservation, Failure, FleetDocument, FleetRobot, KeptFile, MAX_TABLE_BYTES, Observations,
-    ObservedTables, Report, ReportAnswer, RobotReport, ServeConfig, ServeLinkConfig, StatusBoard, ToldAbsence,
-    ToldByRobot, ToldObservation, chain, fleet_elements, replace_file,
+    AbsentByRobot, ElementObservation, Failure, FleetDocument, FleetRobot, KeptFile, Observations, ObservedTables,
+    Report, ReportAnswer, RobotReport, ServeConfig, ServeLinkConfig, StatusBoard, ToldAbsence, ToldByRobot,
+    ToldObservation, chain, fleet_elements, replace_file,
 };
 use fleet_link::{Message, MessageKind, ServerIdentity, ServerLink, ServerSettings};
 use frames::PlanTime;
@@ -40,9 +40,6 @@ const MAX_ELEMENTS: usize = 500_000;
 
 /// What robots told, in the state folder.
 const KEPT_FOLDER: &str = "fleet";
-
-/// A longer report is none of a robot.
-const MAX_REPORT_BYTES: usize = 256 << 10;
 
 /// Shared with the service.
 #[derive(Default)]
@@ -364,9 +361,6 @@ impl Robots {
     }
 
     fn take_report(&mut self, name: &str, payload: &[u8]) -> Result<Vec<u8>, String> {
-        if payload.len() > MAX_REPORT_BYTES {
-            return Err("the report is larger than any can be".to_owned());
-        }
         let report = serde_json::from_slice(payload).map_err(|why| format!("the report cannot be read: {why}"))?;
         let epoch = self.published.epoch();
         let robot = self.robot(name);
@@ -377,9 +371,6 @@ impl Robots {
     }
 
     fn take_progress(&mut self, name: &str, payload: &[u8]) -> Result<Vec<u8>, String> {
-        if payload.len() as u64 > MAX_TABLE_BYTES {
-            return Err("the table is larger than any can be".to_owned());
-        }
         let rows = parse_actuals(payload).map_err(|why| chain(&why))?;
         let before = self.robot(name).clone();
         let robot = self.robot(name);
