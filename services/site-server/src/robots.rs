@@ -546,7 +546,7 @@ mod tests {
     }
 
     #[test]
-    fn what_will_be_was_seen_by_nobody_and_dates_of_plans_are_not_told() {
+    fn rows_of_the_future_do_not_count_and_dates_of_plans_are_refused() {
         let mut robots = two();
         let robot = robots.get_mut("a").unwrap();
         robot.take_rows(rows("wall,,2024-03-04T08:00:00\nroof,,2099-01-01T00:00:00\n"), at(1)).unwrap();
