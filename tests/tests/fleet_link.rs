@@ -102,6 +102,9 @@ fn robots_hear_of_an_index_at_once_and_the_server_knows_how_they_are() {
     let fleet = site.wait_for_fleet("it is silent", |fleet| fleet["robots"]["r2"]["state"] == "silent");
     assert!(fleet["robots"]["r2"]["findings"][0].as_str().unwrap().contains("told nothing"), "{fleet}");
     assert_eq!(fleet["robots"]["r1"]["state"], "current");
+    // A robot knows nothing of the others.
+    let asked = r1.run(&[&"fleet", &"status"]);
+    assert!(asked.status.code() == Some(2) && String::from_utf8_lossy(&asked.stderr).contains("--server"), "{asked:?}");
     let (code, _) = site.fleet();
     assert_eq!(code, Some(1), "a robot that is silent is not well");
     // A date that it misses, and shows once it is on again.

@@ -74,7 +74,13 @@ impl Run for Args {
         let server = match server {
             Some(server) => server.clone(),
             None => {
-                let web = site.config()?.web;
+                let config = site.config()?;
+                if config.follow.is_some() {
+                    return Err(Failure::usage(
+                        "the server of the site knows its robots, not this one: name its page with --server URL",
+                    ));
+                }
+                let web = config.web;
                 let scheme = if web.certificate.is_some() { "https" } else { "http" };
                 format!("{scheme}://{}", web.listen)
             }
