@@ -120,7 +120,7 @@ pub use log::{Log, LogError};
 pub use machine_time::{Clock, MachineClock, MachineTime};
 pub use map_reports::{hear_daemons, next_state, schedule_report};
 pub use mesh_process::{in_mesh_process, run_mesh_process};
-pub use observed_tables::{ObservedPair, ObservedRow, ObservedTables};
+pub use observed_tables::{ObservedPair, ObservedRow, ObservedTables, progress_table};
 pub use plan_time_clock::{ClockDistrust, PlanTimeClock, ReachedPlanTime, Reading};
 pub use process_report::ProcessReport;
 pub use progress::{Progress, Reporter};

@@ -47,6 +47,17 @@ pub struct ObservedPair<'a> {
     pub older: (&'a str, &'a ObservedRow),
 }
 
+/// A table of progress with these rows: id, start, finish.
+pub fn progress_table<'a>(rows: impl IntoIterator<Item = [&'a str; 3]>) -> String {
+    let mut table = "id,start,finish\n".to_owned();
+    for row in rows {
+        let [id, start, finish] = row.map(|text| format!("\"{}\"", text.replace('"', "\"\"")));
+        // Writing to a string does not fail.
+        let _ = writeln!(table, "{id},{start},{finish}");
+    }
+    table
+}
+
 impl ObservedTables {
     /// The tables of a site, of the robots that it has; none where nothing was observed.
     ///
@@ -81,15 +92,9 @@ impl ObservedTables {
 
     /// The table of all robots, as bytes of a table of progress.
     pub fn in_force(&self) -> Vec<u8> {
-        let mut table = "id,start,finish\n".to_owned();
-        let quoted = |text: &str| format!("\"{}\"", text.replace('"', "\"\""));
-        for (id, rows) in self.by_element() {
-            if let Some((_, row)) = rows.first() {
-                // Writing to a string does not fail.
-                let _ = writeln!(table, "{},{},{}", quoted(id), quoted(&row.start), quoted(&row.finish));
-            }
-        }
-        table.into_bytes()
+        let by_element = self.by_element();
+        let newest = by_element.iter().filter_map(|(id, rows)| Some((*id, rows.first()?.1)));
+        progress_table(newest.map(|(id, row)| [id, &row.start, &row.finish])).into_bytes()
     }
 
     /// Rows in force with each that they go before.

@@ -20,14 +20,14 @@ pub struct ServerSettings {
     /// Lines `ROBOT:PASSWORD`, a file that only its user can read.
     pub passwords: Option<PathBuf>,
     /// Certificate and private key of the server, PEM files: for `tls`.
-    pub identity: Option<ServerIdentity>,
+    pub identity: Option<Identity>,
     /// The authority whose certificates robots need, PEM; their common names are those of the robots.
     pub robots_authority: Option<PathBuf>,
 }
 
 /// A certificate with its private key, PEM files.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct ServerIdentity {
+pub struct Identity {
     /// The certificate.
     pub certificate: PathBuf,
     /// The private key.
@@ -48,7 +48,7 @@ pub struct RobotSettings {
     /// The authority that signed the server's certificate, PEM: for `tls`.
     pub authority: Option<PathBuf>,
     /// Certificate and private key of the robot, PEM files.
-    pub identity: Option<ServerIdentity>,
+    pub identity: Option<Identity>,
 }
 
 impl ServerSettings {
@@ -292,7 +292,7 @@ mod tests {
             connect: vec!["tls/site.example:7447".to_owned()],
             password: None,
             authority: Some("ca.pem".into()),
-            identity: Some(ServerIdentity { certificate: "a.pem".into(), key: "a-key.pem".into() }),
+            identity: Some(Identity { certificate: "a.pem".into(), key: "a-key.pem".into() }),
         };
         robot.config().unwrap();
     }

@@ -25,7 +25,7 @@ mod robot;
 mod secret;
 mod server;
 
-pub use config::{RobotSettings, ServerIdentity, ServerSettings};
+pub use config::{Identity, RobotSettings, ServerSettings};
 pub use error::LinkError;
 pub use robot::RobotLink;
 pub use server::{MAX_WAITING, Message, ServerLink};

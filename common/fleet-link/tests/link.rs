@@ -2,7 +2,7 @@
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
 use fleet_link::{
-    LinkError, MAX_WAITING, Message, MessageKind, RobotLink, RobotSettings, ServerIdentity, ServerLink, ServerSettings,
+    Identity, LinkError, MAX_WAITING, Message, MessageKind, RobotLink, RobotSettings, ServerLink, ServerSettings,
 };
 use rcgen::{BasicConstraints, CertificateParams, CertifiedIssuer, DnType, IsCa, KeyPair};
 use std::fs::Permissions;
@@ -276,14 +276,14 @@ impl Authority {
         Self { name: name.to_owned(), issuer, file }
     }
 
-    fn identity(&self, home: &Path, name: &str, host: &str) -> ServerIdentity {
+    fn identity(&self, home: &Path, name: &str, host: &str) -> Identity {
         let mut params = CertificateParams::new(vec![host.to_owned()]).unwrap();
         params.distinguished_name.push(DnType::CommonName, name);
         let pair = KeyPair::generate().unwrap();
         let certificate = params.signed_by(&pair, &self.issuer).unwrap();
         let [certificate_file, key] =
             ["cert", "key"].map(|what| home.join(format!("{name}-by-{}-{what}.pem", self.name)));
-        let identity = ServerIdentity { certificate: certificate_file, key };
+        let identity = Identity { certificate: certificate_file, key };
         std::fs::write(&identity.certificate, certificate.pem()).unwrap();
         std::fs::write(&identity.key, pair.serialize_pem()).unwrap();
         identity

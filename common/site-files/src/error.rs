@@ -1,4 +1,4 @@
-//! Why there are no files of a site.
+//! Errors of the files of a site: archives of different sites, clouds and octrees that cannot be made.
 
 use cloud::{CloudError, OctomapError};
 use messages::{ArchiveError, OtherSite};

@@ -1,4 +1,4 @@
-//! What a store does with its objects: the calls of servers and robots, behind which a simulation has a store of its own.
+//! The calls of servers and robots on a store; a simulation has a store of its own behind them.
 
 use crate::error::StoreError;
 use jiff::Timestamp;

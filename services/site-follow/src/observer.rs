@@ -1,4 +1,4 @@
-//! What the robot observed of elements: from the deviations on its bus, by the GlobalIds of the site that they were judged by.
+//! Observations of elements by the robot: from the deviations on its bus, by the GlobalIds of the site that they were judged by.
 
 use bus::{Bus, CheckedSample, Subscriber, topics};
 use daemon::{ElementObservation, Failure, Observations};

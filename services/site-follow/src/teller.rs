@@ -7,7 +7,7 @@ use daemon::{
     DaemonReport, Failure, FollowConfig, FollowLinkConfig, REPORT_INTERVAL_S, Report, ReportAnswer, RobotPlace,
     RobotReport, SiteConfig, StatusBoard, chain,
 };
-use fleet_link::{LinkError, MessageKind, RobotLink, RobotSettings, ServerIdentity};
+use fleet_link::{Identity, LinkError, MessageKind, RobotLink, RobotSettings};
 use jiff::Timestamp;
 use messages::{ContentId, plan_time};
 use serde::de::IgnoredAny;
@@ -84,7 +84,7 @@ pub(crate) fn link_settings(config: &FollowConfig, link: &FollowLinkConfig) -> R
         connect: link.connect.clone(),
         password: link.password.clone(),
         authority: link.authority.clone(),
-        identity: identity.map(|(certificate, key)| ServerIdentity { certificate, key }),
+        identity: identity.map(|(certificate, key)| Identity { certificate, key }),
     }
 }
 

@@ -1,9 +1,8 @@
 //! The thread that gives schedule-eval what robots observed, until it has it: nobody who hears robots waits for that.
 
 use bus::Bus;
-use daemon::{ActualsSource, ClientError, FileText, RequestTimeouts, ScheduleRequest, chain};
+use daemon::{ActualsSource, ClientError, FileText, RequestTimeouts, ScheduleRequest, chain, progress_table};
 use std::collections::BTreeMap;
-use std::fmt::Write;
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 use tracing::{info, warn};
@@ -139,7 +138,8 @@ impl Giver {
     }
 
     fn give(&self, bus: &Bus, robot: &str, rows: &Rows) -> Result<(), ClientError> {
-        let table = FileText { path: format!("told by {robot}").into(), text: table_text(rows) };
+        let text = progress_table(rows.iter().map(|(id, [start, finish])| [id.as_str(), start, finish]));
+        let table = FileText { path: format!("told by {robot}").into(), text };
         let request = ScheduleRequest::SetActuals {
             file: Some(table),
             source: ActualsSource::Observed,
@@ -151,15 +151,4 @@ impl Giver {
         };
         daemon::ask(bus, &request, TIMEOUTS, |_| {}, pause).map(drop)
     }
-}
-
-/// The rows as text of a table of progress.
-pub(crate) fn table_text(rows: &Rows) -> String {
-    let mut text = "id,start,finish\n".to_owned();
-    let quoted = |text: &str| format!("\"{}\"", text.replace('"', "\"\""));
-    for (id, [start, finish]) in rows {
-        // Writing to a string does not fail.
-        let _ = writeln!(text, "{},{},{}", quoted(id), quoted(start), quoted(finish));
-    }
-    text
 }

@@ -1,4 +1,4 @@
-//! What a server publishes of a site, for the daemon and for simulations of its robots.
+//! The rules of a server that gives a site to its robots, for the daemon and for simulations.
 
 mod enabling;
 mod exports;

@@ -10,7 +10,7 @@ use daemon::{
     Report, ReportAnswer, RobotReport, ServeConfig, ServeLinkConfig, StatusBoard, ToldAbsence, ToldByRobot,
     ToldObservation, chain, fleet_elements, replace_file,
 };
-use fleet_link::{Message, MessageKind, ServerIdentity, ServerLink, ServerSettings};
+use fleet_link::{Identity, Message, MessageKind, ServerLink, ServerSettings};
 use frames::PlanTime;
 use jiff::Timestamp;
 use messages::{ContentId, Observation};
@@ -209,7 +209,7 @@ pub(crate) fn link_settings(serve: &ServeConfig, link: &ServeLinkConfig) -> Serv
         listen: link.listen.clone(),
         robots: link.robots.iter().map(ToString::to_string).collect(),
         passwords: link.passwords.clone(),
-        identity: identity.map(|(certificate, key)| ServerIdentity { certificate, key }),
+        identity: identity.map(|(certificate, key)| Identity { certificate, key }),
         robots_authority: link.robots_authority.clone(),
     }
 }

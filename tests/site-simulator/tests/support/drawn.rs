@@ -1,4 +1,4 @@
-//! What is drawn of a small site with two storeys at each of its dates, in two revisions: by the daemons and the stages themselves.
+//! Maps of a small site with two storeys at each of its dates, in two revisions: by the daemons and the stages themselves.
 
 use crate::house::{House, PLAIN};
 use bus::{Bus, Daemon};

@@ -1,4 +1,4 @@
-//! What a server has published, as its store saw it, and what robots may show of it: decided without the rules of either.
+//! The record of what a server has published, as its store saw it, and the judge of what robots show of it, without the rules of either.
 
 use crate::drawn::{ROBOT, drawn};
 use crate::seeds::Violation;
