@@ -47,6 +47,6 @@ pub use keys::{KeyError, KeyList, PublicKey, SigningKey};
 pub use objects::{
     SiteName, SiteNameError, blob_folder, blob_list_path, blob_path, current_path, index_folder, index_path,
 };
-pub use recipe::{BadRecipe, Fetch, PackedArchive, Recipe, pack};
+pub use recipe::{BadRecipe, Fetch, MAX_RECIPE_BYTES, PackedArchive, Recipe, pack};
 pub use retention::{KeptIndex, Retention, expired};
 pub use signed_index::{MAX_INDEX_BYTES, SignedIndex, SignedIndexError, signed_index};

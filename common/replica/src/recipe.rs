@@ -26,6 +26,9 @@ const MAX_FETCH: u64 = 8 << 20;
 /// Largest archive that is followed, as `messages` bounds it for a bus.
 const MAX_ARCHIVE: u64 = 64 << 30;
 
+/// Longest file of a recipe: an archive of the largest size has some 32,000 blocks, and at most four times as many.
+pub const MAX_RECIPE_BYTES: u64 = 16 << 20;
+
 /// The form of recipes that this version reads and writes.
 const FORMAT: u32 = 2;
 

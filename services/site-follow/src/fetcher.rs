@@ -6,8 +6,9 @@ use daemon::{Clock, Failure, FollowConfig, chain};
 use jiff::tz::TimeZone;
 use messages::ContentId;
 use replica::{
-    Acknowledged, ArchiveEntry, BlobEntry, FileList, IndexClock, MAX_FILE_LIST_BYTES, MAX_INDEX_BYTES, PlanSet,
-    PublicKey, Recipe, RobotFiles, SignedIndex, SiteIndex, SiteName, accept, blob_path, current_path, unpack_block,
+    Acknowledged, ArchiveEntry, BlobEntry, FileList, IndexClock, MAX_FILE_LIST_BYTES, MAX_INDEX_BYTES,
+    MAX_RECIPE_BYTES, PlanSet, PublicKey, Recipe, RobotFiles, SignedIndex, SiteIndex, SiteName, accept, blob_path,
+    current_path, unpack_block,
 };
 use std::cell::Cell;
 use std::collections::BTreeSet;
@@ -21,9 +22,6 @@ const MAX_WAIT: Duration = Duration::from_secs(60);
 
 /// What breaks off on the way is asked for so often before the next look.
 const MAX_TRIES: usize = 4;
-
-/// Largest recipe: an archive of the largest size has some 32,000 blocks, and at most four times as many.
-const MAX_RECIPE_BYTES: u64 = 16 << 20;
 
 /// What the thread has found.
 #[derive(Debug, Default)]

@@ -6,9 +6,9 @@ use daemon::{Clock, Disk, Failure, MachineClock, ServeConfig, SiteConfig, StateF
 use jiff::{SignedDuration, Timestamp};
 use messages::{ContentHash, ContentId, LAYOUT_VERSION};
 use replica::{
-    ArchiveEntry, BlobEntry, IndexClock, KeptIndex, KeyList, MAX_INDEX_BYTES, PackedArchive, PlanSet, PublicKey,
-    Recipe, Retention, RobotMaps, SignedIndex, SigningKey, SiteIndex, SiteName, StoreyMap, blob_folder, blob_list_path,
-    blob_path, current_path, expired, index_folder, index_path, pack, signed_index,
+    ArchiveEntry, BlobEntry, IndexClock, KeptIndex, KeyList, MAX_INDEX_BYTES, MAX_RECIPE_BYTES, PackedArchive, PlanSet,
+    PublicKey, Recipe, Retention, RobotMaps, SignedIndex, SigningKey, SiteIndex, SiteName, StoreyMap, blob_folder,
+    blob_list_path, blob_path, current_path, expired, index_folder, index_path, pack, signed_index,
 };
 use std::collections::hash_map::Entry;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
@@ -30,9 +30,6 @@ const MIN_AGE: SignedDuration = SignedDuration::from_hours(24);
 
 /// The past is looked through once in this many indices, and after the start.
 const CLEAN_EVERY: u64 = 64;
-
-/// Largest recipe that is read back.
-const MAX_RECIPE_BYTES: u64 = 16 << 20;
 
 /// A set that is to be published.
 pub struct Job {
@@ -400,7 +397,8 @@ impl Connected {
         if let Some(index) = left_behind
             && connected.store.length(&blob_list_path(site, index.epoch))?.is_none()
         {
-            connected.list_blobs(&index, exports)?;
+            let list = connected.blob_list(&index, exports)?;
+            connected.store.replace(&blob_list_path(site, index.epoch), &list)?;
         }
         Ok(connected)
     }
@@ -520,6 +518,8 @@ impl Connected {
             return Ok(new_bytes);
         }
         let file = signed_index(means.keys, &index, means.key)?;
+        check_size("the index", &file, MAX_INDEX_BYTES)?;
+        let blob_list = self.blob_list(&index, exports)?;
         let path = index_path(&self.site, epoch);
         // An epoch is never taken twice, whatever becomes of the store.
         self.taken.take(epoch, means.disk)?;
@@ -527,7 +527,7 @@ impl Connected {
         if !self.store.create(&path, &file)? && self.store.fetch_whole(&path, MAX_INDEX_BYTES)? != file {
             return Err(Rival { epoch, site: self.site.clone() }.into());
         }
-        self.list_blobs(&index, exports)?;
+        self.store.replace(&blob_list_path(&self.site, epoch), &blob_list)?;
         self.store.replace(&current_path(&self.site), &file)?;
 
         info!(service = "site-server", epoch, sets = index.sets.len(), new_bytes, "the site is in the store");
@@ -606,17 +606,20 @@ impl Connected {
         for pack in &packs {
             self.write(pack)?;
         }
-        self.write(&recipe.to_bytes())?;
+        let recipe_file = recipe.to_bytes();
+        check_size(&format!("the recipe of {}", piece.topic), &recipe_file, MAX_RECIPE_BYTES)?;
+        self.write(&recipe_file)?;
         let (entry, recipe) = (recipe.entry(piece.hash), Arc::new(recipe));
         self.entries.insert(key, (entry, Arc::clone(&recipe)));
         self.recipes.insert(piece.topic.clone(), recipe);
         Ok(entry)
     }
 
-    /// Writes which blobs an index needs.
-    fn list_blobs(&mut self, index: &SiteIndex, exports: &mut Exports) -> Result<(), Failure> {
-        let needed = self.needed(index, exports);
-        Ok(self.store.replace(&blob_list_path(&self.site, index.epoch), &serde_json::to_vec(&needed)?)?)
+    /// The file that says which blobs an index needs.
+    fn blob_list(&mut self, index: &SiteIndex, exports: &mut Exports) -> Result<Vec<u8>, Failure> {
+        let list = serde_json::to_vec(&self.needed(index, exports))?;
+        check_size("the list of blobs", &list, MAX_INDEX_BYTES)?;
+        Ok(list)
     }
 
     /// The blobs that an index needs.
@@ -760,6 +763,14 @@ fn time_of(wall_ms: i64) -> Timestamp {
 /// The epoch in the path of an index.
 fn epoch_of(path: &str) -> Option<u64> {
     path.rsplit('/').next()?.strip_suffix(".jsonl")?.parse().ok()
+}
+
+/// Refuses to write what nobody would read.
+fn check_size(what: &str, file: &[u8], bytes_max: u64) -> Result<(), Failure> {
+    match file.len() as u64 {
+        bytes if bytes > bytes_max => Err(format!("{what} has {bytes} bytes, and {bytes_max} are read at most").into()),
+        _ => Ok(()),
+    }
 }
 
 /// The archives of an index with their topics, a later set before an earlier one: the last recipe of a topic is that of the present.
