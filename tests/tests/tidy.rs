@@ -29,7 +29,7 @@ const ALLOWED: [(&str, &[&str]); 46] = [
     ("messages", &["diagnostics", "frames", "geometry", "grid"]),
     ("bus", &["messages"]),
     ("site-view", &["bus", "messages"]),
-    ("daemon", &["bus", "diagnostics", "input-files", "messages", "site-view"]),
+    ("daemon", &["bus", "diagnostics", "frames", "input-files", "messages", "site-view"]),
     ("replica", &["messages"]),
     ("store", &[]),
     ("fleet-link", &[]),

@@ -2,7 +2,9 @@
 
 use crate::robot_config::{AlignConfig, NamedRobotConfig, RobotConfig, WaypointConfig, check_robots, separate_bridges};
 use crate::ros_config::RosConfig;
-use crate::server_config::{DecidedOnServer, FollowConfig, ServeConfig, check_link, check_server};
+use crate::server_config::{
+    DecidedOnServer, FollowConfig, ServeConfig, check_ahead, check_certificate, check_link, check_server,
+};
 use crate::web_config::WebConfig;
 use bus::{Domain, DomainError, RobotName};
 use input_files::{MAX_CONFIGURATION_BYTES, read_regular_text};
@@ -266,7 +268,9 @@ impl SiteConfig {
         let has_files = !config.models.is_empty() || !config.schedule.files.is_empty();
         let has_robots = !config.robots.is_empty();
         check_server(config.follow.as_ref(), [config.serve.is_some(), has_robots, has_files])?;
+        check_ahead(config.serve.as_ref())?;
         check_link(config.serve.as_ref(), &config.robot_names())?;
+        check_certificate("[web]", config.web.certificate.as_ref(), config.web.key.as_ref())?;
         if let Some(threads) = config.threads
             && !(1..=MAX_THREADS).contains(&threads)
         {

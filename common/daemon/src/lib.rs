@@ -74,6 +74,7 @@ mod robot_config;
 mod robot_file;
 mod robots_config;
 mod ros_config;
+mod ros_faults;
 mod run;
 mod save;
 mod schedule_inputs;
@@ -133,12 +134,14 @@ pub use requests::{
     RateError, Revision, RevisionEffect, RosBridgeRequest, ScheduleAnswer, ScheduleRequest, ScheduleVerdict,
     SearchState, ServeRequest, WaypointAnswer, WaypointRequest, WebRequest, checked_rate,
 };
-pub use robot_config::{AlignConfig, NamedRobotConfig, PoseHint, RobotConfig, WaypointConfig};
+pub use robot_config::{AlignConfig, NamedRobotConfig, PoseHint, PoseHintError, RobotConfig, WaypointConfig};
 pub use robot_file::{Robot, RobotFileError};
 pub use robots_config::RobotChoiceError;
 pub use ros_config::{
     FoxgloveConfig, Nav2Config, Nav2Pause, QosConfig, RosConfig, RosOutput, RosServiceMapping, SimTimeConfig,
+    full_ros_name,
 };
+pub use ros_faults::SimTimeError;
 pub use run::{Arguments, in_background, run, run_with};
 pub use save::Save;
 pub use schedule_inputs::{

@@ -89,12 +89,8 @@ impl AlignConfig {
         ];
         let unusable = distances.into_iter().filter(|(_, value)| !(value.is_finite() && *value >= 0.0));
         let told = |(key, value)| (key, format!("{value} is no distance: it must be 0 or more"));
-        let is_hint_usable = self.hint.is_none_or(|hint| {
-            [hint.x_m, hint.y_m, hint.yaw_deg].iter().all(|value| value.is_finite())
-                && [hint.radius_m, hint.radius_deg].iter().all(|radius| radius.is_finite() && *radius > 0.0)
-        });
-        let hint = || ("align.hint", "its numbers must be finite, and its radii more than 0".to_owned());
-        unusable.map(told).chain((!is_hint_usable).then(hint)).collect()
+        let hint = self.hint.and_then(|hint| hint.check().err()).map(|why| ("align.hint", why.to_string()));
+        unusable.map(told).chain(hint).collect()
     }
 
     /// Refuses numbers that cannot be used.
@@ -107,7 +103,22 @@ impl AlignConfig {
     }
 }
 
+/// A hint whose numbers say no area.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("its numbers must be finite, and its radii more than 0")]
+pub struct PoseHintError;
+
 impl PoseHint {
+    /// Refuses numbers that say no area.
+    ///
+    /// # Errors
+    /// A number that is not finite, a radius that is not more than 0.
+    pub fn check(&self) -> Result<(), PoseHintError> {
+        let is_usable = [self.x_m, self.y_m, self.yaw_deg].iter().all(|value| value.is_finite())
+            && [self.radius_m, self.radius_deg].iter().all(|radius| radius.is_finite() && *radius > 0.0);
+        if is_usable { Ok(()) } else { Err(PoseHintError) }
+    }
+
     fn radius_m() -> f64 {
         2.0
     }

@@ -17,7 +17,7 @@ pub struct RosConfig {
     /// A file with the keys of this table; they are in one place, there or here.
     pub options: Option<PathBuf>,
     /// The ROS domain, 0 to 232; that of ROS_DOMAIN_ID if left out, else 0.
-    #[schemars(range(min = 0, max = 232))]
+    #[schemars(range(min = 0, max = Self::MAX_DOMAIN))]
     pub domain_id: Option<u16>,
     /// Addresses of the network interfaces that are used; all interfaces if left out.
     pub interfaces: BTreeSet<Ipv4Addr>,
@@ -95,6 +95,14 @@ impl Default for RosConfig {
 }
 
 impl RosConfig {
+    /// The largest number of a domain whose ports exist.
+    pub const MAX_DOMAIN: u16 = 232;
+
+    /// A name in full: one that begins with a slash as it is, others in the namespace of the node.
+    pub fn full_name(&self, name: &str) -> String {
+        full_ros_name(&self.namespace, name)
+    }
+
     /// This table, which names a file of options, with the text of that file.
     ///
     /// # Errors
@@ -251,6 +259,11 @@ pub struct QosConfig {
     pub deadline_s: Option<f64>,
 }
 
+/// A name in full, of a node in a namespace.
+pub fn full_ros_name(namespace: &str, name: &str) -> String {
+    if name.starts_with('/') { name.to_owned() } else { format!("{}/{name}", namespace.trim_end_matches('/')) }
+}
+
 impl QosConfig {
     /// How many messages may be kept.
     pub const DEPTHS: RangeInclusive<u8> = 1..=100;
@@ -259,6 +272,13 @@ impl QosConfig {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn names_are_in_the_namespace_unless_they_begin_with_a_slash() {
+        assert_eq!(full_ros_name("/groundplan", "map"), "/groundplan/map");
+        assert_eq!(full_ros_name("/", "map"), "/map");
+        assert_eq!(full_ros_name("/groundplan", "/map"), "/map");
+    }
 
     #[test]
     fn keys_are_in_the_site_or_in_the_file_that_it_names() {

@@ -4,6 +4,7 @@ use bus::RobotName;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use std::collections::BTreeSet;
+use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
 /// Gives what is drawn to a store.
@@ -26,7 +27,7 @@ pub struct ServeConfig {
     pub export: BTreeSet<ExportedFiles>,
     /// How many change instants are drawn ahead, where the plan time follows the clock of the machine.
     #[serde(default = "default_ahead")]
-    #[schemars(range(max = 64))]
+    #[schemars(range(max = MAX_AHEAD))]
     pub ahead: u8,
     /// Days that indices of the past stay.
     #[serde(default = "default_keep_days")]
@@ -136,7 +137,7 @@ pub struct FollowConfig {
     pub files: Option<PathBuf>,
     /// Seconds between looks at the index.
     #[serde(default = "default_poll_s")]
-    #[schemars(range(min = 1, max = 3600))]
+    #[schemars(range(min = *POLLS_S.start(), max = *POLLS_S.end()))]
     pub poll_s: u16,
     /// Hears of new indices at once, and tells the server what this robot sees.
     #[serde(default)]
@@ -188,6 +189,12 @@ impl FollowLinkConfig {
 /// So many robots can have a link with their server.
 pub const MAX_LINKED_ROBOTS: usize = 1_000;
 
+/// So many change instants can be drawn ahead.
+const MAX_AHEAD: u8 = 64;
+
+/// Seconds that may lie between looks at an index.
+const POLLS_S: RangeInclusive<u16> = 1..=3600;
+
 /// The name under which an index has the maps of a robot without one.
 pub const UNNAMED_ROBOT: &str = "robot";
 
@@ -232,15 +239,21 @@ pub(crate) fn check_server(
     if follow.roots.is_empty() {
         return refused("[follow] roots: without a root key of the site nothing of it can be believed");
     }
-    if let Some(link) = &follow.link
-        && link.certificate.is_some() != link.key.is_some()
-    {
-        return refused("[follow.link]: certificate and key belong together");
+    if let Some(link) = &follow.link {
+        check_certificate("[follow.link]", link.certificate.as_ref(), link.key.as_ref())?;
     }
-    if !(1..=3600).contains(&follow.poll_s) {
+    if !POLLS_S.contains(&follow.poll_s) {
         return refused("[follow] poll_s must be 1 to 3600");
     }
     Ok(())
+}
+
+/// Refuses more sets ahead than are drawn while a plan time holds.
+pub(crate) fn check_ahead(serve: Option<&ServeConfig>) -> Result<(), toml::de::Error> {
+    match serve.map(|serve| serve.ahead).filter(|ahead| *ahead > MAX_AHEAD) {
+        None => Ok(()),
+        Some(ahead) => Err(serde::de::Error::custom(format!("[serve] ahead = {ahead}: {MAX_AHEAD} is the most"))),
+    }
 }
 
 /// Refuses a link of robots without names: whose observation counts could not be told.
@@ -263,10 +276,19 @@ pub(crate) fn check_link(serve: Option<&ServeConfig>, drawn: &[RobotName]) -> Re
             "[serve.link] robots: {twice} is one of [[robots]], whose observations come from this machine: robots with a link have other names"
         ));
     }
-    if link.certificate.is_some() != link.key.is_some() {
-        return refused("[serve.link]: certificate and key belong together".to_owned());
+    check_certificate("[serve.link]", link.certificate.as_ref(), link.key.as_ref())
+}
+
+/// Refuses a certificate without its private key, and a key without a certificate.
+pub(crate) fn check_certificate(
+    table: &str,
+    certificate: Option<&PathBuf>,
+    key: Option<&PathBuf>,
+) -> Result<(), toml::de::Error> {
+    match certificate.is_some() == key.is_some() {
+        true => Ok(()),
+        false => Err(serde::de::Error::custom(format!("{table}: certificate and key belong together"))),
     }
-    Ok(())
 }
 
 fn default_ahead() -> u8 {
@@ -317,6 +339,16 @@ mod tests {
         assert!(why.contains("gazebo") && why.contains("open-rmf"), "{why}");
         let follow = parse(&format!("{FOLLOW}files = \"files\"\n")).unwrap().follow.unwrap();
         assert_eq!(follow.files.as_deref(), Some(Path::new("/srv/files")));
+    }
+
+    #[test]
+    fn so_many_sets_ahead_as_the_schema_allows_are_taken() {
+        let ahead = |n: u8| {
+            parse(&format!(
+                "state = \"x\"\n[serve]\nstore = \"s\"\nsite = \"t\"\nkey = \"k\"\nkeys = \"l\"\nahead = {n}\n"
+            ))
+        };
+        assert!(ahead(64).is_ok() && ahead(65).unwrap_err().to_string().contains("64 is the most"));
     }
 
     #[test]

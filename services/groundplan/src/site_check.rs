@@ -102,6 +102,9 @@ fn of_robot(found: &mut Findings<'_>, config: &SiteConfig) {
         FileText::configured("options of waypoints", config.waypoints.options.as_deref(), MissionPlanOptions::parse);
     found.setting(&config.state, SettingKey::Waypoints, options);
     align(found, config);
+    for (key, why) in config.ros.faults() {
+        found.add(key, why, true);
+    }
 }
 
 fn models(found: &mut Findings<'_>, config: &SiteConfig) {
@@ -230,6 +233,14 @@ mod tests {
             ("[align]\nmax_jump_m = -1.0", "! site.toml, line 3: align.max_jump_m: -1", ""),
             ("[align]\nhint = { x_m = nan, y_m = 0.0, yaw_deg = 0.0 }", "! site.toml, line 3: align.hint: ", ""),
             ("[align]\nmap = \"none.yaml\"", "site.toml, line 3: align.map: ", "none.yaml"),
+            ("[ros]\nslam_map_topic = \"map\"", "! site.toml, line 3: ros.slam_map_topic: ", "another ros.map_topic"),
+            ("[ros]\nqos.map.depth = 0", "! site.toml", "ros.qos: Map: depth is 0"),
+            ("[ros]\ndomain_id = 233", "! site.toml, line 3: ros.domain_id: ", "0 to 232"),
+            (
+                "[ros.sim_time]\nplan_time_at_zero = \"soon\"",
+                "! site.toml, line 2: ros.sim_time: ",
+                "plan_time_at_zero: ",
+            ),
             ("[bus]\nprefix = \"a/b\"", "! site.toml, line 3: bus.prefix: ", ""),
             ("[log]\nlevel = \"daemon=loud\"", "! site.toml, line 3: log.level: ", "loud"),
         ] {

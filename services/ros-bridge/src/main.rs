@@ -46,7 +46,6 @@
 //! - ROS 2: which readers and writers are the node's: `src/graph/node_entities.rs`
 
 mod calls;
-mod config_check;
 mod control;
 mod followed_transform;
 mod foxglove;

@@ -1,10 +1,9 @@
 //! The ros-bridge service: publishes the maps of the robot's storey whenever they change, and takes its SLAM map.
 
 use crate::calls;
-use crate::config_check::check;
 use crate::followed_transform::FollowedTransform;
 use crate::foxglove::FoxgloveServer;
-use crate::graph::{MapTopics, RosGraph, StateTopics, full_name};
+use crate::graph::{MapTopics, RosGraph, StateTopics};
 use crate::kept_slam_frame::KeptSlamFrame;
 use crate::machine_clock::{stamp, utc_ms};
 use crate::map_sender::{Job, MapSender};
@@ -83,13 +82,13 @@ impl BridgeService {
     /// A configuration that cannot be used, no network.
     pub(crate) fn new(config: &SiteConfig, activity: CurrentActivity) -> Result<Self, Failure> {
         let ros = &config.ros;
-        check(ros)?;
+        ros.check()?;
         let mut graph = RosGraph::join(ros)?;
         let map_topics = MapTopics::open(&mut graph, ros)?;
         let topics = StateTopics::open(&mut graph, ros)?;
         let topics_of_grids = [&map_topics.map, &map_topics.keepout_mask, &map_topics.speed_mask];
         let [map_topic, mask_topic, speed_topic] = topics_of_grids.map(|topic| topic.name().to_owned());
-        let slam_map_topic = ros.slam_map_topic.as_deref().map(|topic| full_name(&ros.namespace, topic));
+        let slam_map_topic = ros.slam_map_topic.as_deref().map(|topic| ros.full_name(topic));
         let rivals = Rivals::on(vec![map_topic, mask_topic.clone()], slam_map_topic);
         let foxglove = ros.foxglove.as_ref().map(|foxglove| FoxgloveServer::start(foxglove, config)).transpose()?;
         let nav2 = ros.nav2.as_ref().map(|nav2| Nav2::of(&mut graph, nav2, ros.service_mapping)).transpose()?;

@@ -3,8 +3,7 @@
 use crate::control::Control;
 use crate::graph::RosGraph;
 use daemon::facts::ScheduleFacts;
-use daemon::{Failure, Report, SimTimeConfig, SiteConfig, StatusBoard, chain, checked_rate};
-use frames::PlanTime;
+use daemon::{Failure, Report, SimTimeConfig, SimTimeError, SiteConfig, StatusBoard, chain};
 use ros::msg::builtin_interfaces::Time;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
@@ -32,10 +31,9 @@ impl SimTime {
     ///
     /// # Errors
     /// A plan time or a rate that is none.
-    pub(crate) fn of(config: &SimTimeConfig) -> Result<Self, Failure> {
-        let zero: PlanTime = config.plan_time_at_zero.parse()?;
-        let rate = checked_rate(config.rate).map_err(|why| format!("ros.sim_time.rate: {why}"))?;
-        Ok(Self { zero_s: zero.civil_seconds(), rate })
+    pub(crate) fn of(config: &SimTimeConfig) -> Result<Self, SimTimeError> {
+        let (zero_s, rate) = config.zero_and_rate()?;
+        Ok(Self { zero_s, rate })
     }
 
     /// The plan time in civil seconds since 1970.
@@ -133,6 +131,7 @@ fn holds_at(facts: &ScheduleFacts, plan_time_s: i64) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use frames::PlanTime;
 
     fn config(plan_time_at_zero: &str, rate: f64) -> SimTimeConfig {
         SimTimeConfig { plan_time_at_zero: plan_time_at_zero.to_owned(), rate }
@@ -146,8 +145,7 @@ mod tests {
         assert_eq!([at(0, 0), at(0, 500_000_000), at(24, 0)], [0, 1800, 86_400]);
         assert!(SimTime::of(&config("2024-04", 1.0)).is_err());
         for rate in [0.0, -1.0, f64::NAN, f64::INFINITY, 1e300, 1e-300] {
-            let why = SimTime::of(&config("2024-04-15", rate)).unwrap_err().to_string();
-            assert!(why.contains("ros.sim_time.rate"), "{why}");
+            assert!(matches!(SimTime::of(&config("2024-04-15", rate)), Err(SimTimeError::Rate(_))), "{rate}");
         }
     }
 

@@ -222,6 +222,7 @@ impl SlamAlign {
         Ok(Some(match request {
             AlignRequest::ReadSlamMap { file } => AlignAnswer::Search(self.read_map(decision, &file, by.uid)?),
             AlignRequest::Align { hint, storey, places } => {
+                hint.iter().try_for_each(daemon::PoseHint::check).map_err(|why| format!("the hint: {why}"))?;
                 let is_narrowed = hint.is_some() || storey.is_some() || !places.is_empty();
                 let search_area = SearchArea { hint: hint.map(hint_of), storey, places, is_narrowed };
                 AlignAnswer::Search(self.ask_for_search(next, search_area)?)

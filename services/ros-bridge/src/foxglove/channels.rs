@@ -1,7 +1,6 @@
 //! The channels of the server: the topics of the bridge under the same names, rooms as entities, the pose of the SLAM map.
 
 use super::latch::{Latches, RosChannel, SceneChannel};
-use crate::graph::full_name;
 use daemon::RosConfig;
 use foxglove::Context;
 use ros::msg::diagnostic_msgs::DiagnosticArray;
@@ -39,7 +38,7 @@ pub(super) struct Channels {
 impl Channels {
     /// Opens all of them.
     pub(super) fn open(context: &Arc<Context>, config: &RosConfig) -> Self {
-        let name = |name: &str| full_name(&config.namespace, name);
+        let name = |name: &str| config.full_name(name);
         let topics = StoreyTopics::below(config.namespace.trim_end_matches('/'));
         let map = config.map_topic.as_deref().map_or(topics.map, name);
         Self {

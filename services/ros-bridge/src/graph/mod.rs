@@ -10,7 +10,7 @@ pub(crate) use publishers::{MapTopics, StateTopics};
 pub(crate) use services::{Calls, ServiceClient, ServiceServer};
 
 use daemon::facts::RosPeers;
-use daemon::{Failure, RosConfig};
+use daemon::{Failure, RosConfig, full_ros_name};
 use futures::executor::block_on;
 use futures::stream::{StreamExt, select};
 use library::Library;
@@ -37,8 +37,6 @@ use tracing::warn;
 
 /// Name of the node.
 pub(crate) const NODE: &str = "ros_bridge";
-/// The largest number of a domain whose ports exist.
-const MAX_DOMAIN: u16 = 232;
 /// Transforms that are kept for a slow reader.
 const TRANSFORMS: usize = 100;
 
@@ -54,7 +52,7 @@ pub(crate) struct RosGraph {
 /// A part of the graph that cannot be had.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum GraphError {
-    #[error("ros.domain_id: {text:?} is no ROS domain: it must be 0 to {MAX_DOMAIN}")]
+    #[error("ros.domain_id: {text:?} is no ROS domain: it must be 0 to {}", RosConfig::MAX_DOMAIN)]
     Domain { text: String },
     #[error("ros.interfaces: this computer has no interface with the address {address}")]
     Interface { address: Ipv4Addr },
@@ -110,7 +108,7 @@ impl RosGraph {
 
     /// A name in full: one that begins with a slash as it is, others in the namespace of the node.
     fn name(&self, name: &str) -> Result<Name, GraphError> {
-        let full = full_name(&self.namespace, name);
+        let full = full_ros_name(&self.namespace, name);
         Name::parse(&full).map_err(|_| GraphError::Name { name: full })
     }
 
@@ -235,30 +233,22 @@ fn take_on_thread<M: DeserializeOwned + Send + 'static>(
     Ok(())
 }
 
-/// Names that begin with a slash are whole; others are in the namespace.
-pub(crate) fn full_name(namespace: &str, name: &str) -> String {
-    if name.starts_with('/') { name.to_owned() } else { format!("{}/{name}", namespace.trim_end_matches('/')) }
-}
-
 fn domain_id(config: &RosConfig) -> Result<u16, GraphError> {
     let of_environment = || match std::env::var("ROS_DOMAIN_ID") {
         Ok(text) => text.trim().parse::<u16>().map_err(|_| GraphError::Domain { text }),
         Err(_) => Ok(0),
     };
     let domain_id = config.domain_id.map_or_else(of_environment, Ok)?;
-    if domain_id <= MAX_DOMAIN { Ok(domain_id) } else { Err(GraphError::Domain { text: domain_id.to_string() }) }
+    if domain_id <= RosConfig::MAX_DOMAIN {
+        Ok(domain_id)
+    } else {
+        Err(GraphError::Domain { text: domain_id.to_string() })
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn names_are_in_the_namespace_unless_they_begin_with_a_slash() {
-        assert_eq!(full_name("/groundplan", "map"), "/groundplan/map");
-        assert_eq!(full_name("/", "map"), "/map");
-        assert_eq!(full_name("/groundplan", "/map"), "/map");
-    }
 
     #[test]
     fn an_interface_is_one_of_this_computer() {

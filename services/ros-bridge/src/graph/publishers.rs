@@ -1,9 +1,9 @@
 //! The topics of the bridge.
 
 use super::qos::{heartbeat, latched, latched_large, volatile, with};
-use super::{GraphError, RosGraph, create, full_name};
+use super::{GraphError, RosGraph, create};
 use bus::HEARTBEAT_PERIOD;
-use daemon::{Failure, RosConfig, RosOutput};
+use daemon::{Failure, RosConfig, RosOutput, full_ros_name};
 use ros::RosMessage;
 use ros::msg::diagnostic_msgs::DiagnosticArray;
 use ros::msg::geometry_msgs::PoseWithCovarianceStamped;
@@ -158,7 +158,7 @@ impl RosGraph {
             self.entities.add_writer(created.guid());
             writer = Some(created);
         }
-        Ok(GridTopic { name: full_name(&self.namespace, name), writer })
+        Ok(GridTopic { name: full_ros_name(&self.namespace, name), writer })
     }
 
     fn output<M: RosMessage>(
@@ -180,6 +180,6 @@ impl RosGraph {
             let topic = self.node.create_topic(&self.name(name)?, kind, &profile).map_err(create(name))?;
             publisher = Some(self.node.create_publisher(&topic, None).map_err(create(name))?);
         }
-        Ok(Topic { name: full_name(&self.namespace, name), publisher })
+        Ok(Topic { name: full_ros_name(&self.namespace, name), publisher })
     }
 }

@@ -53,14 +53,10 @@ impl WebService {
     /// Listens, now or as soon as its address can be had.
     ///
     /// # Errors
-    /// A certificate without a key, a token that cannot be read.
+    /// A token that cannot be read.
     pub(crate) fn new(config: &SiteConfig, activity: CurrentActivity) -> Result<Self, Failure> {
         let web = &config.web;
-        let tls = match (&web.certificate, &web.key) {
-            (Some(certificate), Some(key)) => Some((certificate.clone(), key.clone())),
-            (None, None) => None,
-            _ => return Err("[web]: certificate and key go together".into()),
-        };
+        let tls = web.certificate.clone().zip(web.key.clone());
         let access: Access = access_of(web.listen, &config.site_state, tls.is_some())?;
         let shared = Arc::new(SharedSite::of(config));
         let viewers = Arc::new(Semaphore::new(MAX_VIEWERS));
