@@ -22,7 +22,6 @@
 //! - tasks: of schedule files, their dates and calendars: `src/records.rs`, `src/task_dates.rs`, `src/calendar_records.rs`
 
 mod calendar_records;
-mod cells;
 mod contradictions;
 mod effect;
 mod file_findings;
