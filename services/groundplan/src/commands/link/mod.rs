@@ -43,10 +43,12 @@ const AFTER_HELP: &str = "\
 Links come from --link, then from [[link]] of the rules in their order: the first that names an element counts.
 Near misses are values of elements that differ from a task's in spaces, signs and leading zeros only.
 Tasks contradict each other if one removes an element that another builds later or at the same time, or if one task has two effects.
---propose compares every value of elements (name, class, storey, room, zone, group, classification, properties) with every value of
-tasks (code, work breakdown, name, id, fields). Texts that are equal by chance are not proposed: shared numbers count by how few of
-the numbers between them tasks have, so that numbers of rows count for nothing. What is near and not equal is told.
-The JSON document has a schema: config/schemas/link.schema.json; with --propose config/schemas/link-proposals.schema.json.
+--propose compares every value of elements (name, class, storey, room, zone, group, classification,
+properties) with every value of tasks (code, work breakdown, name, id, fields). Texts that may be
+equal by chance are not proposed: a shared number counts by how few of the numbers around it tasks
+have, so that numbers of rows count for nothing. What is near and not equal is told.
+The JSON document has a schema: config/schemas/link.schema.json, of
+--propose config/schemas/link-proposals.schema.json.
 
 Examples:
   groundplan link house.ifc --schedule-file plan.xer

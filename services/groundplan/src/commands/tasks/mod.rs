@@ -66,15 +66,16 @@ Dates are local to the site: written, rolled up from nested tasks, or computed f
 durations and calendars. A task acts on elements that it constructs or removes, and on spaces that
 are closed while it is at work. The file may link elements on which it has no effect, because it has
 no dates, is of another kind, or another source goes before it.
-A table and a calendar have the same tasks: those of --task and of the window. An event keeps its identity as long as its task keeps
-its code or GlobalId, so that a calendar that is read again changes in place. Ways that a task may close are the rooms in which it works,
-their doors, and the doors that it builds or removes.
+A table and a calendar have the same tasks: those of --task and of the window. An event keeps its
+identity as long as its task keeps its code or GlobalId, so that a calendar that is read again
+changes in place. Ways that a task may close are the rooms in which it works, their doors, and the
+doors that it builds or removes.
 The JSON document has a schema: config/schemas/tasks.schema.json.
 
 Examples:
   groundplan tasks house.ifc
   groundplan tasks house.ifc --task 'Partition walls' --date 2024-04-15T08:00:00
-  groundplan tasks house.ifc --schedule-file plan.xlsx --from 2024-04-15 --weeks 3 --csv look-ahead.csv --ics look-ahead.ics
+  groundplan tasks house.ifc --from 2024-04-15 --weeks 3 --csv next.csv --ics next.ics
   groundplan tasks house.ifc --json | jq -r '.tasks[] | [.start, .name] | @tsv'
 
 Exit codes: 0 done, 1 failed, 2 bad usage or configuration.";
