@@ -33,6 +33,14 @@ pub enum PlanFileError {
         /// What is wrong.
         why: String,
     },
+    /// A sheet of a workbook that cannot be read.
+    #[error("sheet {sheet:?}: {why}")]
+    Sheet {
+        /// Its name.
+        sheet: String,
+        /// What is wrong, with the cell.
+        why: String,
+    },
     /// Dates that can be read in two ways.
     #[error(
         "its dates can be read in two ways: {text:?} is {as_dmy} or {as_mdy}; say which with date_format in the schedule rules"

@@ -3,7 +3,7 @@
 //! # Guarantees
 //!
 //! - Quirks of products and versions are in the head of each reader (`src/mspdi/mod.rs`, `src/xer/mod.rs`,
-//!   `src/pmxml/mod.rs`, `src/csv/mod.rs`).
+//!   `src/pmxml/mod.rs`, `src/csv/mod.rs`, `src/xlsx/mod.rs`).
 //! - What cannot be read is a finding that names the task; only a file without tasks, or with more than a schedule has, is
 //!   refused.
 //! - A task goes by the calendars of its resources where these differ from its own, and lasts as long as their work
@@ -17,6 +17,7 @@
 
 mod assemble;
 mod calendars;
+mod cells;
 mod circles;
 mod combined_calendar;
 mod csv;
@@ -35,8 +36,10 @@ mod resources;
 mod values;
 mod written_project;
 mod xer;
+mod xlsx;
 mod xml;
 
+pub use cells::{cell_of, text_of};
 pub use error::PlanFileError;
 pub use options::{CsvColumn, ReadOptions, is_encoding};
 pub use plan::{

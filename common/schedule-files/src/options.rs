@@ -7,12 +7,14 @@ use std::collections::BTreeMap;
 /// How to read a schedule file, where its format does not say it itself.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct ReadOptions {
-    /// Headings of columns of CSV, where they are not the usual ones. A heading that is named here is that of no other column.
+    /// Headings of columns of CSV and workbooks, where they are not the usual ones. A heading that is named here is that of no other column.
     pub columns: BTreeMap<CsvColumn, String>,
-    /// Order of day, month and year in CSV. Without it the dates themselves decide, if they can be read in one order only.
+    /// Order of day, month and year in CSV and in texts of workbooks. Without it the dates themselves decide, if they can be read in one order only.
     pub date_format: Option<DateOrder>,
     /// Label of the encoding of XER and CSV files that are not in UTF-8, as [`is_encoding`] knows it. Without it their bytes decide.
     pub encoding: Option<String>,
+    /// Name of the sheet of a workbook. Without it the only one that has the columns of a schedule is read.
+    pub sheet: Option<String>,
 }
 
 /// True for labels of encodings that files can be in: `windows-1250`, `big5`, `shift_jis`.

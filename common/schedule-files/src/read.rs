@@ -3,12 +3,12 @@
 use crate::decode::{Decoded, decode};
 use crate::plan::{Finding, FindingKind, PlanFile};
 use crate::xml::{Xml, declared_encoding};
-use crate::{PlanFileError, ReadOptions, csv, mspdi, pmxml, xer};
+use crate::{PlanFileError, ReadOptions, csv, mspdi, pmxml, xer, xlsx};
 
 /// Larger files are not schedules of a site.
 const MAX_BYTES: usize = 1 << 30;
 
-/// Reads a schedule file of Primavera P6 (XER or XML), MS Project (XML) or a spreadsheet (CSV).
+/// Reads a schedule file of Primavera P6 (XER or XML), MS Project (XML) or a spreadsheet (CSV, XLSX).
 ///
 /// The content says which of them it is; `name` is that of the file, of which the ending tells apart what is refused.
 ///
@@ -18,6 +18,9 @@ const MAX_BYTES: usize = 1 << 30;
 pub fn read(name: &str, bytes: &[u8], options: &ReadOptions) -> Result<PlanFile, PlanFileError> {
     if bytes.len() > MAX_BYTES {
         return Err(PlanFileError::TooMany { max: MAX_BYTES, what: "bytes" });
+    }
+    if bytes.starts_with(ZIP) {
+        return xlsx::read(bytes, options);
     }
     refuse(name, bytes)?;
     let Decoded { text, guess } = decode(bytes, declared_encoding(bytes), options.encoding.as_deref())?;
@@ -49,9 +52,10 @@ fn read_xml(text: &str) -> Result<PlanFile, PlanFileError> {
 /// Refuses what is known and not read, and what is no text.
 fn refuse(name: &str, bytes: &[u8]) -> Result<(), PlanFileError> {
     let ending = name.rsplit_once('.').map_or(String::new(), |(_, ending)| ending.to_ascii_lowercase());
-    let is_container = bytes.starts_with(OLE) || bytes.starts_with(ZIP);
+    let is_container = bytes.starts_with(OLE);
     let [product, how] = match &*ending {
-        "xls" | "xlsx" | "xlsm" | "ods" if is_container => SPREADSHEET,
+        "xlsx" | "xlsm" if is_container => LOCKED,
+        "xls" if is_container => xlsx::OTHER_SPREADSHEETS,
         "pp" => ASTA,
         _ if bytes.starts_with(OLE) || bytes.starts_with(b"MPX") => MS_PROJECT,
         _ if bytes.starts_with(SYNCHRO_START) => SYNCHRO,
@@ -85,10 +89,9 @@ const MS_PROJECT: [&str; 2] =
     ["MS Project (.mpp, .mpx)", "save it there as XML (Save As, type XML Format), or convert it with MPXJ"];
 const ASTA: [&str; 2] = ["Asta Powerproject (.pp)", "save it there as Microsoft Project XML, or convert it with MPXJ"];
 const SYNCHRO: [&str; 2] = ["Synchro (.sp)", "export it there as Microsoft Project XML, or convert it with MPXJ"];
-const SPREADSHEET: [&str; 2] = ["spreadsheets (.xlsx, .xls, .ods)", "save the sheet as CSV in UTF-8"];
+const LOCKED: [&str; 2] = ["workbooks with a password", "save it without one"];
 
-const OTHERS: [(&[u8], &str); 7] = [
-    (ZIP, "it is a zip archive; unpack the schedule first"),
+const OTHERS: [(&[u8], &str); 6] = [
     (b"%PDF", "it is a PDF; a schedule is read as XML, XER or CSV"),
     (b"ISO-10303-21", "it is a building model (IFC), whose own schedule is read with the model"),
     (
@@ -132,14 +135,14 @@ mod tests {
         check("A.PP", b"\x00\x00000000", "Asta Powerproject (.pp)");
         check("a.pp", b"SQLite format 3\0", "Asta Powerproject (.pp)");
         check("a.sp", b"\xb6\x17rest", "Synchro (.sp)");
-        check("a.xlsx", b"PK\x03\x04rest", "spreadsheets (.xlsx, .xls, .ods)");
-        check("a.xls", b"\xd0\xcf\x11\xe0", "spreadsheets (.xlsx, .xls, .ods)");
+        check("a.xlsx", b"\xd0\xcf\x11\xe0", "workbooks with a password");
+        check("a.xls", b"\xd0\xcf\x11\xe0", "spreadsheets (.xls, .xlsb, .ods)");
     }
 
     #[test]
     fn what_is_no_schedule_is_refused_with_what_it_is() {
         let check = |bytes: &[u8], expected: &str| assert_eq!(message("plan", bytes), expected);
-        check(b"PK\x03\x04rest", "it is a zip archive; unpack the schedule first");
+        check(b"PK\x03\x04rest", "it begins as a zip archive, and is none: it is cut off or damaged");
         check(b"%PDF-1.7", "it is a PDF; a schedule is read as XML, XER or CSV");
         check(b"ISO-10303-21;", "it is a building model (IFC), whose own schedule is read with the model");
         check(b" \n", "it is empty");

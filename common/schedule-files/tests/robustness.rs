@@ -1,17 +1,19 @@
 //! Whatever the bytes are, reading ends with a plan that hangs together or with an error.
 
 mod support;
+mod workbook;
 
 use proptest::prelude::*;
 use schedule_files::{ReadOptions, read};
 use support::check;
 
 /// A file of each format with something of everything: the first inputs of the fuzzer.
-const SAMPLES: [(&str, &[u8]); 4] = [
+const SAMPLES: [(&str, &[u8]); 5] = [
     ("plan.xer", include_bytes!("../../../tests/fuzz/corpus/schedule_files/plan.xer")),
     ("pmxml.xml", include_bytes!("../../../tests/fuzz/corpus/schedule_files/pmxml.xml")),
     ("mspdi.xml", include_bytes!("../../../tests/fuzz/corpus/schedule_files/mspdi.xml")),
     ("plan.csv", include_bytes!("../../../tests/fuzz/corpus/schedule_files/plan.csv")),
+    ("plan.xlsx", include_bytes!("../../../tests/fuzz/corpus/schedule_files/plan.xlsx")),
 ];
 
 /// What replaces a part of a file: bytes, or another part of it.
@@ -61,6 +63,29 @@ proptest! {
             bytes.splice(span(&bytes, at, len), new);
         }
         if let Ok(plan) = read(name, &bytes, &ReadOptions::default()) {
+            check(&plan);
+        }
+    }
+
+    // Changes of a container nearly always end at its checksums.
+    #[test]
+    fn changed_sheets_of_workbooks_are_read_or_refused(
+        changes in prop::collection::vec((any::<usize>(), 0..40_usize, part()), 1..6),
+    ) {
+        let mut bytes = workbook::SHEET.as_bytes().to_vec();
+        for (at, len, part) in changes {
+            let span = |bytes: &[u8], at: usize, len: usize| {
+                let at = at % (bytes.len() + 1);
+                at..(at + len).min(bytes.len())
+            };
+            let new = match part {
+                Part::Bytes(new) => new,
+                Part::Copy(from, len) => bytes[span(&bytes, from, len)].to_vec(),
+            };
+            bytes.splice(span(&bytes, at, len), new);
+        }
+        let content = String::from_utf8_lossy(&bytes);
+        if let Ok(plan) = read("plan.xlsx", &workbook::workbook(&[("Plan", &content)], false), &ReadOptions::default()) {
             check(&plan);
         }
     }

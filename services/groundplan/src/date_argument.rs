@@ -76,6 +76,14 @@ pub(crate) fn period(date: &str, until: Option<&str>, site_zone: Option<&TimeZon
     Ok(Period { from_s, until_s })
 }
 
+/// The end of a window: a date without a time is the end of its day.
+///
+/// # Errors
+/// A text that is no date, an offset where the zone of the site is not known.
+pub(crate) fn finish_s(text: &str, site_zone: Option<&TimeZone>) -> Result<i64, Failure> {
+    Ok(end_s(written(text, site_zone)?))
+}
+
 /// As a finish: one without a time is the end of its day, on the last day of the calendar its last second.
 fn end_s(written: WrittenPlanTime) -> i64 {
     let at_s = written.at.civil_seconds();

@@ -93,10 +93,11 @@ pub struct WarningEntry {
     pub message: String,
 }
 
-/// The tasks that are wanted, or all.
-pub fn list<'s>(site: &'s Site<'_>, timeline: &Timeline, at_s: Option<i64>, wanted: &[usize]) -> TaskList<'s> {
+/// The tasks that are wanted, or all without a choice.
+pub fn list<'s>(site: &'s Site<'_>, timeline: &Timeline, at_s: Option<i64>, wanted: Option<&[usize]>) -> TaskList<'s> {
     let targets = timeline.task_targets(site);
-    let order = nested_order(site.schedule.tasks).into_iter().filter(|(k, _)| wanted.is_empty() || wanted.contains(k));
+    let order =
+        nested_order(site.schedule.tasks).into_iter().filter(|(k, _)| wanted.is_none_or(|wanted| wanted.contains(k)));
     let about = About::of(site, timeline);
     let entry =
         |(k, depth): (usize, usize)| TaskEntry { depth, ..entry_of(site, timeline, at_s, k, &targets[k], &about) };
@@ -104,7 +105,7 @@ pub fn list<'s>(site: &'s Site<'_>, timeline: &Timeline, at_s: Option<i64>, want
 }
 
 /// Every task with its depth, behind the one that it is nested in.
-fn nested_order(tasks: &[TaskRecord]) -> Vec<(usize, usize)> {
+pub(super) fn nested_order(tasks: &[TaskRecord]) -> Vec<(usize, usize)> {
     let mut children: Vec<Vec<usize>> = vec![Vec::new(); tasks.len()];
     let mut stack = Vec::new();
     for (k, task) in tasks.iter().enumerate() {
@@ -189,7 +190,7 @@ fn entry_of<'s>(
     }
 }
 
-fn status(at_s: i64, dates: TaskDates) -> &'static str {
+pub(super) fn status(at_s: i64, dates: TaskDates) -> &'static str {
     if at_s >= dates.finish_s {
         "finished"
     } else if at_s >= dates.start_s {

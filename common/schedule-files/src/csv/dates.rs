@@ -1,4 +1,4 @@
-//! Dates of a CSV as spreadsheets and planners' tools print them.
+//! Dates of a table as spreadsheets and planners' tools print them.
 
 use crate::options::CsvColumn;
 use crate::plan::PlanDate;
@@ -9,7 +9,7 @@ use frames::written_date::{self, DateOrder};
 use jiff::tz::TimeZone;
 
 /// Columns of dates: start and finish of each kind.
-pub(super) const COLUMNS: [[CsvColumn; 2]; 6] = [
+pub(crate) const COLUMNS: [[CsvColumn; 2]; 6] = [
     [CsvColumn::Start, CsvColumn::Finish],
     [CsvColumn::PlannedStart, CsvColumn::PlannedFinish],
     [CsvColumn::EarlyStart, CsvColumn::EarlyFinish],
@@ -35,7 +35,7 @@ const MONTHS: [&[&str]; 12] = [
 ];
 
 /// A date in an order.
-pub(super) fn date(text: &str, order: DateOrder) -> Option<PlanDate> {
+pub(crate) fn date(text: &str, order: DateOrder) -> Option<PlanDate> {
     let text = plain(text)?;
     if written_date::is_iso(&text) {
         return iso::date(&text);
@@ -48,7 +48,7 @@ pub(super) fn date(text: &str, order: DateOrder) -> Option<PlanDate> {
 ///
 /// # Errors
 /// Dates that can be read in two orders, or that are in two.
-pub(super) fn decided<'a>(dates: impl Iterator<Item = &'a str>) -> Result<DateOrder, PlanFileError> {
+pub(crate) fn decided<'a>(dates: impl Iterator<Item = &'a str>) -> Result<DateOrder, PlanFileError> {
     let mut only: [Option<&str>; 2] = [None; 2];
     let mut both = None;
     for text in dates {

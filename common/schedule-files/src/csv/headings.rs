@@ -51,7 +51,28 @@ const USUAL: [(CsvColumn, &[&str]); 26] = [
     (ActualFinish, &["actualfinish", "actualend", "actualfinishdate", "tatsächlichesende", "istende"]),
     (BaselineStart, &["baselinestart", "bl1start", "basisplananfang", "sollanfang", "sollbeginn"]),
     (BaselineFinish, &["baselinefinish", "baselineend", "bl1finish", "basisplanende", "sollende"]),
-    (Duration, &["duration", "originalduration", "plannedduration", "dauer"]),
+    (
+        Duration,
+        &[
+            "duration",
+            "originalduration",
+            "plannedduration",
+            "durationdays",
+            "durationindays",
+            "durationweeks",
+            "durationwks",
+            "durationinweeks",
+            "durationhours",
+            "durationhrs",
+            "dauer",
+            "dauertage",
+            "dauerintagen",
+            "dauerwochen",
+            "dauerinwochen",
+            "dauerstunden",
+            "dauerinstunden",
+        ],
+    ),
     (RemainingDuration, &["remainingduration", "verbleibendedauer", "restdauer"]),
     (
         PercentComplete,
@@ -72,7 +93,7 @@ const USUAL: [(CsvColumn, &[&str]); 26] = [
 
 /// Which column holds what; those that hold nothing known are fields.
 #[derive(Debug)]
-pub(super) struct Columns {
+pub(crate) struct Columns {
     known: BTreeMap<CsvColumn, usize>,
     /// Index and heading.
     pub(super) fields: Vec<(usize, String)>,
@@ -84,7 +105,7 @@ impl Columns {
     ///
     /// # Errors
     /// A heading of the options that is not there; no column that says what a task is called.
-    pub(super) fn of(headings: &[&str], options: &ReadOptions, line: usize) -> Result<Self, PlanFileError> {
+    pub(crate) fn of(headings: &[&str], options: &ReadOptions, line: usize) -> Result<Self, PlanFileError> {
         if headings.len() > MAX_COLUMNS {
             return Err(PlanFileError::TooMany { max: MAX_COLUMNS, what: "columns" });
         }
@@ -119,6 +140,11 @@ impl Columns {
         Ok(Self { known, fields, headings })
     }
 
+    /// The columns that are known, with their indices.
+    pub(crate) fn known(&self) -> impl Iterator<Item = (CsvColumn, usize)> {
+        self.known.iter().map(|(column, k)| (*column, *k))
+    }
+
     /// Number of columns.
     pub(super) fn len(&self) -> usize {
         self.headings.len()
@@ -130,7 +156,7 @@ impl Columns {
     }
 
     /// Index of a column.
-    pub(super) fn index_of(&self, column: CsvColumn) -> Option<usize> {
+    pub(crate) fn index_of(&self, column: CsvColumn) -> Option<usize> {
         self.known.get(&column).copied()
     }
 }

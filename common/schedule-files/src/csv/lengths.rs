@@ -24,9 +24,10 @@ const KINDS: [(&str, DependencyKind); 8] = [
     ("AE", DependencyKind::StartFinish),
 ];
 
-/// `5`, `5d`, `2,5 Tage`, `3 ew` (elapsed), `4 days?` (estimated); a number alone is days.
-pub(super) fn length(text: &str) -> Option<Length> {
+/// `5`, `5d`, `2,5 Tage`, `3 ew` (elapsed), `4 days?` (estimated); a number alone is in the usual unit, and without one in days.
+pub(super) fn length(text: &str, usual_unit: &str) -> Option<Length> {
     let (value, unit) = measure(text)?;
+    let unit = if unit.is_empty() { usual_unit.to_owned() } else { unit };
     let unit_of = |word: &str| UNITS.iter().find(|(words, ..)| words.contains(&word));
     let (unit_s, is_elapsed) = match (unit_of(&unit), unit.strip_prefix(['e', 'f'])) {
         (Some((_, working_s, _)), _) => (*working_s, false),
@@ -42,7 +43,7 @@ fn lag(text: &str) -> Option<PlanLag> {
         (value, unit) if unit == "%" || unit == "e%" => {
             Some(PlanLag::Ratio { ratio: value / 100.0, is_elapsed: unit == "e%" })
         }
-        _ => length(text).map(PlanLag::Length),
+        _ => length(text, "").map(PlanLag::Length),
     }
 }
 
@@ -107,7 +108,7 @@ mod tests {
     #[test]
     fn lengths_have_units_of_two_languages() {
         let check = |text: &str, seconds: i64, is_elapsed: bool| {
-            assert_eq!(length(text), Some(Length { seconds, is_elapsed }), "{text}");
+            assert_eq!(length(text, ""), Some(Length { seconds, is_elapsed }), "{text}");
         };
         check("5", 5 * 28_800, false);
         check("2,5 Tage?", 72_000, false);
@@ -115,8 +116,9 @@ mod tests {
         check("1 fwoche", 7 * 86_400, true);
         check("16 Std.", 57_600, false);
         check("-1 w", -144_000, false);
+        assert_eq!(length("2", "w"), length("2 weeks", "h"));
         for text in ["", "d", "5 parsecs", "e", "1e", "1.2.3 d"] {
-            assert_eq!(length(text), None, "{text}");
+            assert_eq!(length(text, ""), None, "{text}");
         }
     }
 

@@ -7,6 +7,8 @@
 //!   one in which all of them are dates; with names of months, days of the week, years of two digits (of this century) and P6's marks.
 //! - A day is 8 working hours, a week 40, a month 160. Where a file has lengths it gets a calendar with these, Monday to Friday, as it
 //!   has none itself.
+//! - The mark before a text that would be a formula (`'=A`) is no part of it.
+//! - A heading may say the unit of lengths without one: `Duration (weeks)`.
 //! - A task without an id has its code, else the number of its line.
 //! - Nesting is by the id of the parent, else by outline level, else by work breakdown (`1.2` holds `1.2.3`) if no two tasks share one.
 //! - Progress is a share of 100; of 1 where no number of the column is larger and one is neither 0 nor 1.
@@ -17,20 +19,39 @@ mod lengths;
 mod rows;
 mod table;
 
+pub(crate) use dates::{COLUMNS as DATE_COLUMNS, date, decided};
+pub(crate) use headings::Columns;
+pub(crate) use table::{Table, letters};
+
 use crate::assemble::{References, WrittenLink, WrittenPlan};
 use crate::calendars::USUAL_DAY_S;
 use crate::options::CsvColumn;
 use crate::plan::{FindingKind, PlanCalendar, PlanFile};
 use crate::{PlanFileError, ReadOptions};
 use std::collections::HashMap;
-use table::Table;
 
 /// Reads a table of tasks.
 ///
 /// # Errors
 /// A table without headings that are known; dates that can be read in two orders; more rows than a schedule has.
 pub(crate) fn read(text: &str, options: &ReadOptions) -> Result<PlanFile, PlanFileError> {
-    let table = Table::of(text, options)?;
+    read_table(&Table::of(text, options)?, options, &[])
+}
+
+/// Something about a table that is found beside what its cells say.
+#[derive(Debug)]
+pub(crate) struct Remark {
+    /// Index of the row whose task it is about.
+    pub(crate) row: Option<usize>,
+    /// The sentence.
+    pub(crate) message: String,
+}
+
+/// Reads the tasks of a table whose columns are known.
+///
+/// # Errors
+/// Dates that can be read in two orders; more of something than a schedule has.
+pub(crate) fn read_table(table: &Table, options: &ReadOptions, remarks: &[Remark]) -> Result<PlanFile, PlanFileError> {
     let order = match options.date_format {
         Some(order) => order,
         None => dates::decided(dates::COLUMNS.as_flattened().iter().flat_map(|column| table.cells(*column)))?,
@@ -40,7 +61,7 @@ pub(crate) fn read(text: &str, options: &ReadOptions) -> Result<PlanFile, PlanFi
     let mut at_row = Vec::with_capacity(table.len());
     for (row, parent) in table.parents().into_iter().enumerate() {
         let next = plan.next_task();
-        let task = rows::task(&table, row, order, percent, &mut plan);
+        let task = rows::task(table, row, order, percent, &mut plan);
         plan.push(task, References { parent, ..Default::default() })?;
         let is_new = plan.next_task() > next;
         at_row.push(is_new.then_some(next));
@@ -48,7 +69,10 @@ pub(crate) fn read(text: &str, options: &ReadOptions) -> Result<PlanFile, PlanFi
             plan.add_field(next, name, value)?;
         }
     }
-    let has_lags = add_links(&table, &at_row, &mut plan)?;
+    let has_lags = add_links(table, &at_row, &mut plan)?;
+    for Remark { row, message } in remarks {
+        plan.find(row.and_then(|row| at_row[row]), FindingKind::NotUnderstood, message.clone());
+    }
     let mut file = PlanFile::default();
     plan.into_file(&mut file);
     if has_lags || file.tasks.iter().any(|task| task.duration.or(task.remaining).is_some()) {

@@ -59,7 +59,8 @@ impl Cells<'_> {
         let is_empty = ["", "-", "NA", "N/A", "NV"].contains(&text);
         let value = if is_empty { None } else { read(text) };
         if value.is_none() && !is_empty {
-            let message = format!("its {} {text:?} cannot be read", self.table.heading(column));
+            let place = self.table.place(self.row, column);
+            let message = format!("its {} {text:?} cannot be read{place}", self.table.heading(column));
             self.plan.find(Some(self.plan.next_task()), FindingKind::UnreadableValue, message);
         }
         value
@@ -70,7 +71,8 @@ impl Cells<'_> {
     }
 
     fn length(&mut self, column: CsvColumn) -> Option<Length> {
-        self.read(column, lengths::length)
+        let unit = self.table.unit(column);
+        self.read(column, |text| lengths::length(text, unit))
     }
 
     fn share(&mut self, column: CsvColumn, whole: f64) -> Option<f64> {

@@ -1,6 +1,7 @@
-//! Rows and columns of a CSV as text.
+//! Rows and columns of a CSV, or of a sheet of a workbook, as text.
 
 use super::headings::Columns;
+use crate::cells::text_of;
 use crate::options::CsvColumn;
 use crate::values::number;
 use crate::{PlanFileError, ReadOptions};
@@ -14,9 +15,13 @@ const SEPARATORS: [char; 4] = [';', '\t', '|', ','];
 
 /// A table with known columns and no empty rows.
 #[derive(Debug)]
-pub(super) struct Table {
+pub(crate) struct Table {
     columns: Columns,
     rows: Vec<StringRecord>,
+    /// The line, or row of a sheet, of each row; from 1.
+    lines: Vec<usize>,
+    /// Name of the sheet, of a workbook.
+    sheet: Option<String>,
     /// Identity of the task of each row.
     uids: Vec<String>,
 }
@@ -55,15 +60,33 @@ impl Table {
         }
         let heading = rows.remove(0);
         let columns = Columns::of(&heading.iter().collect::<Vec<_>>(), options, line(heading.position()))?;
-        let mut table = Self { columns, rows, uids: Vec::new() };
-        table.uids = (0..table.len())
-            .map(|row| {
-                let named = [CsvColumn::Id, CsvColumn::Code].map(|column| table.cell(row, column));
-                let name = named.into_iter().find(|cell| !cell.is_empty());
-                name.map_or_else(|| format!("line {}", line(table.rows[row].position())), str::to_owned)
-            })
-            .collect();
-        Ok(table)
+        let lines = rows.iter().map(|row| line(row.position())).collect();
+        Ok(Self { columns, rows, lines, sheet: None, uids: Vec::new() }.with_uids())
+    }
+
+    /// The rows of a sheet of a workbook, none of them empty, with their numbers from 1.
+    pub(crate) fn of_sheet(sheet: &str, columns: Columns, rows: Vec<(usize, StringRecord)>) -> Self {
+        let (lines, rows) = rows.into_iter().unzip();
+        Self { columns, rows, lines, sheet: Some(sheet.to_owned()), uids: Vec::new() }.with_uids()
+    }
+
+    fn with_uids(mut self) -> Self {
+        let place = if self.sheet.is_some() { "row" } else { "line" };
+        let uid = |row: usize| {
+            let named = [CsvColumn::Id, CsvColumn::Code].map(|column| self.cell(row, column));
+            let name = named.into_iter().find(|cell| !cell.is_empty());
+            name.map_or_else(|| format!("{place} {}", self.lines[row]), str::to_owned)
+        };
+        self.uids = (0..self.len()).map(uid).collect();
+        self
+    }
+
+    /// What is added to a message about a cell: its place in a workbook; nothing for a CSV, whose task says it.
+    pub(super) fn place(&self, row: usize, column: CsvColumn) -> String {
+        let at = self.sheet.as_ref().zip(self.columns.index_of(column));
+        at.map_or_else(String::new, |(sheet, k)| {
+            format!(" (cell {}{} of sheet {sheet:?})", letters(k), self.lines[row])
+        })
     }
 
     /// Number of rows.
@@ -78,12 +101,25 @@ impl Table {
 
     /// A cell without spaces around it; empty if there is none.
     pub(super) fn cell(&self, row: usize, column: CsvColumn) -> &str {
-        self.columns.index_of(column).and_then(|k| self.rows[row].get(k)).map_or("", str::trim)
+        self.columns.index_of(column).and_then(|k| self.rows[row].get(k)).map_or("", |cell| text_of(cell.trim()))
     }
 
     /// Heading of a column.
     pub(super) fn heading(&self, column: CsvColumn) -> &str {
         self.columns.heading(column)
+    }
+
+    /// The unit of the lengths of a column that say none, where its heading says it; empty for days.
+    pub(super) fn unit(&self, column: CsvColumn) -> &'static str {
+        let heading = self.heading(column).to_lowercase();
+        let is_in = |words: &[&str]| heading.split(|c: char| !c.is_alphanumeric()).any(|word| words.contains(&word));
+        if is_in(&["week", "weeks", "wks", "wochen"]) {
+            "w"
+        } else if is_in(&["hour", "hours", "hrs", "stunden"]) {
+            "h"
+        } else {
+            ""
+        }
     }
 
     /// The cells of a column.
@@ -93,7 +129,10 @@ impl Table {
 
     /// Headings and cells that are fields.
     pub(super) fn fields(&self, row: usize) -> impl Iterator<Item = (&str, &str)> {
-        self.columns.fields.iter().map(move |(k, name)| (name.as_str(), self.rows[row].get(*k).map_or("", str::trim)))
+        self.columns
+            .fields
+            .iter()
+            .map(move |(k, name)| (name.as_str(), self.rows[row].get(*k).map_or("", |cell| text_of(cell.trim()))))
     }
 
     /// True if a row has cells behind the last column.
@@ -147,6 +186,17 @@ impl Table {
         };
         self.cells(CsvColumn::Wbs).map(parent).collect()
     }
+}
+
+/// Letters of a column of a sheet, from `A`.
+pub(crate) fn letters(column: usize) -> String {
+    let mut letters = Vec::new();
+    let mut rest = column + 1;
+    while rest > 0 {
+        letters.push(char::from(b'A' + ((rest - 1) % 26) as u8));
+        rest = (rest - 1) / 26;
+    }
+    letters.into_iter().rev().collect()
 }
 
 /// Levels of a work breakdown that are looked for.

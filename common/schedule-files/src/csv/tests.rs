@@ -100,6 +100,13 @@ fn progress_is_a_share_of_100_unless_the_column_cannot_be() {
 }
 
 #[test]
+fn a_mark_before_what_would_be_a_formula_is_no_part_of_the_text() {
+    let file = file("id,name,note\n'-1020,'=Wall,'quoted\n");
+    assert_eq!((file.tasks[0].code.as_str(), file.tasks[0].name.as_str()), ("-1020", "=Wall"));
+    assert_eq!(file.tasks[0].fields, [("note".to_owned(), "'quoted".to_owned())]);
+}
+
+#[test]
 fn a_table_without_rows_or_tasks_is_an_error() {
     for text in ["", "\n\n", "a,b\n1,2\n"] {
         assert!(matches!(read(text, &ReadOptions::default()), Err(PlanFileError::Table { .. })), "{text:?}");

@@ -31,7 +31,7 @@ pub struct Rules {
     pub construction_phases: Vec<ConstructionPhase>,
     /// Spaces that are closed by configuration.
     pub closed_spaces: Vec<ClosedSpace>,
-    /// How schedule files are read: columns of tables, the order of dates, and the encoding.
+    /// How schedule files are read: columns of tables, the sheet of workbooks, the order of dates, the encoding.
     pub reading: ReadOptions,
     /// Which tasks of schedule files work on which elements.
     pub links: LinkRules,
@@ -164,6 +164,7 @@ pub enum RulesError {
 struct RulesToml {
     date_format: Option<DateOrder>,
     encoding: Option<String>,
+    sheet: Option<String>,
     #[serde(default)]
     duration_day: DurationDay,
     site_zone: Option<String>,
@@ -294,6 +295,7 @@ impl Rules {
             columns: file.csv_columns,
             date_format: file.date_format,
             encoding: file.encoding.map(encoding).transpose()?,
+            sheet: file.sheet,
         };
         Ok(Self {
             reading,
@@ -406,6 +408,7 @@ mod tests {
         };
         let rules = Rules::parse(&table("[[link]]", 5)).unwrap();
         assert_eq!((rules.links.rules.len(), &*rules.links.rules[0].name), (1, "Dry lining by storey"));
+        assert_eq!(Rules::parse("sheet = \"Look-ahead\"").unwrap().reading.sheet.as_deref(), Some("Look-ahead"));
         let columns = Rules::parse(&table("[csv_columns]", 3)).unwrap().reading.columns;
         assert_eq!(columns[&CsvColumn::Code], "Position");
         // Every column that there is, is named.

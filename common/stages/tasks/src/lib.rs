@@ -19,10 +19,10 @@
 //! # Where
 //!
 //! - tasks: links with elements: `src/linking.rs`, `src/link_rules.rs`, `src/target_values.rs`, `src/link_table.rs`
+//! - tasks: rules that are proposed, and why not: `src/proposals/mod.rs`, `src/proposals/evidence.rs`
 //! - tasks: of schedule files, their dates and calendars: `src/records.rs`, `src/task_dates.rs`, `src/calendar_records.rs`
 
 mod calendar_records;
-mod cells;
 mod contradictions;
 mod effect;
 mod file_findings;
@@ -32,6 +32,7 @@ mod link_table;
 mod linking;
 mod links;
 mod matches;
+mod proposals;
 mod records;
 mod schedule_file;
 mod selector;
@@ -48,6 +49,8 @@ pub use link_table::{LinkTableError, TableLink, link_table, parse_link_table};
 pub use linking::{LinkError, link};
 pub use links::{Link, LinkOrigin, Links, Target};
 pub use matches::{ClassShare, MAX_COMPARED_TASKS, MAX_COMPARED_VALUES, Matches, NearMiss, matches};
+pub use proposals::{NotProposed, Proposal, ProposalExample, Proposals, WhyNot, propose};
 pub use records::tasks_of;
 pub use schedule_file::{MAX_SCHEDULE_FILE_BYTES, ScheduleFile, ScheduleFileError};
+pub use schedule_files::cell_of;
 pub use task_values::PlannedTask;

@@ -1,12 +1,12 @@
 //! Links as a table that planners complete in a spreadsheet: columns `global_id`, `task`, `effect`, others are for people.
 
-use crate::cells::{cell_of, text_of};
 use crate::effect::Effect;
 use crate::links::{Links, Target, targets};
 use crate::schedule_file::ScheduleFile;
 use crate::target_values::{TargetValue, global_id};
 use crate::task_values::all_tasks;
 use messages::Site;
+use schedule_files::{cell_of, text_of};
 use std::collections::BTreeMap;
 
 /// Most rows of a table.

@@ -122,7 +122,7 @@ fn shares(site: &Site<'_>, has_task: &[bool]) -> Vec<ClassShare> {
 }
 
 /// A value without anything but letters and digits, and without leading zeros of numbers.
-fn squashed(folded: &str) -> String {
+pub(crate) fn squashed(folded: &str) -> String {
     let mut out = String::with_capacity(folded.len());
     let mut is_in_number = false;
     for c in folded.chars().filter(|c| c.is_alphanumeric()) {

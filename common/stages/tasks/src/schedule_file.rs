@@ -28,7 +28,7 @@ pub struct ScheduleFileError {
 }
 
 impl ScheduleFile {
-    /// Reads MS Project XML, XER, P6 XML or CSV.
+    /// Reads MS Project XML, XER, P6 XML, CSV or XLSX.
     ///
     /// # Errors
     /// Another format, or a file that is damaged.

@@ -96,7 +96,7 @@ pub(crate) fn place_m(site: &Site<'_>, target: Target) -> Option<[f64; 2]> {
     }
 }
 
-fn attributes<'s>(site: &Site<'s>, target: Target) -> &'s [AttributeRecord] {
+pub(crate) fn attributes<'s>(site: &Site<'s>, target: Target) -> &'s [AttributeRecord] {
     match target {
         Target::Element(k) => site.element_attributes(&site.elements[k as usize]),
         Target::Space(k) => site.space_attributes(&site.spaces[k as usize]),
@@ -147,7 +147,7 @@ fn is_in(site: &Site<'_>, attribute: &AttributeRecord, sets: &[&str]) -> bool {
 }
 
 /// The value of a property as texts; a number is written without a fraction where it has none.
-fn texts(site: &Site<'_>, attribute: &AttributeRecord) -> Vec<String> {
+pub(crate) fn texts(site: &Site<'_>, attribute: &AttributeRecord) -> Vec<String> {
     match attribute.kind.get() {
         AttributeKind::Text => parts([site.text(attribute.text)]),
         AttributeKind::Number => vec![attribute.number.to_string()],

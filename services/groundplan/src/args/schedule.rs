@@ -17,7 +17,7 @@ pub struct ScheduleArgs {
     #[arg(long, value_name = "FILE")]
     schedule: Option<PathBuf>,
 
-    /// Schedule of the planner, in the place of that of the models: MS Project XML, Primavera XER or P6 XML, CSV; may be
+    /// Schedule of the planner, in the place of that of the models: MS Project XML, Primavera XER or P6 XML, CSV, XLSX; may be
     /// repeated. [[link]] of the rules says which elements its tasks work on
     #[arg(long, value_name = "PLAN")]
     schedule_file: Vec<PathBuf>,

@@ -1,6 +1,7 @@
 //! `groundplan link`: which elements a planner's schedule works on, and what of both fits nothing.
 
 mod document;
+mod proposals;
 mod table;
 mod text;
 
@@ -8,6 +9,7 @@ use crate::args::{ModelArgs, ScheduleArgs, ScheduleInput, with_timeline};
 use crate::failure::Failure;
 use crate::run::{Outcome, Run};
 use document::LinkReport;
+use proposals::ProposalReport;
 use std::path::PathBuf;
 
 /// Arguments of `link`.
@@ -18,6 +20,11 @@ pub struct Args {
     /// global_id, task (code or id), effect (builds, removes, works_in, uses); others are for people
     #[arg(long, value_name = "OUT.csv")]
     csv: Option<PathBuf>,
+
+    /// Propose rules instead: [[link]] for values of elements and tasks that are equal, best first, with counts as comments; to be
+    /// pasted into a file for --schedule. Rules in force do not count, and nothing is applied
+    #[arg(long, conflicts_with_all = ["csv", "link"])]
+    propose: bool,
 
     /// Rules and additions.
     #[command(flatten)]
@@ -36,11 +43,17 @@ const AFTER_HELP: &str = "\
 Links come from --link, then from [[link]] of the rules in their order: the first that names an element counts.
 Near misses are values of elements that differ from a task's in spaces, signs and leading zeros only.
 Tasks contradict each other if one removes an element that another builds later or at the same time, or if one task has two effects.
-The JSON document has a schema: config/schemas/link.schema.json.
+--propose compares every value of elements (name, class, storey, room, zone, group, classification,
+properties) with every value of tasks (code, work breakdown, name, id, fields). Texts that may be
+equal by chance are not proposed: a shared number counts by how few of the numbers around it tasks
+have, so that numbers of rows count for nothing. What is near and not equal is told.
+The JSON document has a schema: config/schemas/link.schema.json, of
+--propose config/schemas/link-proposals.schema.json.
 
 Examples:
   groundplan link house.ifc --schedule-file plan.xer
   groundplan link house.ifc --schedule-file plan.xml --schedule rules.toml --csv links.csv
+  groundplan link house.ifc --schedule-file plan.xlsx --propose
   groundplan link house.ifc --schedule-file plan.xml --link links.csv --json | jq '.unlinked_tasks'
 
 Exit codes: 0 done, 1 failed, 2 bad usage or configuration.";
@@ -58,6 +71,10 @@ impl Run for Args {
         let csv = self.csv.as_deref().map(|path| table::output(path, inputs)).transpose()?;
         let schedule = ScheduleInput::read(&self.schedule)?;
         with_timeline(&self.model, &schedule, |site, timeline, _| {
+            if self.propose {
+                let report = ProposalReport::of(site, &schedule);
+                return if self.json { Outcome::json(&report) } else { Ok(report.text().into()) };
+            }
             let links = schedule.links(site)?;
             if let Some(csv) = &csv {
                 table::write(csv, &::tasks::link_table(site, schedule.plans(), &links))?;

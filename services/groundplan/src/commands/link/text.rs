@@ -80,7 +80,7 @@ fn list(out: &mut String, what: &str, lines: impl ExactSizeIterator<Item = Strin
 }
 
 impl TaskEntry {
-    fn text(&self) -> String {
+    pub(super) fn text(&self) -> String {
         [Some(&self.task), self.name.as_ref()].into_iter().flatten().cloned().collect::<Vec<_>>().join(" ")
     }
 }

@@ -11,12 +11,12 @@ const MARK: char = '\'';
 const STARTS: [char; 8] = ['=', '+', '-', '@', '＝', '＋', '－', '＠'];
 
 /// A text as a cell; [`text_of`] takes it back.
-pub(crate) fn cell_of(text: &str) -> Cow<'_, str> {
+pub fn cell_of(text: &str) -> Cow<'_, str> {
     if needs_mark(text) { Cow::Owned(format!("{MARK}{text}")) } else { Cow::Borrowed(text) }
 }
 
 /// The text of a cell.
-pub(crate) fn text_of(cell: &str) -> &str {
+pub fn text_of(cell: &str) -> &str {
     cell.strip_prefix(MARK).filter(|text| needs_mark(text)).unwrap_or(cell)
 }
 
