@@ -72,6 +72,7 @@ mod mission_plan_records;
 mod moving_leaves;
 mod packed_grid;
 pub mod payload;
+mod process_health;
 #[cfg(test)]
 mod python_layouts;
 mod robot;
@@ -129,6 +130,7 @@ pub use mission_plan_records::*;
 pub use moving_leaves::{LeafPanel, MovingLeaves};
 pub use packed_grid::HeldGrid;
 pub use payload::Payload;
+pub use process_health::{ProcessHealth, SeenProcess, SeenReport};
 pub use robot::{DoorCapability, MAX_RISER_M, RobotLimitError, RobotProfile};
 pub use safety_rules::{SafetyKind, SafetyRuleError, SafetyRuleRecord, SafetyRules, SafetySubject};
 pub use sample_header::{InputHashes, SampleError, SampleHeader};
