@@ -120,7 +120,9 @@ pub use flight::{Flight, FlightHead, FlightRecords, FlightSpaceRecord, FlightWay
 pub use grid_archive::{
     BlockHashes, FLOOR_ASSUMED, FLOOR_BUILT, Grid, GridHead, GridLayers, GridWriter, NO_HEIGHT, NO_SLOPE, copy_changed,
 };
-pub use grids::{DoorPassage, DoorPassageRecord, GridSlotRecord, Grids, GridsBuilder, GridsHead, RegionRecord};
+pub use grids::{
+    DoorPassage, DoorPassageRecord, DoorUse, GridSlotRecord, Grids, GridsBuilder, GridsHead, RegionRecord,
+};
 pub use ground::{Ground, GroundWriter};
 pub use ground_records::*;
 pub use local_poses::{LocalPoseRecord, LocalPoses, LocalPosesHead, LocalPosesParts, OutlineRingRecord, flat, part_at};

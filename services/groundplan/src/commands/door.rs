@@ -3,7 +3,7 @@
 use crate::failure::Failure;
 use crate::question::{Answer, Question, QuestionArgs};
 use crate::run::{Outcome, Run};
-use answers::{Circumstances, DoorAnswer, FindError, Later, Situation, find_door, is_passable};
+use answers::{Circumstances, DoorAnswer, FindError, Later, Situation, find_door};
 use messages::Site;
 use waypoints::MissionPlanOptions;
 
@@ -24,8 +24,8 @@ const AFTER_HELP: &str = "\
 A door can be passed if it hangs, this robot opens doors of its kind, its clear width is the robot's
 diameter and margin, and the map has a way through it; whether a way leads to it is the question of
 `groundplan way`. The answer says every reason why it cannot, when it is hung, and, with maps of every
-later change of the schedule, when that changes (not with --only-now). Where no door hangs yet it is
-not known whether the robot can pass: its opening may be a way.
+later change of the schedule, when that changes (not with --only-now). Where no door hangs yet, its
+opening can be passed if it has floor and is as wide on the map as the robot; else that is not known.
 The JSON document has a schema: config/schemas/door.schema.json.
 
 Examples:
@@ -71,7 +71,7 @@ impl Question for Args {
     }
 
     fn verdict(&self, situation: &Situation<'_>, door: &usize) -> Option<bool> {
-        answers::passage_of(situation, *door).as_ref().and_then(is_passable)
+        answers::can_pass(situation, *door)
     }
 }
 
