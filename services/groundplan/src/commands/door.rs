@@ -5,6 +5,7 @@ use crate::question::{Answer, Question, QuestionArgs};
 use crate::run::{Outcome, Run};
 use answers::{Circumstances, DoorAnswer, FindError, Later, Situation, find_door};
 use messages::Site;
+use std::collections::BTreeSet;
 use waypoints::MissionPlanOptions;
 
 /// Arguments of `door`.
@@ -59,7 +60,7 @@ impl Question for Args {
     }
 
     fn options(&self, _: &Site<'_>, _: &usize, options: MissionPlanOptions) -> MissionPlanOptions {
-        MissionPlanOptions { centres: false, scans: false, ..options }
+        MissionPlanOptions { kinds: BTreeSet::new(), ..options }
     }
 
     fn depends_on_start(&self) -> bool {
