@@ -25,8 +25,9 @@ const AFTER_HELP: &str = "\
 A door can be passed if it hangs, this robot opens doors of its kind, its clear width is the robot's
 diameter and margin, and the map has a way through it; whether a way leads to it is the question of
 `groundplan way`. The answer says every reason why it cannot, when it is hung, and, with maps of every
-later change of the schedule, when that changes (not with --only-now). Where no door hangs yet, its
-opening can be passed if it has floor and is as wide on the map as the robot; else that is not known.
+later change of the schedule, when that changes (not with --only-now). Where no door hangs yet,
+its opening can be passed if it has floor and is as wide on the map as the robot; else that is
+not known.
 The JSON document has a schema: config/schemas/door.schema.json.
 
 Examples:

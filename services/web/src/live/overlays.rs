@@ -9,7 +9,7 @@ use answers::processes::{ProcessAnswer, ProcessesAnswer};
 use bus::{CheckedSample, Daemon, Stamp, topics};
 use daemon::facts::RosBridgeFacts;
 use daemon::{Report, SiteConfig, StatusBoard};
-use messages::{Deviations, Observation, PoseValidity, Site};
+use messages::{Deviations, Observation, Site};
 use serde_json::{Map, Value, json};
 use site_view::{Freshness, MapState, MapsInUse};
 use std::time::{SystemTime, UNIX_EPOCH};
@@ -56,11 +56,10 @@ impl Overlays {
         self.show_slam_map(shared);
     }
 
-    /// The robot's map, where its pose may be used.
+    /// The robot's map, where its pose may be used for all of it: a picture does not bend.
     fn show_slam_map(&self, shared: &SharedSite) {
         let alignment = self.alignment.as_ref().map(CheckedSample::view);
-        let effective = alignment.filter(|alignment| alignment.validity() == PoseValidity::Effective);
-        let pose = effective.and_then(|alignment| alignment.pose().copied());
+        let pose = alignment.and_then(|alignment| alignment.usable(None).ok());
         let (Some(map), Some(pose)) = (&self.slam_map, pose) else {
             shared.set_slam_picture(None);
             shared.tell("slam", &Value::Null);
