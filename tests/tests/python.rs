@@ -8,6 +8,7 @@ use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use support::live::Live;
+use support::tower::{FIRST, Tower, published};
 use support::{announce, root};
 
 /// Prints the set of a site, and the next one, while it holds on to an array of the first.
@@ -58,6 +59,28 @@ with groundplan.Bus(sys.argv[1], sys.argv[2]) as bus:
         print(reader.verdict(), flush=True)
     wait_for(lambda verdict: verdict.word == "current" and verdict.may_drive)
     wait_for(lambda verdict: "rasterize" in (verdict.reason or "") and not verdict.may_drive)
+"#;
+
+/// Says when the maps may be used, whether they still may once a daemon that was never heard would be silent, and then that they may
+/// not be used any more because of what follows the server.
+const FOLLOWING_ROBOT: &str = r#"
+import sys, time, groundplan
+from groundplan.map_rule import SILENT_AFTER_NS
+
+with groundplan.Bus(sys.argv[1], sys.argv[2]) as bus:
+    reader, ends = groundplan.SiteReader(bus), time.monotonic() + 60
+    def wait_for(is_it):
+        while not is_it(reader.verdict()):
+            assert time.monotonic() < ends, reader.verdict()
+            time.sleep(0.05)
+        return reader.verdict()
+    wait_for(lambda verdict: verdict.may_drive)
+    joined_ns = time.monotonic_ns()
+    while time.monotonic_ns() < joined_ns + SILENT_AFTER_NS + 1_000_000_000:
+        verdict = reader.verdict()
+        time.sleep(0.05)
+    print(verdict, flush=True)
+    print(wait_for(lambda verdict: "site-follow" in (verdict.reason or "")), flush=True)
 "#;
 
 /// Says of which robot profile the maps of two robots are, that they may be used, and what comes without a name.
@@ -151,6 +174,30 @@ fn a_robot_in_python_has_no_map_when_a_daemon_falls_silent() {
     assert!(robot.wait().unwrap().success());
     // It may have been killed for its silence, and be another process now.
     let _ = Command::new("kill").args(["-CONT", &process]).status().unwrap();
+    live.wait_until_healthy();
+    live.down();
+}
+
+#[test]
+fn a_robot_in_python_uses_the_maps_of_a_server_until_what_follows_it_falls_silent() {
+    if python().is_none() {
+        return;
+    }
+    let tower = Tower::new();
+    let server = Live::of(&support::demo_model(), &tower.serve("signing", FIRST));
+    let first = published(&server, &tower, 0);
+    let mut live = Live::following(&tower.follow(""));
+    live.shows(first);
+    let (mut robot, verdict) = started(&live, FOLLOWING_ROBOT);
+    assert!(verdict.contains("word='current', reason=None"), "{verdict}");
+    let process = live.status().unwrap()["daemons"]["site-follow"]["process_id"].to_string();
+    assert!(Command::new("kill").args(["-STOP", &process]).status().unwrap().success());
+    let mut second = String::new();
+    BufReader::new(robot.stdout.as_mut().unwrap()).read_line(&mut second).unwrap();
+    // It may have been killed for its silence, and be another process now.
+    let _ = Command::new("kill").args(["-CONT", &process]).status().unwrap();
+    assert!(second.contains("word='no_map', reason='site-follow has missed 3 heartbeats'"), "{second}");
+    assert!(robot.wait().unwrap().success());
     live.wait_until_healthy();
     live.down();
 }

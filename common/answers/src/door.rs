@@ -8,7 +8,7 @@ use crate::named::{ElementRef, RoomRef, StoreyRef, optional_date_text};
 use crate::situation::Situation;
 use export::rounded;
 use frames::TENTHS_PER_M;
-use messages::{ClearWidth, DoorPassage, DoorPassageRecord, NONE};
+use messages::{ClearWidth, DoorPassage, DoorPassageRecord, DoorUse, NONE};
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -39,7 +39,8 @@ pub struct DoorAnswer {
     pub clear_width_from: &'static str,
     /// Width that this robot needs.
     pub needed_width_m: f64,
-    /// True if this robot can pass it; null if it does not hang, or is on no map: see `reasons`.
+    /// True if this robot can pass it, or the opening in which it does not hang yet; null if that opening has no floor or is narrower on
+    /// the map than the robot, or if it is on no map: see `reasons`.
     pub can_pass: Option<bool>,
     /// `passable`, `absent` where it does not hang, or the first reason why it is closed; null if it is on no map.
     pub passage: Option<&'static str>,
@@ -74,7 +75,7 @@ pub struct DoorReason {
     pub text: String,
 }
 
-/// The answer for a door of the site; when it changes is for the caller to find out ([`is_passable`] at later times).
+/// The answer for a door of the site; when it changes is for the caller to find out ([`can_pass`] at later times).
 pub fn door(situation: &Situation<'_>, door: usize) -> DoorAnswer {
     let Situation { site, schedule_state, index, circumstances, .. } = *situation;
     let record = &site.doors[door];
@@ -104,7 +105,7 @@ pub fn door(situation: &Situation<'_>, door: usize) -> DoorAnswer {
             ClearWidth::Assumed => "assumed",
         },
         needed_width_m: rounded(robot.needed_width_m()),
-        can_pass: passage.as_ref().and_then(is_passable),
+        can_pass: passage.as_ref().and_then(|passage| passage.is_passable(robot)),
         passage: passage.as_ref().map(|passage| passage.passage.get().name()),
         reasons: reasons(situation, passage.as_ref()),
         sides_with_floor: passage.as_ref().map(|passage| passage.sides_with_floor),
@@ -114,13 +115,9 @@ pub fn door(situation: &Situation<'_>, door: usize) -> DoorAnswer {
     }
 }
 
-/// True if a robot can pass a door; `None` if it does not hang.
-pub fn is_passable(passage: &DoorPassageRecord) -> Option<bool> {
-    match passage.passage.get() {
-        DoorPassage::Passable => Some(true),
-        DoorPassage::Absent => None,
-        _ => Some(false),
-    }
+/// True if the robot can pass a door, or the opening in which it is to hang; `None` if that is not known, or if it is on no map.
+pub fn can_pass(situation: &Situation<'_>, door: usize) -> Option<bool> {
+    passage_of(situation, door)?.is_passable(&situation.index.head.robot)
 }
 
 /// What the robot finds at a door; `None` if it is on no map.
@@ -138,6 +135,6 @@ fn reasons(situation: &Situation<'_>, passage: Option<&DoorPassageRecord>) -> Ve
         code: reason.name(),
         text: export::reason_text(situation.site, robot, passage, reason),
     };
-    let absent = (passage.passage == DoorPassage::Absent).then_some(DoorPassage::Absent);
+    let absent = Some(passage.passage.get()).filter(|passage| passage.for_robot() == DoorUse::NotHung);
     passage.closed_by().chain(absent).map(reason).collect()
 }

@@ -35,7 +35,8 @@ impl DoorAnswer {
         }
         let reasons: Vec<&str> = self.reasons.iter().map(|reason| reason.text.as_str()).collect();
         let _ = match self.can_pass {
-            Some(true) => writeln!(out, "  this robot can pass it"),
+            Some(true) if reasons.is_empty() => writeln!(out, "  this robot can pass it"),
+            Some(true) => writeln!(out, "  {}: this robot can pass its opening", reasons.join("; ")),
             Some(false) => writeln!(out, "  this robot cannot pass it: {}", reasons.join("; ")),
             None => writeln!(out, "  whether this robot can pass is not known: {}", reasons.join("; ")),
         };

@@ -47,7 +47,7 @@ mod way_text;
 
 pub use circumstances::{AnswerBasis, Circumstances, Epochs, MapUse};
 pub use dated_task::DatedTask;
-pub use door::{DoorAnswer, DoorReason, RoomBeside, door, is_passable, passage_of};
+pub use door::{DoorAnswer, DoorReason, RoomBeside, can_pass, door, passage_of};
 pub use find::{FindError, FoundPlace, find_door, find_place, find_room};
 pub use findings::Finding;
 pub use later::Later;

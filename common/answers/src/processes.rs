@@ -2,49 +2,14 @@
 
 use crate::circumstances::MapUse;
 use diagnostics::counted;
+use messages::{ProcessHealth, SeenProcess};
 use schemars::JsonSchema;
 use serde::Serialize;
 use std::fmt::Write;
 use std::time::Duration;
 
-/// The activity of a process that lives and reports nothing.
-const HANGS: &str = "hangs";
 /// A job of less time is not worth a word.
 const LONG_S: f64 = 3.0;
-
-/// A process as the caller finds it.
-#[derive(Debug, Clone, PartialEq)]
-pub struct SeenProcess {
-    /// As of its process; behind it the robot whose it is, of a site with several.
-    pub name: String,
-    /// True if it lives.
-    pub is_alive: bool,
-    /// The last that it reported; `None` if it never did.
-    pub report: Option<SeenReport>,
-}
-
-/// The last report of a process.
-#[derive(Debug, Clone, PartialEq)]
-pub struct SeenReport {
-    /// How long ago it was written.
-    pub age: Duration,
-    /// True if a process that lives would have reported again by now.
-    pub is_overdue: bool,
-    /// Its process.
-    pub process_id: u32,
-    /// How often it died and was started again.
-    pub restarts: u32,
-    /// Resident memory in bytes.
-    pub memory_bytes: u64,
-    /// What it is doing.
-    pub activity: String,
-    /// Why its output is not what its inputs ask for, or what it failed to do last.
-    pub error: Option<String>,
-    /// What an operator should know although nothing failed.
-    pub warning: Option<String>,
-    /// What it works on, and for how long.
-    pub busy: Option<(String, Duration)>,
-}
 
 /// A process of a site.
 #[derive(Debug, Serialize, JsonSchema)]
@@ -72,6 +37,12 @@ pub struct ProcessAnswer {
     pub warning: Option<String>,
     /// What it works on, or worked on at its last report; null while it is idle.
     pub busy: Option<BusyAnswer>,
+    /// How it is.
+    #[serde(skip)]
+    pub health: ProcessHealth,
+    /// What is wrong with it, for people; `None` if nothing is.
+    #[serde(skip)]
+    wrong: Option<String>,
 }
 
 /// Work of a process.
@@ -82,31 +53,6 @@ pub struct BusyAnswer {
     pub job: String,
     /// For how long, in seconds.
     pub for_s: f64,
-}
-
-/// How a process is, from bad to good.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum ProcessHealth {
-    /// It does not run.
-    Down,
-    /// It hangs, or has an error.
-    Error,
-    /// It has something to tell.
-    Warning,
-    /// All is well.
-    Ok,
-}
-
-impl ProcessHealth {
-    /// `down`, `error`, `warning` or `ok`.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Down => "down",
-            Self::Error => "error",
-            Self::Warning => "warning",
-            Self::Ok => "ok",
-        }
-    }
 }
 
 /// The processes of a site, and whether its maps may be used.
@@ -128,6 +74,8 @@ impl ProcessesAnswer {
 impl ProcessAnswer {
     /// Of what the caller finds.
     pub fn of(seen: SeenProcess) -> Self {
+        let (health, wrong) = seen.health();
+        let wrong = wrong.map(str::to_owned);
         let SeenProcess { name, is_alive: alive, report } = seen;
         let Some(report) = report else {
             return Self {
@@ -141,6 +89,8 @@ impl ProcessAnswer {
                 error: None,
                 warning: None,
                 busy: None,
+                health,
+                wrong,
             };
         };
         let busy = report.busy.filter(|_| alive);
@@ -148,10 +98,10 @@ impl ProcessAnswer {
             name,
             alive,
             process_id: if alive { report.process_id } else { 0 },
-            activity: match (alive, report.is_overdue) {
-                (false, _) => "dead".to_owned(),
-                (true, true) => HANGS.to_owned(),
-                (true, false) => report.activity,
+            activity: match health {
+                ProcessHealth::Down => "dead".to_owned(),
+                ProcessHealth::Hangs => "hangs".to_owned(),
+                ProcessHealth::Error | ProcessHealth::Warning | ProcessHealth::Ok => report.activity,
             },
             age_s: Some(tenths(report.age)),
             restarts: report.restarts,
@@ -159,35 +109,16 @@ impl ProcessAnswer {
             error: report.error,
             warning: report.warning,
             busy: busy.map(|(job, time)| BusyAnswer { job, for_s: tenths(time) }),
-        }
-    }
-
-    /// True if it lives and reports.
-    pub fn is_up(&self) -> bool {
-        self.alive && self.age_s.is_some() && !self.hangs()
-    }
-
-    /// How it is. A process that lives and never reported is down: nothing is known of it.
-    pub fn health(&self) -> ProcessHealth {
-        match (&self.error, &self.warning) {
-            _ if !self.is_up() && !self.hangs() => ProcessHealth::Down,
-            _ if self.hangs() => ProcessHealth::Error,
-            (Some(_), _) => ProcessHealth::Error,
-            (None, Some(_)) => ProcessHealth::Warning,
-            (None, None) => ProcessHealth::Ok,
+            health,
+            wrong,
         }
     }
 
     /// For people, in a few words; `None` if there is nothing to tell. That it died meanwhile is not told by its health once it is
     /// back.
     pub fn words(&self) -> Option<String> {
-        match self.health() {
-            ProcessHealth::Down => Some("it does not run".to_owned()),
-            ProcessHealth::Error if self.hangs() => Some("it hangs".to_owned()),
-            ProcessHealth::Error => self.error.clone(),
-            ProcessHealth::Warning => self.warning.clone(),
-            ProcessHealth::Ok => (self.restarts > 0).then(|| format!("started again: {}", self.restarts)),
-        }
+        let restarted = || (self.restarts > 0).then(|| format!("started again: {}", self.restarts));
+        self.wrong.clone().or_else(restarted)
     }
 
     /// For people: a line, and one for each thing that it tells.
@@ -196,7 +127,7 @@ impl ProcessAnswer {
         let megabytes = self.memory_bytes / 1_000_000;
         // Writing to a string does not fail.
         let _ = write!(out, "{:<14} {:<10} process {:<8} {megabytes} MB", self.name, self.activity, self.process_id);
-        if let Some(age_s) = self.age_s.filter(|_| !self.alive || self.hangs()) {
+        if let Some(age_s) = self.age_s.filter(|_| !self.health.is_up()) {
             let _ = write!(out, ", last seen {age_s} s ago");
         }
         if let Some(BusyAnswer { job, for_s }) = self.busy.as_ref().filter(|busy| busy.for_s >= LONG_S) {
@@ -211,10 +142,6 @@ impl ProcessAnswer {
         }
         out
     }
-
-    fn hangs(&self) -> bool {
-        self.activity == HANGS
-    }
 }
 
 /// Seconds, to a tenth.
@@ -225,6 +152,7 @@ fn tenths(duration: Duration) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use messages::SeenReport;
 
     #[test]
     fn what_is_wrong_with_a_process_is_told_and_that_it_died_meanwhile() {
@@ -241,7 +169,7 @@ mod tests {
         };
         let seen = |is_alive, report| {
             let answer = ProcessAnswer::of(SeenProcess { name: "rasterize".to_owned(), is_alive, report });
-            (answer.health().name(), answer.words().unwrap_or_default(), answer.text())
+            (answer.health.name(), answer.words().unwrap_or_default(), answer.text())
         };
         let (health, words, text) = seen(true, Some(report.clone()));
         assert_eq!((health, words.as_str()), ("ok", "started again: 2"));

@@ -2,7 +2,6 @@
 
 use crate::circumstances::Circumstances;
 use crate::dated_task::{DatedTask, tasks_of};
-use crate::door::is_passable;
 use crate::findings::{Finding, findings_about};
 use crate::later::Later;
 use crate::named::{ElementRef, RoomRef, StoreyRef, date_text};
@@ -77,7 +76,7 @@ pub struct DoorOfRoom {
     /// The door.
     #[serde(flatten)]
     pub element: ElementRef,
-    /// True if this robot can pass it; null if it does not hang, or is on no map.
+    /// True if this robot can pass it, or the opening in which it does not hang yet; null if that is not known, or if it is on no map.
     pub can_pass: Option<bool>,
     /// `passable`, `absent`, or the first reason why it is closed; null if it is on no map.
     pub passage: Option<&'static str>,
@@ -193,7 +192,7 @@ fn doors(situation: &Situation<'_>, space: usize) -> Vec<DoorOfRoom> {
             let other = door.spaces.iter().find(|other| **other != space as u32 && **other != NONE);
             DoorOfRoom {
                 element: ElementRef::of(site, door.element as usize),
-                can_pass: passage.and_then(is_passable),
+                can_pass: passage.and_then(|passage| passage.is_passable(&situation.index.head.robot)),
                 passage: passage.map(|passage| passage.passage.get().name()),
                 leads_to: other.map(|other| RoomRef::of(site, *other as usize)),
             }

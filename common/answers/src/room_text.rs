@@ -1,6 +1,7 @@
 //! A room for people.
 
 use crate::room::{DoorOfRoom, RoomAnswer, RoomPeriod};
+use messages::DoorPassage;
 use std::fmt::Write;
 
 impl RoomAnswer {
@@ -67,6 +68,9 @@ impl DoorOfRoom {
     fn line(&self) -> String {
         let to = self.leads_to.as_ref().map_or(String::new(), |room| format!(" to {}", room.label()));
         let passage = match (self.can_pass, self.passage) {
+            (Some(true), Some(passage)) if passage == DoorPassage::Absent.name() => {
+                "it does not hang yet, this robot can pass the opening".to_owned()
+            }
             (Some(true), _) => "this robot can pass it".to_owned(),
             (Some(false), passage) => {
                 format!("closed to this robot: {}", passage.unwrap_or_default().replace('_', " "))

@@ -5,7 +5,7 @@ use crate::closed_by::ClosedBy;
 use crate::named::{RoomRef, StoreyRef};
 use crate::situation::Situation;
 use export::rounded;
-use messages::{MissionPlan, WaypointKind, WaypointRecord};
+use messages::{MissionPlan, WaypointRecord};
 use schemars::JsonSchema;
 use serde::Serialize;
 use std::fmt::Write;
@@ -59,7 +59,7 @@ pub struct ScanPose {
 
 /// Scans of a space in the order of the tour.
 pub(crate) fn scans_in<'m>(mission_plan: &MissionPlan<'m>, space: usize) -> Vec<&'m WaypointRecord> {
-    let here = mission_plan.waypoints.iter().filter(|w| w.kind == WaypointKind::Scan && w.space as usize == space);
+    let here = mission_plan.waypoints.iter().filter(|w| w.space as usize == space && w.purpose().scan().is_some());
     let mut scans: Vec<_> = here.collect();
     scans.sort_by_key(|scan| scan.order);
     scans

@@ -7,7 +7,7 @@ use crate::missing::{Missing, missing_of};
 use crate::named::{ElementRef, RoomRef, StoreyRef};
 use crate::situation::Situation;
 use export::rounded;
-use messages::{DoorPassage, DoorPassageRecord, DriveModel, JOULES_PER_WH, NONE};
+use messages::{DoorPassageRecord, DoorUse, DriveModel, JOULES_PER_WH, NONE};
 use schemars::JsonSchema;
 use serde::Serialize;
 use waypoints::{Driven, FloorLeg, PortalLeg, WayEnd, WayFinder, WayLeg};
@@ -209,7 +209,7 @@ fn floor_answer(situation: &Situation<'_>, leg: &FloorLeg) -> WayLegAnswer {
     let site = situation.site;
     let door = |passage: &DoorPassageRecord| DoorOnWay {
         element: ElementRef::of(site, site.doors[passage.door as usize].element as usize),
-        is_hung: passage.passage != DoorPassage::Absent,
+        is_hung: passage.passage.get().for_robot() != DoorUse::NotHung,
         clear_width_m: rounded(passage.clear_width_m),
     };
     WayLegAnswer {

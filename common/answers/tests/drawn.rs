@@ -8,7 +8,7 @@ use answers::{
     AnswerBasis, Circumstances, FindError, MapUse, Situation, door, find_door, find_place, find_room, may_enter, room,
     way, way_exists,
 };
-use messages::{MissionPlan, RobotProfile};
+use messages::{MissionPlan, RobotProfile, WaypointKind};
 use support::{Archives, House, quick};
 use waypoints::{MissionPlanOptions, MissionPlanner, WayEnd};
 
@@ -53,7 +53,7 @@ fn circumstances(maps: Option<MapUse>) -> Circumstances {
 }
 
 fn in_situation<T>(house: &House, circumstances: &Circumstances, work: impl FnOnce(&Situation<'_>) -> T) -> T {
-    Archives::of(house).with(&MissionPlanOptions { scans: false, ..quick() }, |input| {
+    Archives::of(house).with(&MissionPlanOptions { kinds: [WaypointKind::Centre].into(), ..quick() }, |input| {
         let bytes = MissionPlanner::default().plan(input);
         let mission_plan = MissionPlan::open(bytes.bytes()).unwrap();
         work(&Situation {

@@ -253,7 +253,10 @@ pub fn fleet_elements(told: &ToldByRobot, absent: &AbsentByRobot) -> (Vec<FleetE
             element.absent.insert(robot.clone(), absence.clone());
         }
     }
-    let quiet = [DeviationVerdict::OnPlan, DeviationVerdict::Unknown].map(DeviationVerdict::name);
+    let is_quiet = |told: &str| {
+        let known = DeviationVerdict::ALL.into_iter().find(|verdict| verdict.name() == told);
+        known.is_some_and(|verdict| verdict.deviation().is_none())
+    };
     let mut elements: Vec<FleetElement> = by_element
         .into_values()
         .map(|element| {
@@ -263,7 +266,7 @@ pub fn fleet_elements(told: &ToldByRobot, absent: &AbsentByRobot) -> (Vec<FleetE
         })
         .filter(|element| {
             let mut verdicts = element.told.values().map(|told| told.observed.verdict.as_str());
-            element.is_conflict || !element.absent.is_empty() || verdicts.any(|verdict| !quiet.contains(&verdict))
+            element.is_conflict || !element.absent.is_empty() || verdicts.any(|verdict| !is_quiet(verdict))
         })
         .collect();
     elements.sort_by_key(|element| !element.is_conflict);

@@ -3,14 +3,14 @@
 
 use crate::facts::ScheduleFacts;
 use crate::status_board::{Report, StatusBoard};
-use bus::{Daemon, Stamp};
+use bus::Stamp;
 use serde::de::IgnoredAny;
-use site_view::{Freshness, NextState, WATCHED};
+use site_view::{FOLLOWER, Freshness, NextState, SCHEDULE_REPORTERS, WATCHED, newest_schedule_report};
 
 /// Tells what the watched daemons report: for a process that does not take their heartbeats from the bus. A report counts at the
 /// time at which it was written, as the heartbeat that goes with it. What there is no report of stays as it was.
 pub fn hear_daemons(board: &StatusBoard, freshness: &mut Freshness) {
-    for daemon in WATCHED.into_iter().chain([Daemon::SiteFollow]) {
+    for daemon in WATCHED.into_iter().chain([FOLLOWER]) {
         let report: Option<Report<IgnoredAny>> = board.report(daemon);
         // One of the future was written before the machine was started anew.
         if let Some(at) = report.map(|report| Stamp(report.stamp_ns)).filter(|at| *at <= Stamp::now()) {
@@ -24,9 +24,9 @@ pub fn hear_daemons(board: &StatusBoard, freshness: &mut Freshness) {
 
 /// What is told of the schedule: by schedule-eval, or by what follows a server in its place.
 pub fn schedule_report(board: &StatusBoard) -> Option<Report<ScheduleFacts>> {
-    // One of them runs; a report of the other is from before the configuration changed.
-    let reports = [Daemon::ScheduleEval, Daemon::SiteFollow].into_iter().filter_map(|daemon| board.report(daemon));
-    reports.max_by_key(|report| report.stamp_ns)
+    let mut reports = SCHEDULE_REPORTERS.map(|daemon| board.report(daemon));
+    let stamps = reports.each_ref().map(|report: &Option<Report<_>>| report.as_ref().map(|r| Stamp(r.stamp_ns)));
+    reports[newest_schedule_report(stamps, Stamp::now())?].take()
 }
 
 /// When the next schedule state is due; `None` without a report of schedule-eval, or of what follows a server in its place.
@@ -99,5 +99,9 @@ mod tests {
         assert_eq!(says(serde_json::json!({"next_update_ms": 5})), NextState::Due { utc_ms: 5 });
         let distrusted = serde_json::json!({"next_update_ms": 5, "clock_distrust": "clock_untrusted"});
         assert_eq!(says(distrusted), NextState::Unknown { why: "clock_untrusted".to_owned() });
+        let later =
+            Report { stamp_ns: Stamp::now().0, facts: serde_json::json!({"next_update_ms": 7}), ..Report::default() };
+        BoardEntry::new(root.path(), FOLLOWER).put(&later);
+        assert_eq!(next_state(&StatusBoard::of(root.path())), Some(NextState::Due { utc_ms: 7 }), "it runs now");
     }
 }

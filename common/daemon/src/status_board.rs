@@ -12,7 +12,8 @@ use crate::config::SiteConfig;
 use crate::site_process::SiteProcess;
 use crate::work_watch::Busy;
 use bus::{Daemon, Domain, DomainError, ReportKind, RobotName, Stamp};
-use serde::de::DeserializeOwned;
+use messages::{SeenProcess, SeenReport};
+use serde::de::{DeserializeOwned, IgnoredAny};
 use serde::{Deserialize, Serialize};
 use site_view::SILENT_AFTER;
 use std::collections::BTreeMap;
@@ -134,6 +135,23 @@ impl StatusBoard {
         let entry = |process: SiteProcess| (process.to_string(), (self.is_alive(process), self.report(process)));
         let copy: BoardCopy = processes.map(entry).collect();
         serde_json::to_vec(&copy).unwrap_or_default()
+    }
+
+    /// A process of the site with its last report, for who judges how it is.
+    pub fn seen(&self, process: SiteProcess) -> SeenProcess {
+        let report: Option<Report<IgnoredAny>> = self.report(process);
+        let report = report.map(|report| SeenReport {
+            age: report.age(),
+            is_overdue: report.is_silent(),
+            process_id: report.process_id,
+            restarts: report.restarts,
+            memory_bytes: report.memory_bytes,
+            busy: report.busy.as_ref().map(|busy| (busy.job.clone(), busy.duration())),
+            activity: report.activity,
+            error: report.error,
+            warning: report.warning,
+        });
+        SeenProcess { name: process.to_string(), is_alive: self.is_alive(process), report }
     }
 
     /// The processes of the site: those that are supervised by its configuration, and ros-bridge and groundplan-web where they run

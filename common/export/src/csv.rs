@@ -17,7 +17,7 @@ pub(crate) fn waypoints(input: &ExportInput<'_>) -> String {
             "{},{},{},{},{x},{y},{z},{},{},{qx},{qy},{qz},{qw},{space},{},{},{},{},{}",
             w.id,
             w.order,
-            w.purpose().name(),
+            w.purpose().kind().name(),
             w.map_storey,
             rounded(w.sensor_in_map_m[2]),
             w.yaw_rad,

@@ -79,7 +79,7 @@ impl<'a> Geographic<'a> {
         let feature = |w: &WaypointRecord| {
             let [x_m, y_m, z_m] = w.position_in_map_m.map(rounded);
             let properties = json!({
-                "id": w.id, "order": w.order, "kind": w.purpose().name(), "storey": w.map_storey, "space": space_id(input, w.space),
+                "id": w.id, "order": w.order, "kind": w.purpose().kind().name(), "storey": w.map_storey, "space": space_id(input, w.space),
                 "name": space_name(input.site, w.space), "x_m": x_m, "y_m": y_m, "z_m": z_m,
                 "orthogonal_height_m": rounded(self.on_earth_m(w.position_in_map_m)[2]),
             });

@@ -329,7 +329,7 @@ fn waypoint(input: &ExportInput<'_>, w: &WaypointRecord) -> Waypoint {
     Waypoint {
         id: w.id,
         order: w.order,
-        kind: purpose.name(),
+        kind: purpose.kind().name(),
         storey: w.map_storey,
         space: space_id(input, w.space),
         name: space_name(input.site, w.space),

@@ -99,7 +99,7 @@ impl<'a> Alignment<'a> {
         self.head.state.get()
     }
 
-    /// The current pose: the only one to be used, and only while [`Alignment::validity`] is effective.
+    /// The current pose: the only one to be used, and only where [`Alignment::usable`] gives it.
     pub fn pose(&self) -> Option<&'a PoseRecord> {
         (self.state() != PoseState::None).then_some(&self.head.pose)
     }

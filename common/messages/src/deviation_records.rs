@@ -94,6 +94,17 @@ impl Observation {
     }
 }
 
+/// A difference from the planned state, of which people are told: see [`DeviationVerdict::deviation`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Deviation {
+    /// Planned to be built, or removed, and is not yet.
+    Late,
+    /// Built before it is planned.
+    Early,
+    /// Built, but not in its place.
+    Displaced,
+}
+
 /// An observation compared with the planned state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, CheckedBitPattern, NoUninit)]
 #[repr(u32)]
@@ -113,6 +124,16 @@ pub enum DeviationVerdict {
 impl DeviationVerdict {
     /// All verdicts.
     pub const ALL: [Self; 5] = [Self::OnPlan, Self::Late, Self::Early, Self::Displaced, Self::Unknown];
+
+    /// How what was seen differs from the plan; `None` if it does not, or if nothing was seen: of these nobody is told.
+    pub fn deviation(self) -> Option<Deviation> {
+        match self {
+            Self::OnPlan | Self::Unknown => None,
+            Self::Late => Some(Deviation::Late),
+            Self::Early => Some(Deviation::Early),
+            Self::Displaced => Some(Deviation::Displaced),
+        }
+    }
 
     /// Its name in files.
     pub fn name(self) -> &'static str {

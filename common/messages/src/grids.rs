@@ -95,6 +95,17 @@ pub enum DoorPassage {
     WallUncut = 10,
 }
 
+/// What a door is to a robot.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum DoorUse {
+    /// It hangs, and the robot passes it.
+    Passes,
+    /// It keeps the robot out.
+    Closed,
+    /// It does not hang: there is an opening, or not even a wall.
+    NotHung,
+}
+
 impl DoorPassage {
     /// Those that keep a robot out, from the one that matters most.
     const REASONS: [Self; 9] = {
@@ -117,9 +128,26 @@ impl DoorPassage {
         1 << self as u32
     }
 
-    /// True if the door is closed to this robot. A door that does not exist yet leaves a passable opening.
+    /// What the door is to the robot: the one place that says which passages are closed.
+    pub fn for_robot(self) -> DoorUse {
+        match self {
+            Self::Passable => DoorUse::Passes,
+            Self::Absent => DoorUse::NotHung,
+            Self::CannotOpen
+            | Self::TooNarrow
+            | Self::ClosedByResolution
+            | Self::InProgress
+            | Self::NoFloor
+            | Self::NoOpening
+            | Self::Obstructed
+            | Self::Threshold
+            | Self::WallUncut => DoorUse::Closed,
+        }
+    }
+
+    /// True if the door is closed to this robot. A door that does not hang yet leaves an opening.
     pub fn is_closed(self) -> bool {
-        !matches!(self, Self::Passable | Self::Absent)
+        self.for_robot() == DoorUse::Closed
     }
 
     /// Its name in files.
@@ -141,6 +169,20 @@ impl DoorPassage {
 }
 
 impl DoorPassageRecord {
+    /// True if a robot can pass; `None` if no door hangs there, and the map does not show that the robot fits through what is there.
+    ///
+    /// An opening whose door does not hang yet can be passed if it has floor and is as wide on the map as the robot.
+    pub fn is_passable(&self, robot: &RobotProfile) -> Option<bool> {
+        match self.passage.get().for_robot() {
+            DoorUse::Passes => Some(true),
+            DoorUse::Closed => Some(false),
+            DoorUse::NotHung => {
+                let is_way = self.sides_with_floor > 0 && self.width_in_map_m >= 2.0 * robot.radius_m;
+                is_way.then_some(true)
+            }
+        }
+    }
+
     /// Every reason for which it is closed, the first first.
     pub fn closed_by(&self) -> impl Iterator<Item = DoorPassage> + use<> {
         let reasons = self.reasons;
@@ -234,6 +276,24 @@ impl SafetyRules {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn an_opening_whose_door_does_not_hang_yet_can_be_passed_if_the_robot_fits_through_it() {
+        let robot = RobotProfile { radius_m: 0.3, ..RobotProfile::DEFAULT };
+        let can_pass = |passage: DoorPassage, sides_with_floor, width_in_map_m| {
+            let passage = passage.into();
+            let record = DoorPassageRecord { passage, sides_with_floor, width_in_map_m, ..Zeroable::zeroed() };
+            record.is_passable(&robot)
+        };
+        assert_eq!(can_pass(DoorPassage::Passable, 2, 0.9), Some(true));
+        assert_eq!(can_pass(DoorPassage::Absent, 2, 0.6), Some(true));
+        assert_eq!(can_pass(DoorPassage::Absent, 1, 0.6), Some(true));
+        assert_eq!(can_pass(DoorPassage::Absent, 0, 0.6), None);
+        assert_eq!(can_pass(DoorPassage::Absent, 2, 0.55), None);
+        for closed in DoorPassage::REASONS {
+            assert!(closed.is_closed() && can_pass(closed, 2, 0.9) == Some(false), "{closed:?}");
+        }
+    }
 
     #[test]
     fn the_index_names_its_grids_and_its_robot() {

@@ -40,8 +40,11 @@
 //!
 //! - archives: sections of each kind: `src/declaration.rs`; all kinds: `src/archive_kind.rs`
 //! - door: the leaves that move beside a fixed one: `src/moving_leaves.rs`
+//! - door: which passages are closed, and whether an opening without its door can be passed: `src/grids.rs`
 //! - grids: held packed, unpacked for a view: `src/packed_grid.rs`, `src/map_grids.rs`, `services/groundplan/src/maps.rs`
 //! - grids: heights, slopes and how well a robot drives over a cell: `src/grid_archive.rs`, `src/traversability.rs`
+//! - pose: whether it may be used, and in what words not: `src/pose_use.rs`
+//! - process: how it is by its last report: `src/process_health.rs`
 //! - python: layouts of archives: `src/python_layouts.rs`
 
 mod alignment;
@@ -72,6 +75,8 @@ mod mission_plan_records;
 mod moving_leaves;
 mod packed_grid;
 pub mod payload;
+mod pose_use;
+mod process_health;
 #[cfg(test)]
 mod python_layouts;
 mod robot;
@@ -119,7 +124,9 @@ pub use flight::{Flight, FlightHead, FlightRecords, FlightSpaceRecord, FlightWay
 pub use grid_archive::{
     BlockHashes, FLOOR_ASSUMED, FLOOR_BUILT, Grid, GridHead, GridLayers, GridWriter, NO_HEIGHT, NO_SLOPE, copy_changed,
 };
-pub use grids::{DoorPassage, DoorPassageRecord, GridSlotRecord, Grids, GridsBuilder, GridsHead, RegionRecord};
+pub use grids::{
+    DoorPassage, DoorPassageRecord, DoorUse, GridSlotRecord, Grids, GridsBuilder, GridsHead, RegionRecord,
+};
 pub use ground::{Ground, GroundWriter};
 pub use ground_records::*;
 pub use local_poses::{LocalPoseRecord, LocalPoses, LocalPosesHead, LocalPosesParts, OutlineRingRecord, flat, part_at};
@@ -129,6 +136,8 @@ pub use mission_plan_records::*;
 pub use moving_leaves::{LeafPanel, MovingLeaves};
 pub use packed_grid::HeldGrid;
 pub use payload::Payload;
+pub use pose_use::SearchOutcome;
+pub use process_health::{ProcessHealth, SeenProcess, SeenReport};
 pub use robot::{DoorCapability, MAX_RISER_M, RobotLimitError, RobotProfile};
 pub use safety_rules::{SafetyKind, SafetyRuleError, SafetyRuleRecord, SafetyRules, SafetySubject};
 pub use sample_header::{InputHashes, SampleError, SampleHeader};

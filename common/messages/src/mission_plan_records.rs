@@ -86,13 +86,31 @@ pub struct MissionPlanHead {
 const _: () = assert!(size_of::<MissionPlanHead>() == 216);
 
 /// Kind of a waypoint.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, CheckedBitPattern, NoUninit)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, CheckedBitPattern, NoUninit)]
 #[repr(u32)]
 pub enum WaypointKind {
     /// The centre of a space.
     Centre = 1,
     /// A pose from which to scan.
     Scan = 2,
+}
+
+impl WaypointKind {
+    /// All kinds.
+    pub const ALL: [Self; 2] = [Self::Centre, Self::Scan];
+
+    /// Its name in files and configurations.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Centre => "centre",
+            Self::Scan => "scan",
+        }
+    }
+
+    /// The kind of this name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|kind| kind.name() == name)
+    }
 }
 
 /// A pose to drive to.
@@ -190,11 +208,11 @@ pub struct JoinedScan {
 }
 
 impl WaypointPurpose {
-    /// Its name in files.
-    pub fn name(&self) -> &'static str {
+    /// The kind of waypoint that is for it.
+    pub fn kind(&self) -> WaypointKind {
         match self {
-            Self::Centre => "centre",
-            Self::Scan(_) => "scan",
+            Self::Centre => WaypointKind::Centre,
+            Self::Scan(_) => WaypointKind::Scan,
         }
     }
 
@@ -538,3 +556,19 @@ pub struct RouteEdgeRecord {
     pub n_risers: u32,
 }
 const _: () = assert!(size_of::<RouteEdgeRecord>() == 96);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_kind_of_waypoint_is_among_all_and_has_a_name_of_its_own() {
+        let known = |number: u32| Tag::<WaypointKind>::numbered(number).known();
+        let numbered: Vec<WaypointKind> = (0..64).filter_map(known).collect();
+        assert_eq!(numbered, WaypointKind::ALL);
+        for kind in WaypointKind::ALL {
+            assert_eq!(WaypointKind::from_name(kind.name()), Some(kind));
+        }
+        assert_eq!(WaypointKind::from_name("center"), None);
+    }
+}

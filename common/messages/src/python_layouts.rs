@@ -140,7 +140,8 @@ fn module() -> String {
     constant("NO_HEIGHT", "int", NO_HEIGHT.to_string());
     constant("NO_SLOPE", "int", NO_SLOPE.to_string());
     constant("NONE", "int", NONE.to_string());
-    constant("SCAN", "int", (WaypointKind::Scan as u32).to_string());
+    let kind = |kind: WaypointKind| format!("\n    {}: \"{}\",", kind as u32, kind.name());
+    constant("WAYPOINT_KINDS", "dict[int, str]", format!("{{{}\n}}", WaypointKind::ALL.map(kind).concat()));
     let kind = |kind: &ArchiveKind| format!("\n    \"{}\": {},", kind.name(), *kind as u32);
     let kinds: Vec<String> = ArchiveKind::ALL.iter().map(kind).collect();
     constant("KINDS", "dict[str, int]", format!("{{{}\n}}", kinds.concat()));

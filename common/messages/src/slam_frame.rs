@@ -92,7 +92,8 @@ fn square_m2(a: [f64; 2], b: [f64; 2]) -> f64 {
 
 impl Alignment<'_> {
     /// The frame of the robot's map, to move maps and goals into it; `None` without a pose that may be used, or of which no part of the
-    /// map is known well enough.
+    /// map is known well enough. A pose that is uncertain may be used around some of its parts ([`Alignment::usable`]): then there is a
+    /// frame, which says of each place whether it is known there.
     pub fn slam_frame(&self) -> Option<SlamFrame> {
         let (whole, validity) = (self.pose()?, self.validity());
         match (self.local_poses, validity) {
@@ -192,6 +193,31 @@ mod tests {
             assert!(frame(parts, validity).is_none());
         }
         assert!(frame([1.5, 4.5, 7.5].map(|x_m| part(x_m, 0.12, 0.0)), PoseValidity::Uncertain).is_none());
+    }
+
+    #[test]
+    fn an_uncertain_pose_may_be_used_around_the_parts_that_are_known() {
+        let parts = [part(1.5, 0.05, 0.0), part(4.5, 0.05, 0.0), part(7.5, 0.5, 0.0)];
+        let usable = |validity, robot_m| {
+            let buffer = alignment(parts, validity);
+            let view = Alignment::open(buffer.bytes()).unwrap();
+            let why = view.why_not_usable(robot_m).unwrap_or_default();
+            (view.usable(robot_m).map(|pose| pose.about_m), why)
+        };
+        assert_eq!(usable(PoseValidity::Uncertain, Some([1.5, 1.5])), (Ok([1.5, 1.5]), String::new()));
+        let (beyond, why) = usable(PoseValidity::Uncertain, Some([7.5, 1.5]));
+        assert!(
+            beyond == Err(PoseValidity::Uncertain) && why.contains("around the robot hold the pose to 0.5"),
+            "{why}"
+        );
+        let (nowhere, why) = usable(PoseValidity::Effective, Some([40.0, 1.5]));
+        assert!(nowhere == Err(PoseValidity::Uncertain) && why.contains("shows no floor around x 40.00 m"), "{why}");
+        let (anywhere, why) = usable(PoseValidity::Uncertain, None);
+        assert!(
+            anywhere == Err(PoseValidity::Uncertain) && why.contains("may be used only where the robot is"),
+            "{why}"
+        );
+        assert_eq!(usable(PoseValidity::Held, Some([1.5, 1.5])).0, Err(PoseValidity::Held));
     }
 
     #[test]

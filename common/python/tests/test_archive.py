@@ -82,7 +82,9 @@ class Archives(unittest.TestCase):
 
     def test_a_waypoint_on_a_slope_is_turned_by_its_yaw_and_stands_along_the_normal(self) -> None:
         records = np.zeros(2, _layouts.WAYPOINT)
-        records["kind"], records["space"], records["up_in_map"] = (1, _layouts.SCAN), (3, _layouts.NONE), [(0, 0, 1), (-0.6, 0, 0.8)]
+        number_of = {name: number for number, name in _layouts.WAYPOINT_KINDS.items()}
+        records["kind"] = number_of["centre"], number_of["scan"]
+        records["space"], records["up_in_map"] = (3, _layouts.NONE), [(0, 0, 1), (-0.6, 0, 0.8)]
         records["yaw_rad"], records["sensor_in_map_m"][1] = (1.0, np.pi / 2), (-0.6, 0, 0.8)
         level, sloped = MissionPlan(archive("mission-plan", [(_layouts.MISSION_PLAN_SECTIONS["waypoints"][0], records)])).waypoints
         self.assertEqual((level.kind, level.space, sloped.kind, sloped.space), ("centre", 3, "scan", None))
@@ -100,6 +102,12 @@ class Archives(unittest.TestCase):
         header["magic"], header["layout_version"] = _layouts.SAMPLE_MAGIC, 99
         with self.assertRaisesRegex(LayoutError, "version 99"):
             Header.of(np.frombuffer(header.tobytes(), np.uint8), "grid")
+
+    def test_a_waypoint_of_an_unknown_kind_is_refused(self) -> None:
+        records = np.zeros(1, _layouts.WAYPOINT)
+        records["kind"] = max(_layouts.WAYPOINT_KINDS) + 1
+        with self.assertRaisesRegex(LayoutError, "of the kind"):
+            MissionPlan(archive("mission-plan", [(_layouts.MISSION_PLAN_SECTIONS["waypoints"][0], records)]))
 
     def test_what_is_no_whole_archive_of_the_kind_is_refused(self) -> None:
         for memory in [grid(magic=1), grid(kind=1), grid(length=1 << 40), grid(n_sections=1000), grid()[:40], grid(n_cells=7)]:

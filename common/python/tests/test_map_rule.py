@@ -8,7 +8,9 @@ import tempfile
 import unittest
 from typing import Any
 
-from groundplan import MapRule, board, map_rule
+from groundplan import MapRule, board
+from groundplan._map_limits import SCHEDULE_REPORTERS
+from groundplan.map_rule import newest_schedule_report
 
 TABLE = pathlib.Path(__file__).resolve().parents[2] / "site-view/tests/map_verdicts.json"
 BEGAN_NS = 1_000_000_000_000
@@ -39,10 +41,7 @@ def tell(rule: MapRule, now_ns: int, event: list[Any]) -> None:
 class Rule(unittest.TestCase):
     def test_every_case_of_the_table_has_its_verdict(self) -> None:
         table = json.loads(TABLE.read_text())
-        limits = [limit // 1_000_000 for limit in (map_rule.SILENT_AFTER_NS, map_rule.GRIDS_LATE_NS, map_rule.FRESH_TOLERANCE_NS)]
-        self.assertEqual(limits, [table[key] for key in ("silent_after_ms", "grids_late_ms", "fresh_tolerance_ms")])
-        self.assertEqual(list(map_rule.WATCHED), table["watched"])
-        self.assertGreater(len(table["cases"]), 30)
+        self.assertGreater(len(table["cases"]), 40)
         for name, steps in table["cases"].items():
             rule = MapRule()
             for ms, event, word, reason in steps:
@@ -51,6 +50,15 @@ class Rule(unittest.TestCase):
                 said = rule.verdict(now_ns, ms)
                 self.assertEqual((said.word, said.reason), (word, reason), f"{name}, after {event} at {ms} ms")
                 self.assertEqual(said.may_drive, word in ("current", "overtaken"))
+
+
+    def test_the_newest_report_tells_when_the_next_schedule_state_is_due(self) -> None:
+        table = json.loads(TABLE.read_text())["schedule_reports"]
+        self.assertGreater(len(table), 20)
+        for *reported_ms, reporter in table:
+            reported = zip(SCHEDULE_REPORTERS, reported_ms)
+            reported_ns = {daemon: ms * 1_000_000 for daemon, ms in reported if ms is not None}
+            self.assertEqual(newest_schedule_report(reported_ns, 100_000_000), reporter, reported_ms)
 
 
 class Board(unittest.TestCase):

@@ -11,7 +11,7 @@
 //!
 //! | what is known | verdict |
 //! |---|---|
-//! | one of the [`WATCHED`] daemons was not heard for [`SILENT_AFTER`] | no map: silent |
+//! | one of the [`WATCHED`] daemons, or the [`FOLLOWER`] in their place, was not heard for [`SILENT_AFTER`] | no map: silent |
 //! | the plan time moves, but does not follow the machine's clock ([`NextState::Unknown`]) | no map: the clock is not to be trusted |
 //! | the next schedule state has been due for [`FRESH_TOLERANCE`] ([`NextState::Due`]), or the consumer's own plan time is past the newest one ([`ClockTime::Plan`]) | no map: past its validity |
 //! | no schedule state, index and grids that match have come yet | no map: incomplete |
@@ -40,8 +40,8 @@
 //! In all other cases maps that were passed on at once are stale exactly when the set says hold or no map; a test compares them
 //! over sequences of events.
 //!
-//! The Python package has the rule a second time (`common/python/src/groundplan/map_rule.py`): a test here writes the table of cases
-//! `tests/map_verdicts.json`, and a test there reads it.
+//! The Python package has the rule a second time (`common/python/src/groundplan/map_rule.py`): a test here writes its limits
+//! (`_map_limits.py`) and the table of cases `tests/map_verdicts.json`, and a test there reads that.
 //!
 //! What a revision changes is told by `messages::SiteComparison`: the ingest stage compares sites, and knows no bus.
 
@@ -56,7 +56,10 @@ mod site_set_reader;
 
 pub use consistent_set::ConsistentSet;
 pub use freshness::{Freshness, MapState, MapsInUse, Staleness, Storeys};
-pub use limits::{FRESH_TOLERANCE, GRIDS_LATE, MISSED_HEARTBEATS, SILENT_AFTER, WATCHED};
+pub use limits::{
+    FOLLOWER, FRESH_TOLERANCE, GRIDS_LATE, MISSED_HEARTBEATS, SCHEDULE_REPORTERS, SILENT_AFTER, WATCHED,
+    newest_schedule_report,
+};
 pub use map_rule::MapRule;
 pub use map_verdict::{MapVerdict, NoMapReason};
 pub use plan_clock::{ClockTime, NextState};

@@ -1,7 +1,7 @@
 //! The rule by which maps may be used: heartbeats, schedule states, indices and times go in, a verdict comes out.
 //! No bus and no clock inside, times are arguments.
 
-use crate::limits::{FRESH_TOLERANCE, GRIDS_LATE, SILENT_AFTER, WATCHED};
+use crate::limits::{FOLLOWER, FRESH_TOLERANCE, GRIDS_LATE, SILENT_AFTER, WATCHED};
 use crate::map_verdict::{MapVerdict, NoMapReason};
 use crate::plan_clock::{ClockTime, NextState};
 use bus::{Daemon, HEARTBEAT_PERIOD, Stamp};
@@ -53,9 +53,9 @@ impl MapRule {
     /// A daemon was heard at this time. What follows a server publishes the maps in the place of all watched ones; others than these
     /// count for nothing.
     pub fn insert_heartbeat(&mut self, at: Stamp, daemon: Daemon) {
-        self.is_following |= daemon == Daemon::SiteFollow;
+        self.is_following |= daemon == FOLLOWER;
         for (heard, watched) in self.heard.iter_mut().flatten().zip(WATCHED) {
-            if watched == daemon || daemon == Daemon::SiteFollow {
+            if watched == daemon || daemon == FOLLOWER {
                 *heard = at.max(*heard);
             }
         }
@@ -140,9 +140,7 @@ impl MapRule {
     fn silence(&self, now: Stamp) -> Option<NoMapReason> {
         let mut watched = self.heard.iter().flatten().zip(WATCHED);
         let silent = watched.find(|(heard, _)| now.since(**heard) >= SILENT_AFTER);
-        silent.map(|(_, daemon)| NoMapReason::Silent {
-            daemon: if self.is_following { Daemon::SiteFollow } else { daemon },
-        })
+        silent.map(|(_, daemon)| NoMapReason::Silent { daemon: if self.is_following { FOLLOWER } else { daemon } })
     }
 
     fn expiry(&self, clock: ClockTime) -> Option<NoMapReason> {

@@ -1,10 +1,15 @@
-//! The table of cases by which the Python package says what the rule says: `map_verdicts.json`, written with UPDATE_GOLDEN=1.
+//! The limits of the Python package, and the table of cases by which it says what the rule says: `_map_limits.py` and
+//! `map_verdicts.json`, written with UPDATE_GOLDEN=1.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
 use bus::{Daemon, Stamp};
 use messages::{ContentHash, GridsHead, RobotProfile, ScheduleStateBuilder};
 use serde_json::{Value, json};
-use site_view::{ClockTime, FRESH_TOLERANCE, GRIDS_LATE, MapRule, MapVerdict, NextState, SILENT_AFTER, WATCHED};
+use site_view::{
+    ClockTime, FOLLOWER, FRESH_TOLERANCE, GRIDS_LATE, MISSED_HEARTBEATS, MapRule, MapVerdict, NextState,
+    SCHEDULE_REPORTERS, SILENT_AFTER, WATCHED, newest_schedule_report,
+};
+use std::path::Path;
 use std::time::Duration;
 
 /// What the rule hears.
@@ -88,8 +93,8 @@ fn begun(then: &[(u64, Event)]) -> Value {
     case(&[&begin, then].concat())
 }
 
-/// A walk through the events by whole numbers from a linear congruential generator.
-fn walk(seed: u64) -> Value {
+/// A walk through the events by whole numbers from a linear congruential generator, with heartbeats of these daemons.
+fn walk(seed: u64, heard: &[Daemon]) -> Value {
     let mut state = seed;
     let mut below = |n: u64| {
         state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
@@ -102,7 +107,7 @@ fn walk(seed: u64) -> Value {
         events.push((
             ms,
             match below(16) {
-                0..=4 => Heartbeat(WATCHED[below(2) as usize]),
+                0..=4 => Heartbeat(heard[below(heard.len() as u64) as usize]),
                 5 | 6 => State(1 + below(3), 1),
                 7 | 8 => Index(1 + below(3), 1, below(4) > 0),
                 9 | 10 => Grids(below(3) > 0),
@@ -119,6 +124,7 @@ fn walk(seed: u64) -> Value {
 
 fn table() -> Value {
     let [schedule_eval, rasterize] = WATCHED.map(Heartbeat);
+    let follower = Heartbeat(FOLLOWER);
     let mut cases = json!({
         "nothing was heard": case(&[(0, Wait), (0, State(1, 1)), (0, Index(1, 1, true)), (9_000, Wait)]),
         "a set comes together": case(&[(0, Joined), (1, Index(1, 1, false)), (2, State(1, 1)), (3, Grids(true))]),
@@ -134,6 +140,13 @@ fn table() -> Value {
             (3_200, Grids(true)),
         ]),
         "silence": begun(&[(2_000, schedule_eval), (2_999, Wait), (3_000, Wait), (3_100, rasterize), (5_000, Wait)]),
+        "a daemon that is none of them": begun(&[(2_000, Heartbeat(Daemon::SlamAlign)), (2_999, Wait), (3_000, Wait)]),
+        "what follows a server": begun(&[
+            (2_000, follower), (3_000, Wait), (4_999, follower), (7_998, Wait), (7_999, Wait), (8_100, follower),
+        ]),
+        "what follows a server, and a daemon from before": begun(&[
+            (100, schedule_eval), (100, rasterize), (2_000, follower), (4_999, schedule_eval), (5_000, Wait), (8_000, Wait),
+        ]),
         "an earlier state in a new bus": begun(&[
             (2_000, Joined), (2_000, State(1, 1)), (2_100, Index(9, 1, true)), (4_500, schedule_eval), (4_500, rasterize),
             (4_999, Wait), (5_000, Wait),
@@ -143,16 +156,68 @@ fn table() -> Value {
         "distrust": begun(&[(20, Distrust), (30, Due(100))]),
     });
     for seed in 0..30 {
-        cases[format!("walk {seed}")] = walk(seed);
+        cases[format!("walk {seed}")] = walk(seed, &WATCHED);
     }
-    let ms = |limit: Duration| u64::try_from(limit.as_millis()).unwrap();
-    json!({
-        "watched": WATCHED.map(Daemon::name),
-        "silent_after_ms": ms(SILENT_AFTER),
-        "grids_late_ms": ms(GRIDS_LATE),
-        "fresh_tolerance_ms": ms(FRESH_TOLERANCE),
-        "cases": cases,
-    })
+    for seed in 30..40 {
+        cases[format!("walk {seed}, following")] = walk(seed, &[FOLLOWER]);
+    }
+    json!({ "schedule_reports": schedule_reports(), "cases": cases })
+}
+
+/// Which report tells when the next schedule state is due: when each daemon reported, and the one that counts at 100 ms.
+fn schedule_reports() -> Value {
+    let stamps = [None, Some(0), Some(99), Some(100), Some(101)];
+    let chosen = |[a, b]: [Option<u64>; 2]| {
+        let k = newest_schedule_report([a, b].map(|ms| ms.map(|ms| Stamp(ms * 1_000_000))), Stamp(100_000_000));
+        json!([a, b, k.map(|k| SCHEDULE_REPORTERS[k].name())])
+    };
+    stamps.iter().flat_map(|a| stamps.iter().map(move |b| chosen([*a, *b]))).collect()
+}
+
+/// The module of the package with the limits of the rule.
+fn limits() -> String {
+    let names = |daemons: &[Daemon]| {
+        let names: Vec<String> = daemons.iter().map(|daemon| format!("\"{daemon}\"")).collect();
+        format!("({})", names.join(", "))
+    };
+    let ns = |limit: Duration| limit.as_nanos().to_string();
+    let lines = [
+        ("WATCHED", "tuple[str, ...]", names(&WATCHED), "Daemons without which maps grow old unnoticed."),
+        (
+            "FOLLOWER",
+            "str",
+            format!("\"{FOLLOWER}\""),
+            "Publishes the maps in the place of these on a robot that follows a server.",
+        ),
+        (
+            "SCHEDULE_REPORTERS",
+            "tuple[str, ...]",
+            names(&SCHEDULE_REPORTERS),
+            "Daemons that report when the next schedule state is due.",
+        ),
+        ("MISSED_HEARTBEATS", "int", MISSED_HEARTBEATS.to_string(), "A daemon that has missed so many is silent."),
+        ("SILENT_AFTER_NS", "int", ns(SILENT_AFTER), "Age of the last heartbeat of a daemon that is silent."),
+        (
+            "GRIDS_LATE_NS",
+            "int",
+            ns(GRIDS_LATE),
+            "After this time without its grids a newer schedule state stops the robot.",
+        ),
+        (
+            "FRESH_TOLERANCE_NS",
+            "int",
+            ns(FRESH_TOLERANCE),
+            "After this time maps of which something else is unknown are not used.",
+        ),
+    ];
+    let line = |(name, kind, value, what): &(&str, &str, String, &str)| {
+        format!("{name}: {kind} = {value}\n\"\"\"{what}\"\"\"\n")
+    };
+    format!(
+        "\"\"\"Limits of the rule by which maps may be used.\n\nWritten by a test of common/site-view with UPDATE_GOLDEN=1 from \
+         those there: not to be edited.\n\"\"\"\n\nfrom __future__ import annotations\n\n{}",
+        lines.iter().map(line).collect::<String>()
+    )
 }
 
 /// A case a line.
@@ -163,14 +228,16 @@ fn text(table: &Value) -> String {
         .iter()
         .map(|(name, steps)| format!("    {}: {steps}", json!(name)))
         .collect();
-    let limits = ["watched", "silent_after_ms", "grids_late_ms", "fresh_tolerance_ms"];
-    let limits: String = limits.iter().map(|key| format!("  \"{key}\": {},\n", table[key])).collect();
-    format!("{{\n{limits}  \"cases\": {{\n{}\n  }}\n}}\n", cases.join(",\n"))
+    format!(
+        "{{\n  \"schedule_reports\": {},\n  \"cases\": {{\n{}\n  }}\n}}\n",
+        table["schedule_reports"],
+        cases.join(",\n")
+    )
 }
 
 #[test]
 fn the_table_of_the_python_package_is_that_of_the_rule() {
-    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/map_verdicts.json");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/map_verdicts.json");
     let table = table();
     let verdicts = ["current", "overtaken", "hold", "no_map"];
     let steps: Vec<&Value> =
@@ -183,4 +250,13 @@ fn the_table_of_the_python_package_is_that_of_the_rule() {
     }
     let written: Value = serde_json::from_str(&std::fs::read_to_string(&path).unwrap()).unwrap();
     assert!(written == table, "map_verdicts.json is not what the rule says: UPDATE_GOLDEN=1 writes it");
+}
+
+#[test]
+fn the_limits_of_the_python_package_are_those_of_the_rule() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../python/src/groundplan/_map_limits.py");
+    if std::env::var_os("UPDATE_GOLDEN").is_some() {
+        std::fs::write(&path, limits()).unwrap();
+    }
+    assert_eq!(std::fs::read_to_string(path).unwrap(), limits(), "UPDATE_GOLDEN=1 writes it");
 }

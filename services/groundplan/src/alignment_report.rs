@@ -35,7 +35,7 @@ pub(crate) fn document(alignment: &Alignment<'_>, robot_m: Option<[f64; 2]>, mut
     let waiting = alignment.waiting().map(|w| json!({"storey": storey(w), "map_from_slam": motion(w)}));
     json!({
         "validity": validity.name(),
-        "usable": validity == PoseValidity::Effective && alignment.verdict() == AlignmentVerdict::Accepted,
+        "usable": alignment.usable(robot_m).is_ok(),
         "verdict": alignment.verdict().name(),
         "wrong_probability": head.wrong_probability,
         "of_newest_map": alignment.is_searched(),
@@ -121,10 +121,10 @@ pub(crate) fn inputs_of(header: &SampleHeader) -> Value {
 }
 
 /// The current pose and what it is worth: around the robot, if its place in its map is told.
-pub(crate) fn pose_for(alignment: &Alignment<'_>, robot_m: Option<[f64; 2]>) -> (Option<PoseRecord>, PoseValidity) {
-    match robot_m.and_then(|robot_m| alignment.pose_at(robot_m)) {
+fn pose_for(alignment: &Alignment<'_>, robot_m: Option<[f64; 2]>) -> (Option<PoseRecord>, PoseValidity) {
+    match alignment.pose_around(robot_m) {
         Some((pose, validity)) => (Some(pose), validity),
-        None => (alignment.pose().copied(), alignment.validity()),
+        None => (None, alignment.validity()),
     }
 }
 
@@ -145,7 +145,7 @@ pub(crate) fn text(alignment: &Alignment<'_>, robot_m: Option<[f64; 2]>) -> Stri
         line(&mut out, pose, alignment.state().name());
         let _ = match alignment.local_poses {
             Some(local_poses) => writeln!(out, "  {}", known_to(pose, &local_poses, robot_m)),
-            None => writeln!(out, "  known to {} in the middle of the SLAM map", uncertainty(pose)),
+            None => writeln!(out, "  known to {} in the middle of the SLAM map", pose.deviation_text()),
         };
         let (scale, deviation) = (alignment.head.scale, alignment.head.scale_deviation);
         if (Scale { value: scale, deviation }).is_off() {
@@ -163,10 +163,10 @@ pub(crate) fn text(alignment: &Alignment<'_>, robot_m: Option<[f64; 2]>) -> Stri
         line(&mut out, pose, "waits for groundplan confirm");
     }
     if validity == PoseValidity::Held {
-        let _ = writeln!(out, "held: {}", why_held(alignment));
+        let _ = writeln!(out, "held: {}", alignment.searched().why_held());
     }
     if validity == PoseValidity::Uncertain {
-        let _ = writeln!(out, "uncertain: {}", why_uncertain(alignment, robot_m));
+        let _ = writeln!(out, "uncertain: {}", alignment.why_uncertain(robot_m));
     }
     if let Some(change) = alignment.change() {
         let _ = writeln!(out, "changed: {change}");
@@ -176,44 +176,6 @@ pub(crate) fn text(alignment: &Alignment<'_>, robot_m: Option<[f64; 2]>) -> Stri
         let _ = writeln!(out, "  {} excludes {excluded}", alignment.text(hint.label));
     }
     out
-}
-
-/// Why the pose must not be used, around the robot if its place is told; `None` if it is effective.
-pub(crate) fn why_not_effective(alignment: &Alignment<'_>, robot_m: Option<[f64; 2]>) -> Option<String> {
-    match pose_for(alignment, robot_m).1 {
-        PoseValidity::Effective => None,
-        PoseValidity::WaitsForConfirm => Some("another pose waits for `groundplan confirm`".to_owned()),
-        PoseValidity::Uncertain => Some(format!("the pose is uncertain: {}", why_uncertain(alignment, robot_m))),
-        PoseValidity::Held => Some(format!("the pose is held: {}", why_held(alignment))),
-        PoseValidity::Refused => Some(why_not_accepted(alignment)),
-    }
-}
-
-/// Why no pose of the map that was searched last is accepted.
-pub(crate) fn why_not_accepted(alignment: &Alignment<'_>) -> String {
-    format!("the SLAM map is {}: {}", alignment.verdict().name(), alignment.reason())
-}
-
-fn why_uncertain(alignment: &Alignment<'_>, robot_m: Option<[f64; 2]>) -> String {
-    let (pose, _) = pose_for(alignment, robot_m);
-    if let (Some(pose), Some(local_poses)) = (&pose, &alignment.local_poses) {
-        return match robot_m.or(local_poses.robot_m()) {
-            Some([x_m, y_m]) if local_poses.at([x_m, y_m], pose).is_none() => {
-                format!("the SLAM map shows no floor around x {x_m:.2} m, y {y_m:.2} m, where the robot is said to be")
-            }
-            Some(_) => format!(
-                "the walls that the SLAM map shows around the robot hold the pose to {} only, less well than max_uncertainty asks for",
-                uncertainty(pose)
-            ),
-            None => format!(
-                "nobody knows where the robot is, and the pose is known to {:.3} m anywhere in the SLAM map, less well than \
-                 max_uncertainty asks for: --robot X Y, or /tf, tells where it is",
-                local_poses.head.anywhere_m
-            ),
-        };
-    }
-    let held = pose.map_or_else(String::new, |pose| format!(" to {} only", uncertainty(&pose)));
-    format!("the walls that the SLAM map shows hold it{held}, less well than max_uncertainty asks for")
 }
 
 /// How far lengths that are not the model's put the ends of a SLAM map off that lies right in its middle, in metres; `None` if they are the
@@ -231,7 +193,9 @@ fn known_to(pose: &PoseRecord, local_poses: &LocalPoses<'_>, robot_m: Option<[f6
     let LocalPosesHead { anywhere_m, anywhere_rad, walls_share, area_share, largest_off_m, unknown_share, .. } =
         local_poses.head;
     let place = match robot_m.or(local_poses.robot_m()) {
-        Some([x_m, y_m]) => format!("known to {} around the robot at x {x_m:.2} m, y {y_m:.2} m", uncertainty(pose)),
+        Some([x_m, y_m]) => {
+            format!("known to {} around the robot at x {x_m:.2} m, y {y_m:.2} m", pose.deviation_text())
+        }
         None => {
             format!("known to {anywhere_m:.3} m and {:.2} degrees anywhere in the SLAM map", anywhere_rad.to_degrees())
         }
@@ -246,20 +210,6 @@ fn known_to(pose: &PoseRecord, local_poses: &LocalPoses<'_>, robot_m: Option<[f6
         "{place}\n  holds within {HOLDS_M} m for {walls:.0} % of its walls and {area:.0} % of its floor; beyond that {off}, and not \
          known for {unknown:.0} % of the floor"
     )
-}
-
-/// Standard deviations of a pose, of its place in the direction that is held worst.
-fn uncertainty(pose: &PoseRecord) -> String {
-    let covariance = pose.pose_covariance();
-    let [_, _, yaw_rad] = covariance.deviations();
-    format!("{:.3} m and {:.2} degrees", covariance.worst_m(), yaw_rad.to_degrees())
-}
-
-fn why_held(alignment: &Alignment<'_>) -> &'static str {
-    match alignment.is_searched() {
-        true => "the newest SLAM map does not bear the pose out",
-        false => "the newest SLAM map waits for its search",
-    }
 }
 
 fn line(out: &mut String, pose: &PoseRecord, what: &str) {

@@ -69,16 +69,18 @@ impl Control {
     /// Searches the pose of the robot's map, first on the storey that the robot is known to be on, and waits for the end.
     ///
     /// # Errors
-    /// There is no map, the search fails, no pose is accepted.
+    /// There is no map, the search fails, no pose may be used.
     pub(crate) fn align(&self) -> Result<String, Failure> {
-        // The robot may have been carried since then.
-        match self.known_storey() {
-            Some(storey) => self.search(Some(storey)).or_else(|_| self.search(None)),
-            None => self.search(None),
-        }
+        let of_storey = self.known_storey().map(|storey| self.search(Some(storey)));
+        let found = match of_storey {
+            Some(Ok(found)) if found.verdict == AlignmentVerdict::Accepted.name() && found.is_effective() => found,
+            // The robot may have been carried since then.
+            _ => self.search(None)?,
+        };
+        if found.is_effective() { Ok(found.to_string()) } else { Err(found.to_string().into()) }
     }
 
-    fn search(&self, storey: Option<u32>) -> Result<String, Failure> {
+    fn search(&self, storey: Option<u32>) -> Result<AlignmentSummary, Failure> {
         let request = AlignRequest::Align { hint: None, storey, places: KnownPlaces::default() };
         let AlignAnswer::Search(search) = self.ask(&request)? else {
             return Err("slam-align answers in other words".into());
@@ -86,7 +88,7 @@ impl Control {
         let begun = Instant::now();
         while begun.elapsed() < SEARCH_TIMEOUT {
             match self.ask(&AlignRequest::SearchResult { search })? {
-                AlignAnswer::SearchState(SearchState::Done { alignment, .. }) => return self.verdict_on(&alignment),
+                AlignAnswer::SearchState(SearchState::Done { alignment, .. }) => return self.published(&alignment),
                 AlignAnswer::SearchState(SearchState::Failed { why }) => return Err(why.into()),
                 _ => std::thread::sleep(POLL_INTERVAL),
             }
@@ -94,13 +96,12 @@ impl Control {
         Err("the search has not ended: its alignment comes when it has".into())
     }
 
-    /// What became of a search.
-    fn verdict_on(&self, alignment: &Published) -> Result<String, Failure> {
+    /// The alignment that came of a search, or a later one.
+    fn published(&self, alignment: &Published) -> Result<AlignmentSummary, Failure> {
         let begun = Instant::now();
         loop {
             if let Some(summary) = self.alignment().filter(|summary| summary.epoch >= alignment.epoch) {
-                let is_accepted = summary.verdict == AlignmentVerdict::Accepted.name() && summary.is_effective();
-                return if is_accepted { Ok(summary.to_string()) } else { Err(summary.to_string().into()) };
+                return Ok(summary);
             }
             if begun.elapsed() > TIMEOUTS.answer {
                 return Err("slam-align has not told its alignment".into());

@@ -1,9 +1,9 @@
 //! The messages of a set of maps, of an alignment and of the processes of a site.
 
-use daemon::{Report, RosConfig, SiteProcess, StatusBoard};
+use daemon::{RosConfig, SiteProcess, StatusBoard};
 use export::{ExportInput, nav2_route_file};
 use grid::GridSpecError;
-use messages::{ContentHash, Grid, RobotProfile, ScheduleStateHead, SlamFrame, plan_time};
+use messages::{ContentHash, Grid, ProcessHealth, RobotProfile, ScheduleStateHead, SeenProcess, SlamFrame, plan_time};
 use ros::maps::{keepout_info, keepout_mask, localization, planning, speed_info, speed_mask};
 use ros::markers::{doors, drop_offs, rooms, route, together, waypoints};
 use ros::msg::builtin_interfaces::Time;
@@ -17,7 +17,6 @@ use ros::msg::visualization_msgs::MarkerArray;
 use ros::relief::{foxglove_grid, grid_map};
 use ros::{Layers, Relief};
 use safety::{SafetyInput, speed_step_m_s};
-use serde::de::IgnoredAny;
 use serde_json::json;
 use site_view::{MapState, MapsInUse, SiteViews};
 
@@ -234,68 +233,66 @@ pub(crate) fn diagnostics(
     processes: impl Iterator<Item = SiteProcess>,
     stamp: Time,
 ) -> DiagnosticArray {
-    let status = processes.map(|process| status_of(process, board.is_alive(process), board.report(process)));
+    let status = processes.map(|process| status_of(&board.seen(process)));
     DiagnosticArray { header: Header { stamp, frame_id: String::new() }, status: status.collect() }
 }
 
-fn status_of(process: SiteProcess, is_alive: bool, report: Option<Report<IgnoredAny>>) -> DiagnosticStatus {
-    let name = format!("groundplan: {process}");
-    let Some(report) = report.filter(|_| is_alive) else {
-        let message = "it does not run".to_owned();
-        return DiagnosticStatus { level: DiagnosticStatus::ERROR, name, message, ..DiagnosticStatus::default() };
+fn status_of(process: &SeenProcess) -> DiagnosticStatus {
+    let name = format!("groundplan: {}", process.name);
+    let (health, wrong) = process.health();
+    let level = match health {
+        ProcessHealth::Down | ProcessHealth::Error => DiagnosticStatus::ERROR,
+        ProcessHealth::Hangs => DiagnosticStatus::STALE,
+        ProcessHealth::Warning => DiagnosticStatus::WARN,
+        ProcessHealth::Ok => DiagnosticStatus::OK,
     };
-    let age = report.age();
-    let (level, message) = match (&report.error, &report.warning) {
-        _ if report.is_silent() => (DiagnosticStatus::STALE, "it hangs"),
-        (Some(error), _) => (DiagnosticStatus::ERROR, error.as_str()),
-        (None, Some(warning)) => (DiagnosticStatus::WARN, warning.as_str()),
-        (None, None) => (DiagnosticStatus::OK, report.activity.as_str()),
-    };
+    let report = process.report.as_ref().filter(|_| health != ProcessHealth::Down);
+    let message = wrong.or(report.map(|report| report.activity.as_str())).unwrap_or_default().to_owned();
     let value = |key: &str, value: String| KeyValue { key: key.to_owned(), value };
-    let values = vec![
-        value("process_id", report.process_id.to_string()),
-        value("restarts", report.restarts.to_string()),
-        value("memory_bytes", report.memory_bytes.to_string()),
-        value("age_s", format!("{:.1}", age.as_secs_f64())),
-    ];
-    DiagnosticStatus { level, name, message: message.to_owned(), values, ..DiagnosticStatus::default() }
+    let values = report.map_or_else(Vec::new, |report| {
+        vec![
+            value("process_id", report.process_id.to_string()),
+            value("restarts", report.restarts.to_string()),
+            value("memory_bytes", report.memory_bytes.to_string()),
+            value("age_s", format!("{:.1}", report.age.as_secs_f64())),
+        ]
+    });
+    DiagnosticStatus { level, name, message, values, ..DiagnosticStatus::default() }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use bus::Daemon;
-
-    fn report(error: Option<&str>, warning: Option<&str>) -> Report<IgnoredAny> {
-        Report {
-            process_id: 7,
-            restarts: 1,
-            stamp_ns: bus::Stamp::now().0,
-            activity: "published".to_owned(),
-            memory_bytes: 5,
-            error: error.map(str::to_owned),
-            warning: warning.map(str::to_owned),
-            epochs: Default::default(),
-            output_stamp_ns: None,
-            latency_s: None,
-            outputs: Vec::new(),
-            busy: None,
-            facts: IgnoredAny,
-        }
-    }
+    use messages::SeenReport;
+    use std::time::Duration;
 
     #[test]
     fn the_level_is_that_of_what_is_worst() {
         let of = |is_alive, report| {
-            let status = status_of(Daemon::Rasterize.into(), is_alive, report);
-            (status.level, status.message)
+            let status = status_of(&SeenProcess { name: "rasterize".to_owned(), is_alive, report });
+            assert_eq!(status.name, "groundplan: rasterize");
+            (status.level, status.message, status.values.len())
         };
-        assert_eq!(of(true, Some(report(None, None))), (DiagnosticStatus::OK, "published".to_owned()));
-        assert_eq!(of(true, Some(report(None, Some("look")))), (DiagnosticStatus::WARN, "look".to_owned()));
-        assert_eq!(of(true, Some(report(Some("bad"), Some("look")))), (DiagnosticStatus::ERROR, "bad".to_owned()));
-        let hangs = Report { stamp_ns: 0, ..report(None, None) };
-        assert_eq!(of(true, Some(hangs)).0, DiagnosticStatus::STALE);
-        assert_eq!(of(false, Some(report(None, None))).0, DiagnosticStatus::ERROR);
-        assert_eq!(of(true, None).0, DiagnosticStatus::ERROR);
+        let report = SeenReport {
+            age: Duration::from_millis(1_240),
+            is_overdue: false,
+            process_id: 7,
+            restarts: 1,
+            memory_bytes: 5,
+            activity: "published".to_owned(),
+            error: None,
+            warning: None,
+            busy: None,
+        };
+        let [bad, look] = ["bad", "look"].map(|text| Some(text.to_owned()));
+        let warning = SeenReport { warning: look, ..report.clone() };
+        assert_eq!(of(true, Some(report.clone())), (DiagnosticStatus::OK, "published".to_owned(), 4));
+        assert_eq!(of(true, Some(warning.clone())), (DiagnosticStatus::WARN, "look".to_owned(), 4));
+        let error = SeenReport { error: bad, ..warning };
+        assert_eq!(of(true, Some(error)), (DiagnosticStatus::ERROR, "bad".to_owned(), 4));
+        let hangs = SeenReport { is_overdue: true, ..report.clone() };
+        assert_eq!(of(true, Some(hangs)), (DiagnosticStatus::STALE, "it hangs".to_owned(), 4));
+        assert_eq!(of(false, Some(report)), (DiagnosticStatus::ERROR, "it does not run".to_owned(), 0));
+        assert_eq!(of(true, None), (DiagnosticStatus::ERROR, "it does not run".to_owned(), 0));
     }
 }

@@ -182,11 +182,17 @@ impl BridgeService {
 
     /// The pose of the robot's map around the robot with what it is worth there, or of all of it if nobody tells where the robot is.
     fn pose_around_robot(&self) -> Option<(PoseRecord, PoseValidity)> {
-        let alignment = self.alignment.as_ref().map(CheckedSample::view)?;
-        match self.robot.pose() {
-            Some(robot) => alignment.pose_at([robot.x_m, robot.y_m]),
-            None => Some((*alignment.pose()?, alignment.validity())),
-        }
+        self.alignment.as_ref()?.view().pose_around(self.robot_m())
+    }
+
+    /// That pose, if it may be used.
+    fn usable_pose(&self) -> Option<PoseRecord> {
+        self.alignment.as_ref()?.view().usable(self.robot_m()).ok()
+    }
+
+    /// Where the robot is in its map, if somebody tells that.
+    fn robot_m(&self) -> Option<[f64; 2]> {
+        self.robot.pose().map(|robot| [robot.x_m, robot.y_m])
     }
 
     /// Publishes the transform of the alignment around the robot, which follows the robot slowly through a map that bends; what is not
@@ -197,8 +203,7 @@ impl BridgeService {
         let RosConfig { slam_frame, frame, .. } = &self.config.ros;
         let Some(around) = self.pose_around_robot().filter(|_| frame != slam_frame) else { return };
         let robot = self.robot.pose();
-        let robot_m = robot.as_ref().map(|robot| [robot.x_m, robot.y_m]);
-        if !self.transform.update(around, robot_m, elapsed) {
+        if !self.transform.update(around, self.robot_m(), elapsed) {
             return;
         }
         let (Some(pose), now) = (self.transform.published(), stamp()) else { return };
@@ -215,14 +220,13 @@ impl BridgeService {
 
     /// The robot in the model's map, by the alignment that is in effect.
     fn robot_in_map(&self) -> Option<Pose> {
-        let (pose, _) = self.pose_around_robot().filter(|(_, validity)| *validity == PoseValidity::Effective)?;
-        self.robot.pose_in_map(&pose)
+        self.robot.pose_in_map(&self.usable_pose()?)
     }
 
     /// Takes the storey at the end of a portal that the robot has gone through, and that on which it has driven outdoors or come in.
     fn follow_robot(&mut self) -> Result<(), Failure> {
-        let around = self.pose_around_robot().filter(|(_, validity)| *validity == PoseValidity::Effective);
-        let (true, Some(shown), Some((pose, _))) = (self.config.ros.follow_portals, self.published, around) else {
+        let follows = self.config.ros.follow_portals;
+        let (true, Some(shown), Some(pose)) = (follows, self.published, self.usable_pose()) else {
             return Ok(());
         };
         let Some(robot) = self.robot.pose_in_map(&pose) else { return Ok(()) };

@@ -14,7 +14,7 @@ use daemon::facts::PoseHolds;
 use daemon::{AlignConfig, Caller, HistoryEvent, HistoryKind, PoseHint};
 use messages::{
     AlignmentVerdict, ArchiveBuffer, Checked, ContentHash, InputHashes, PoseRecord, PoseValidity, ScheduleStateHead,
-    SlamFrame, payload,
+    SearchOutcome, SlamFrame, payload,
 };
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -216,29 +216,31 @@ impl InForce {
 
     /// Why the pose must not be used, for people; `None` if it may, or if there is no map.
     pub(crate) fn why_not_effective(&self) -> Option<String> {
-        match self.validity()? {
-            PoseValidity::Effective => None,
-            PoseValidity::Uncertain => {
-                let holds = self.alignment.as_ref().and_then(|last| PoseHolds::of(last.view().local_poses));
-                let holds = holds.map_or_else(String::new, |holds| format!(": {holds}"));
-                Some(format!(
-                    "pose_uncertain: the pose is known less well than max_uncertainty somewhere in the SLAM map, and may be used only \
-                     where /tf says that the robot is, if it is known there{holds}"
-                ))
-            }
-            PoseValidity::WaitsForConfirm => {
-                Some("pose_waits: the pose would change by more than max_jump: groundplan confirm".to_owned())
-            }
-            PoseValidity::Held if self.is_newest_map_searched() => {
-                Some("pose_held: the newest SLAM map does not bear the pose out".to_owned())
-            }
-            PoseValidity::Held => Some("pose_held: the newest SLAM map waits for its search".to_owned()),
-            PoseValidity::Refused => {
-                let (verdict, reason) = (self.last_search.verdict, &self.last_search.reason);
-                let name = if verdict == AlignmentVerdict::Accepted { "not in effect" } else { verdict.name() };
-                Some(format!("pose_refused: the newest SLAM map is {name}: {reason}"))
-            }
-        }
+        let validity = self.validity()?;
+        let searched = SearchOutcome {
+            is_of_newest_map: self.is_newest_map_searched(),
+            verdict: self.last_search.verdict,
+            reason: &self.last_search.reason,
+        };
+        let why = validity.why_not_usable(&searched, || self.why_uncertain())?;
+        let code = match validity {
+            PoseValidity::Effective => return None,
+            PoseValidity::Uncertain => "pose_uncertain",
+            PoseValidity::WaitsForConfirm => "pose_waits",
+            PoseValidity::Held => "pose_held",
+            PoseValidity::Refused => "pose_refused",
+        };
+        Some(format!("{code}: {why}"))
+    }
+
+    /// How well the pose is known, by what is published of it.
+    fn why_uncertain(&self) -> String {
+        let Some(last) = &self.alignment else {
+            return "it is known less well than max_uncertainty asks for".to_owned();
+        };
+        let view = last.view();
+        let holds = PoseHolds::of(view.local_poses).map_or_else(String::new, |holds| format!("; {holds}"));
+        view.why_uncertain(None) + &holds
     }
 
     /// What there is to publish of the pose, and its inputs; nothing before there are a map and a site.

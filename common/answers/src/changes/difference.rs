@@ -2,7 +2,7 @@
 
 use super::list::{CauseJson, Causes};
 use crate::named::date_text;
-use messages::{DoorPassage, Grids, MissionPlan, NONE, ScheduleState, Site};
+use messages::{DoorPassageRecord, Grids, MissionPlan, NONE, RobotProfile, ScheduleState, Site};
 use serde::Serialize;
 use std::fmt::Write;
 
@@ -15,9 +15,9 @@ pub struct Difference<'s> {
     elements_added: Vec<Named<'s>>,
     /// Elements that stand or are worked on at the first date only.
     elements_removed: Vec<Named<'s>>,
-    /// Doors that the robot can pass at the second date only.
+    /// Doors, and openings whose door does not hang yet, that the robot can pass at the second date only.
     doors_opened: Vec<Door<'s>>,
-    /// Doors that the robot can pass at the first date only.
+    /// Doors, and openings whose door does not hang yet, that the robot can pass at the first date only.
     doors_closed: Vec<Door<'s>>,
     /// Spaces that have a waypoint at the second date only.
     spaces_reachable: Vec<Named<'s>>,
@@ -59,8 +59,9 @@ pub struct Side {
     at_s: i64,
     stands: Vec<bool>,
     blocked: Vec<bool>,
-    /// Passage of each door, on the storey on which it stands.
-    doors: Vec<DoorPassage>,
+    /// Passage of each door, on the storey on which it stands; `None` for those that are on no map.
+    doors: Vec<Option<DoorPassageRecord>>,
+    robot: RobotProfile,
     /// Why each space has no waypoint; empty if it has one.
     reasons: Vec<String>,
     has_waypoint: Vec<bool>,
@@ -75,18 +76,29 @@ impl Side {
         index: &Grids<'_>,
         mission_plan: &MissionPlan<'_>,
     ) -> Self {
-        let mut doors = vec![DoorPassage::Absent; site.doors.len()];
+        let mut doors = vec![None; site.doors.len()];
         for record in export::each_door(site, index.doors) {
-            doors[record.door as usize] = record.passage.get();
+            doors[record.door as usize] = Some(record);
         }
         Self {
             at_s,
             stands: (0..site.elements.len()).map(|k| schedule_state.effective(k).is_obstacle()).collect(),
             blocked: (0..site.spaces.len()).map(|k| schedule_state.is_blocked(k)).collect(),
             doors,
+            robot: index.head.robot,
             reasons: (0..site.spaces.len()).map(|k| mission_plan.reason(k).to_owned()).collect(),
             has_waypoint: mission_plan.spaces.iter().map(|s| s.centre != NONE).collect(),
         }
+    }
+
+    /// True if the robot can pass a door, or the opening in which it does not hang yet.
+    fn can_pass(&self, door: usize) -> bool {
+        self.doors[door].and_then(|passage| passage.is_passable(&self.robot)) == Some(true)
+    }
+
+    /// What the robot finds at a door: nothing, where it is on no map.
+    fn passage(&self, door: usize) -> &'static str {
+        self.doors[door].map_or("no_map", |passage| passage.passage.get().name())
     }
 }
 
@@ -100,12 +112,11 @@ pub fn difference<'s>(site: &'s Site<'_>, before: &Side, after: &Side, causes: V
     let space = |k: usize| named(site.spaces[k].global_id, site.spaces[k].name);
     let only = |a: &[bool], b: &[bool]| -> Vec<usize> { (0..a.len()).filter(|k| a[*k] && !b[*k]).collect() };
     let doors = |a: &Side, b: &Side| -> Vec<Door<'s>> {
-        let passable = |side: &Side, k: usize| side.doors[k] == DoorPassage::Passable;
-        let changed = (0..site.doors.len()).filter(|k| passable(a, *k) && !passable(b, *k));
+        let changed = (0..site.doors.len()).filter(|k| a.can_pass(*k) && !b.can_pass(*k));
         let door = |k: usize| Door {
             id: element(site.doors[k].element as usize),
-            before: before.doors[k].name(),
-            after: after.doors[k].name(),
+            before: before.passage(k),
+            after: after.passage(k),
         };
         changed.map(door).collect()
     };

@@ -2,7 +2,7 @@
 
 use super::input::DeviationExport;
 use geometry::Bounds;
-use messages::{AbsentPartRecord, DeviationVerdict, ElementDeviationRecord, ObstacleRecord};
+use messages::{AbsentPartRecord, Deviation, DeviationVerdict, ElementDeviationRecord, ObstacleRecord};
 use sha2::{Digest, Sha256};
 
 /// A topic to be.
@@ -42,16 +42,16 @@ fn of_element(input: &DeviationExport<'_>, e: &ElementDeviationRecord) -> Option
     let verdict = e.verdict.get();
     let element = &input.site.elements[e.element as usize];
     let [dx, dy] = e.displacement_m.map(|m| m * 1e3);
-    let phrase = match verdict {
-        DeviationVerdict::OnPlan | DeviationVerdict::Unknown => return None,
-        DeviationVerdict::Late if e.n_contradicted > e.n_confirmed => {
+    let deviation = verdict.deviation()?;
+    let phrase = match deviation {
+        Deviation::Late if e.n_contradicted > e.n_confirmed => {
             "is planned to stand, and the robot saw through its place"
         }
-        DeviationVerdict::Late => "is planned to be removed, and stands",
-        DeviationVerdict::Early => "is built before it is planned",
-        DeviationVerdict::Displaced => "does not stand in its place",
+        Deviation::Late => "is planned to be removed, and stands",
+        Deviation::Early => "is built before it is planned",
+        Deviation::Displaced => "does not stand in its place",
     };
-    let by = if verdict == DeviationVerdict::Displaced {
+    let by = if deviation == Deviation::Displaced {
         format!(" Displaced by {:.0} mm: {dx:.0} mm along x, {dy:.0} mm along y of the map.", libm::hypot(dx, dy))
     } else {
         String::new()

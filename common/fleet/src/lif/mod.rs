@@ -9,7 +9,7 @@ use document::{
     VehicleNode,
 };
 use export::{ExportFile, ExportInput, json_text, rounded, space_name, text_or_null};
-use messages::{ContentId, NodeKind, RouteEdgeRecord, WaypointKind, WaypointRecord};
+use messages::{ContentId, NodeKind, RouteEdgeRecord, WaypointPurpose, WaypointRecord};
 use names::Names;
 
 /// The file, in `fleet/lif/`.
@@ -61,7 +61,7 @@ fn layout(input: &ExportInput<'_>, names: &Names, map_storey: u32) -> Layout {
                 trajectory: trajectory(input, &plan.edges[edge.edge as usize], edge.is_back),
             }],
         });
-    let centres = plan.waypoints.iter().filter(|w| w.map_storey == map_storey && w.kind == WaypointKind::Centre);
+    let waypoints = plan.waypoints.iter().filter(|waypoint| waypoint.map_storey == map_storey);
     let mut layout = Layout {
         layout_id: map_id.clone(),
         layout_name: text_or_null(input.site.text(input.site.map_storeys[map_storey as usize].name)),
@@ -69,7 +69,7 @@ fn layout(input: &ExportInput<'_>, names: &Names, map_storey: u32) -> Layout {
         layout_level_id: map_id.clone(),
         nodes: nodes.collect(),
         edges: edges.collect(),
-        stations: centres.filter_map(|waypoint| station(input, names, waypoint)).collect(),
+        stations: waypoints.filter_map(|waypoint| station(input, names, waypoint)).collect(),
     };
     // Of all that it says: the same version is the same layout.
     layout.layout_version = ContentId::of(&json_text(&layout)).short().to_string();
@@ -102,8 +102,12 @@ fn trajectory(input: &ExportInput<'_>, edge: &RouteEdgeRecord, is_back: bool) ->
     Some(Trajectory { degree: 1, knot_vector, control_points })
 }
 
-/// The centre of a room, where one comes to it; `None` where the graph has no node for the room.
+/// The centre of a room, where one comes to it; `None` for other waypoints, and where the graph has no node for the room.
 fn station(input: &ExportInput<'_>, names: &Names, waypoint: &WaypointRecord) -> Option<Station> {
+    match waypoint.purpose() {
+        WaypointPurpose::Centre => {}
+        WaypointPurpose::Scan(_) => return None,
+    }
     let is_there = |node: &messages::RouteNodeRecord| {
         node.kind == NodeKind::Space && node.of == waypoint.space && node.map_storey == waypoint.map_storey
     };

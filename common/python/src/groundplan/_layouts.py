@@ -14,7 +14,10 @@ NO_TIME: int = -9223372036854775808
 NO_HEIGHT: int = -2147483648
 NO_SLOPE: int = 65535
 NONE: int = 4294967295
-SCAN: int = 2
+WAYPOINT_KINDS: dict[int, str] = {
+    1: "centre",
+    2: "scan",
+}
 KINDS: dict[str, int] = {
     "site": 1,
     "schedule-state": 2,

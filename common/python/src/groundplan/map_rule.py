@@ -8,14 +8,7 @@ from __future__ import annotations
 import datetime
 from dataclasses import dataclass
 
-WATCHED = ("schedule-eval", "rasterize")
-"""Daemons without which maps grow old unnoticed."""
-SILENT_AFTER_NS = 3_000_000_000
-"""Age of the last heartbeat of a daemon that is silent."""
-GRIDS_LATE_NS = 1_000_000_000
-"""After this time without its grids a newer schedule state stops the robot."""
-FRESH_TOLERANCE_NS = 3_000_000_000
-"""After this time maps of which something else is unknown are not used."""
+from ._map_limits import FOLLOWER, FRESH_TOLERANCE_NS, GRIDS_LATE_NS, MISSED_HEARTBEATS, SCHEDULE_REPORTERS, SILENT_AFTER_NS, WATCHED
 
 INCOMPLETE = "grids, index and schedule state have not come together yet"
 EXPIRED = "the plan time is past the validity of the schedule state, and no newer schedule state has come"
@@ -37,11 +30,23 @@ class MapVerdict:
         return self.word in ("current", "overtaken")
 
 
+def newest_schedule_report(reported_ns: dict[str, int], now_ns: int) -> str | None:
+    """Which daemon tells when the next schedule state is due, from when each one last reported: a report of another is from before the
+    configuration changed. What is later than now was written before the machine was started anew, and does not count."""
+    newest: str | None = None
+    for daemon in SCHEDULE_REPORTERS:
+        at_ns = reported_ns.get(daemon)
+        if at_ns is not None and at_ns <= now_ns and (newest is None or reported_ns[newest] <= at_ns):
+            newest = daemon
+    return newest
+
+
 class MapRule:
     """Heartbeats, schedule states, indices and times go in, a verdict comes out."""
 
     def __init__(self) -> None:
         self._heard: dict[str, int] = {}
+        self._is_following = False
         self._state: tuple[int, int] | None = None
         self._newer: tuple[int, int] | None = None
         self._index: tuple[int, int] | None = None
@@ -58,9 +63,12 @@ class MapRule:
         self._match_newest(now_ns)
 
     def insert_heartbeat(self, at_ns: int, daemon: str) -> None:
-        """A daemon was heard at this time."""
-        if daemon in self._heard:
-            self._heard[daemon] = max(self._heard[daemon], at_ns)
+        """A daemon was heard at this time. What follows a server publishes the maps in the place of all watched ones; others than
+        these count for nothing."""
+        self._is_following = self._is_following or daemon == FOLLOWER
+        for watched, heard in self._heard.items():
+            if daemon in (watched, FOLLOWER):
+                self._heard[watched] = max(heard, at_ns)
 
     def insert_schedule_state(self, now_ns: int, content_hash: int, site_hash: int) -> None:
         """A schedule state has come. One that says the same as the last one is not newer."""
@@ -88,7 +96,8 @@ class MapRule:
         """What a consumer may do; `utc_ms` is the machine's clock, in milliseconds since 1970 in UTC."""
         for daemon, heard in self._heard.items():
             if now_ns - heard >= SILENT_AFTER_NS:
-                return MapVerdict("no_map", f"{daemon} has missed 3 heartbeats")
+                silent = FOLLOWER if self._is_following else daemon
+                return MapVerdict("no_map", f"{silent} has missed {MISSED_HEARTBEATS} heartbeats")
         if self._distrust is not None:
             return MapVerdict("no_map", self._distrust)
         if self._due_ms is not None and (utc_ms - self._due_ms) * 1_000_000 >= FRESH_TOLERANCE_NS:

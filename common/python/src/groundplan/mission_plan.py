@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from . import _layouts
-from .archive import Archive, Bytes
+from .archive import Archive, Bytes, LayoutError
 
 Vector = tuple[float, float, float]
 
@@ -21,7 +21,7 @@ class Waypoint:
     order: int
     """Place in the tour, from 0 over all storeys."""
     kind: str
-    """`centre` or `scan`."""
+    """One of `_layouts.WAYPOINT_KINDS`: `centre` or `scan`."""
     storey: int
     """Index of the map storey."""
     space: int | None
@@ -65,11 +65,14 @@ def _waypoint(record: Any) -> Waypoint:
         x, y, z = (float(value) for value in record[name])
         return x, y, z
 
+    kind = int(record["kind"])
+    if kind not in _layouts.WAYPOINT_KINDS:
+        raise LayoutError(f"a waypoint is of the kind {kind}, which this package does not know")
     space = int(record["space"])
     return Waypoint(
         id=int(record["id"]),
         order=int(record["order"]),
-        kind="scan" if int(record["kind"]) == _layouts.SCAN else "centre",
+        kind=_layouts.WAYPOINT_KINDS[kind],
         storey=int(record["map_storey"]),
         space=None if space == _layouts.NONE else space,
         position_m=vector("position_in_map_m"),

@@ -7,9 +7,10 @@ import time
 from dataclasses import dataclass
 
 from . import board
+from ._map_limits import FOLLOWER, WATCHED
 from .bus import OF_ROBOT, Bus, BusGone, Subscriber
 from .grid import Grid, GridIndex, ScheduleState
-from .map_rule import WATCHED, MapRule, MapVerdict
+from .map_rule import MapRule, MapVerdict, newest_schedule_report
 
 
 @dataclass(frozen=True)
@@ -108,15 +109,18 @@ class SiteReader:
             self.current()
         except BusGone as gone:
             return MapVerdict("no_map", str(gone))
-        for daemon in WATCHED:
-            robot = self._bus.robot if daemon in OF_ROBOT else None
-            report = board.report(self._bus.root, daemon, robot)
-            if report is None:
-                continue
-            self._rule.insert_heartbeat(report.stamp_ns, daemon)
-            if daemon == "schedule-eval":
-                self._rule.set_next_state(report.facts.get("next_update_ms"), report.facts.get("clock_distrust"))
-        return self._rule.verdict(board.monotonic_ns(), time.time_ns() // 1_000_000)
+        reports: dict[str, board.Report] = {}
+        for daemon in (*WATCHED, FOLLOWER):
+            report = board.report(self._bus.root, daemon, self._bus.robot if daemon in OF_ROBOT else None)
+            if report is not None:
+                reports[daemon] = report
+                self._rule.insert_heartbeat(report.stamp_ns, daemon)
+        now_ns = board.monotonic_ns()
+        reporter = newest_schedule_report({daemon: report.stamp_ns for daemon, report in reports.items()}, now_ns)
+        if reporter is not None:
+            facts = reports[reporter].facts
+            self._rule.set_next_state(facts.get("next_update_ms"), facts.get("clock_distrust"))
+        return self._rule.verdict(now_ns, time.time_ns() // 1_000_000)
 
     def wait(self, timeout_s: float) -> SiteSet:
         """As `current`, but waits for a first set.

@@ -141,7 +141,7 @@ fn notice_distances(
     planned: &PlannedStorey,
 ) {
     for stop in planned.stops.iter().filter(|stop| free_space.is_kept_off_at(stop.at)) {
-        let kind = if stop.scan().is_some() { "scan" } else { "centre" };
+        let kind = stop.purpose.kind().name();
         let space = stop.space.map_or("outside of spaces".to_owned(), |space| {
             let record = &site.spaces[space];
             format!("in the space {} {:?}", site.text(record.global_id), site.text(record.name))
@@ -177,7 +177,7 @@ fn head(input: &MissionPlanInput<'_>, planned_storeys: &[&PlannedStorey]) -> Mis
         schedule_state_hash: input.schedule_state.content_hash(),
         plan_time_s: input.schedule_state.head.plan_time_s,
         sensor: options.sensor,
-        coverage_goal: if options.scans { options.coverage } else { 0.0 },
+        coverage_goal: if options.plans_scans() { options.coverage } else { 0.0 },
         min_gain_m: options.min_gain_m,
         overlap_goal: options.overlap,
         separation_m: options.separation_m,
@@ -259,8 +259,9 @@ fn add_stops(
         let space = stop.space.map(|s| &input.site.spaces[s]);
         let centroid = space.map_or(stop.at.coordinates_m(), |s| s.centroid_m);
         let id = builder.waypoints.len() as u32;
-        if let (Some(space), StopPurpose::Centre) = (stop.space, &stop.purpose) {
-            builder.spaces[space].centre = id;
+        match (&stop.purpose, stop.space) {
+            (StopPurpose::Centre, Some(space)) => builder.spaces[space].centre = id,
+            (StopPurpose::Centre, None) | (StopPurpose::Scan(_), _) => {}
         }
         let (scan, planned) = (stop.scan(), stop.scan().map(|scan| scan.planned));
         let joins = planned.and_then(|planned| planned.scan.joins);

@@ -102,7 +102,7 @@ impl MissionPlanner {
         let kept = &mut self.storeys;
         kept.resize_with(jobs.len(), || (ContentHash::NONE, PlannedStorey::default()));
         let old: Vec<(ContentHash, PlannedStorey)> = std::mem::take(kept);
-        *kept = if options.scans && options.has_budget() {
+        *kept = if options.plans_scans() && options.has_budget() {
             planned_within_budget(input, &jobs, &free_spaces, old)
         } else {
             at_each_storey(grids, jobs.iter().zip(old).collect(), |(job, old)| {

@@ -3,8 +3,9 @@
 use crate::flight_options::{FlightOptions, FlightToml};
 use frames::PlanTimeError;
 use grid::Class;
-use messages::{DriveModel, ScanSensor, Site, WayCost};
+use messages::{DriveModel, ScanSensor, Site, WayCost, WaypointKind};
 use serde::Deserialize;
+use std::collections::BTreeSet;
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 use wildmatch::WildMatch;
@@ -12,10 +13,8 @@ use wildmatch::WildMatch;
 /// Options of a plan.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MissionPlanOptions {
-    /// Plan the centres of spaces.
-    pub centres: bool,
-    /// Plan scans.
-    pub scans: bool,
+    /// Kinds of waypoints that are planned.
+    pub kinds: BTreeSet<WaypointKind>,
     /// Names, long names or GlobalIds of spaces, with `*` and `?`; all if empty.
     pub spaces: Vec<String>,
     /// Map storeys on which waypoints are planned; all if empty. The others are only passed through.
@@ -146,8 +145,7 @@ struct TourToml {
 impl Default for MissionPlanOptions {
     fn default() -> Self {
         Self {
-            centres: true,
-            scans: true,
+            kinds: WaypointKind::ALL.into(),
             spaces: Vec::new(),
             storeys: Vec::new(),
             changed_since_s: None,
@@ -200,7 +198,12 @@ impl MissionPlanOptions {
 
     /// Options for centres only, which are planned fast.
     pub fn centres_only() -> Self {
-        Self { scans: false, ..Self::default() }
+        Self { kinds: [WaypointKind::Centre].into(), ..Self::default() }
+    }
+
+    /// True if scans are planned.
+    pub(crate) fn plans_scans(&self) -> bool {
+        self.kinds.contains(&WaypointKind::Scan)
     }
 
     /// True if a number of scans or a duration limits the plan.
@@ -262,10 +265,7 @@ impl OptionsToml {
         if sensor.min_range_m >= sensor.range_m {
             return Err(format!("min_range_m {} is not below range_m {}", sensor.min_range_m, sensor.range_m));
         }
-        let kinds = self.waypoints.unwrap_or_else(|| vec!["centre".to_owned(), "scan".to_owned()]);
-        if let Some(unknown) = kinds.iter().find(|k| !["centre", "scan"].contains(&k.as_str())) {
-            return Err(format!("waypoints has {unknown:?}, it may hold \"centre\" and \"scan\""));
-        }
+        let kinds = self.waypoints.as_deref().map_or(Ok(defaults.kinds.clone()), kinds_of)?;
         let quality = self.scan.quality.unwrap_or(1);
         if quality > 1000 {
             return Err(format!("quality is {quality}, it must be from 0 to 1000"));
@@ -288,8 +288,7 @@ impl OptionsToml {
             defaults.clone()
         };
         Ok(MissionPlanOptions {
-            centres: kinds.iter().any(|k| k == "centre"),
-            scans: kinds.iter().any(|k| k == "scan"),
+            kinds,
             spaces: self.spaces,
             storeys: defaults.storeys,
             changed_since_s: changed_since.transpose()?.map(|t| t.civil_seconds()),
@@ -315,6 +314,17 @@ impl OptionsToml {
             scan_s: within("scan_s", self.tour.scan_s, defaults.scan_s, 0.0, 86_400.0)?,
         })
     }
+}
+
+/// Kinds of waypoints by their names.
+fn kinds_of(names: &[String]) -> Result<BTreeSet<WaypointKind>, String> {
+    let kind = |name: &String| {
+        WaypointKind::from_name(name).ok_or_else(|| {
+            let known = WaypointKind::ALL.map(|kind| format!("{:?}", kind.name())).join(" and ");
+            format!("waypoints has {name:?}, it may hold {known}")
+        })
+    };
+    names.iter().map(kind).collect()
 }
 
 impl TourToml {

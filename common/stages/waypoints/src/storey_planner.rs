@@ -16,11 +16,11 @@ use crate::space_centre::{SpaceCells, SpaceCentre, StoreyInputs, centre_of};
 use crate::spaces::Refusal;
 use crate::target_face::TargetFaces;
 use crate::tour_distances::{StoreyPlaces, legs};
-use crate::tour_stops::{PlannedScan, StopPurpose, StopScan, StoreyRequest, TourGoal, TourStop};
+use crate::tour_stops::{GoalPurpose, PlannedScan, StopPurpose, StopScan, StoreyRequest, TourGoal, TourStop};
 use crate::walked_line::{WalkedLine, walked};
 use frames::{Map, Point2};
 use grid::Class;
-use messages::FloorKind;
+use messages::{FloorKind, WaypointKind};
 
 /// Coverage of a space: faces that can be seen, and those seen by scans.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -100,7 +100,7 @@ pub(crate) fn survey_storey(storey: &StoreyInputs<'_>, request: &StoreyRequest<'
         }
     }
     // Scans of facades from outdoors are none of the rooms of a building.
-    let is_scanned = request.options.scans && storey.grid.head.floor != FloorKind::Ground;
+    let is_scanned = request.options.plans_scans() && storey.grid.head.floor != FloorKind::Ground;
     survey.scans = is_scanned.then(|| survey_scans(storey, request, &survey.centres));
     survey.path_grid = PathGrid::of(storey.free_space, |part| storey.reached[part as usize]);
     survey
@@ -293,18 +293,23 @@ fn goals(
     scans: Option<&ScanSurvey>,
     chosen: &[RegisteredScan],
 ) -> Vec<TourGoal> {
+    let centre = |(space, centre): &(usize, SpaceCentre)| TourGoal {
+        at: centre.at,
+        part: reached_part(storey, centre.at),
+        space: Some(*space),
+        purpose: GoalPurpose::Centre,
+    };
+    let scan = |scans: &ScanSurvey, (registration_order, scan): (u32, &RegisteredScan)| {
+        let ScanPlace { at, part } = scans.place(scan.set);
+        let purpose = GoalPurpose::Scan(PlannedScan { registration_order, scan: *scan });
+        TourGoal { at, part, space: storey.space_at(at), purpose }
+    };
     let mut goals = Vec::new();
-    if request.options.centres {
-        for (space, centre) in centres {
-            let part = reached_part(storey, centre.at);
-            goals.push(TourGoal { at: centre.at, part, space: Some(*space), scan: None });
-        }
-    }
-    if let Some(scans) = scans {
-        for (registration_order, scan) in (0..).zip(chosen) {
-            let ScanPlace { at, part } = scans.place(scan.set);
-            let scan = Some(PlannedScan { registration_order, scan: *scan });
-            goals.push(TourGoal { at, part, space: storey.space_at(at), scan });
+    for kind in &request.options.kinds {
+        match (kind, scans) {
+            (WaypointKind::Centre, _) => goals.extend(centres.iter().map(centre)),
+            (WaypointKind::Scan, Some(scans)) => goals.extend((0..).zip(chosen).map(|chosen| scan(scans, chosen))),
+            (WaypointKind::Scan, None) => {}
         }
     }
     goals
@@ -343,8 +348,11 @@ fn add_tour(
             clearance_m: storey.free_space.clearance_m(goal.at),
             leg_m: leg.map_or(0.0, |at| walks[at].length_m),
         };
-        if let (Some(scans), Some(planned)) = (scans, goal.scan) {
-            scan_stop(storey, request.options, scans, planned, seen_so_far, &mut stop);
+        match (goal.purpose, scans) {
+            (GoalPurpose::Scan(planned), Some(scans)) => {
+                scan_stop(storey, request.options, scans, planned, seen_so_far, &mut stop);
+            }
+            (GoalPurpose::Centre, _) | (GoalPurpose::Scan(_), None) => {}
         }
         planned.stops.push(stop);
     }

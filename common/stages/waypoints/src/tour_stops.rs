@@ -91,6 +91,14 @@ pub(crate) struct TourGoal {
     pub(crate) at: Point2<Map>,
     pub(crate) part: u32,
     pub(crate) space: Option<usize>,
-    /// None for a centre.
-    pub(crate) scan: Option<PlannedScan>,
+    pub(crate) purpose: GoalPurpose,
+}
+
+/// What a place is to be visited for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum GoalPurpose {
+    /// It is the centre of its space.
+    Centre,
+    /// The robot is to scan there.
+    Scan(PlannedScan),
 }

@@ -2,7 +2,7 @@
 
 mod support;
 
-use messages::{NONE, NoWaypoint, RobotProfile, SpaceRecord, space_flags};
+use messages::{NONE, NoWaypoint, RobotProfile, SpaceRecord, WaypointKind, space_flags};
 use support::{House, Planned, quick};
 use waypoints::{MissionPlanOptions, Start};
 
@@ -22,7 +22,7 @@ const TWO_ROOMS: &str = "
 #####################";
 
 fn quick_centres() -> MissionPlanOptions {
-    MissionPlanOptions { scans: false, ..quick() }
+    MissionPlanOptions { kinds: [WaypointKind::Centre].into(), ..quick() }
 }
 
 /// What becomes of room b after a change; room a has its centre all the same.

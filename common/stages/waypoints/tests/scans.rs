@@ -270,9 +270,9 @@ fn a_sensor_that_is_tilted_sees_other_parts_of_meshes() {
 
 #[test]
 fn centres_and_scans_can_be_planned_alone() {
-    let centres = flat().planned(&MissionPlanOptions { scans: false, ..quick() });
+    let centres = flat().planned(&MissionPlanOptions { kinds: [WaypointKind::Centre].into(), ..quick() });
     assert_eq!((centres.scans().len(), centres.of_kind(WaypointKind::Centre).len()), (0, 3));
-    let scans = flat().planned(&MissionPlanOptions { centres: false, ..quick() });
+    let scans = flat().planned(&MissionPlanOptions { kinds: [WaypointKind::Scan].into(), ..quick() });
     assert_eq!(scans.of_kind(WaypointKind::Centre).len(), 0);
     assert!(!scans.scans().is_empty() && scans.mission_plan().spaces.iter().all(|s| s.centre == messages::NONE));
 }

@@ -4,7 +4,7 @@
 mod support;
 
 use frames::Point2;
-use messages::{DriveModel, WayCost};
+use messages::{DriveModel, WayCost, WaypointKind};
 use proptest::prelude::*;
 use support::planned::with_finder;
 use support::{GROUND, House, quick};
@@ -80,7 +80,7 @@ fn hall(relief: fn([f64; 2]) -> f64) -> House {
 }
 
 fn way(house: &House, drive: DriveModel, [from, to]: [[f64; 2]; 2]) -> Way {
-    let options = MissionPlanOptions { scans: false, drive, ..quick() };
+    let options = MissionPlanOptions { kinds: [WaypointKind::Centre].into(), drive, ..quick() };
     let end = |[x, y]: [f64; 2]| WayEnd::Point { map_storey: 0, at: Point2::new(x, y) };
     with_finder(house, &options, |finder, _, _| finder.way(end(from), end(to)).unwrap())
 }
@@ -132,7 +132,7 @@ fn a_way_leads_over_the_ridge_or_through_the_pass_as_its_cost_is() {
 #[test]
 fn tours_and_edges_take_time_and_energy_of_their_slopes_and_flat_ones_what_they_took() {
     let plan = |house: &House, drive: DriveModel| {
-        let planned = house.planned(&MissionPlanOptions { scans: false, drive, ..quick() });
+        let planned = house.planned(&MissionPlanOptions { kinds: [WaypointKind::Centre].into(), drive, ..quick() });
         let plan = planned.mission_plan();
         let (head, storey, edges) = (*plan.head, plan.storeys[0], plan.edges.to_vec());
         (head, storey, edges)

@@ -2,12 +2,12 @@
 
 mod support;
 
-use messages::{FloorPartRecord, NoWaypoint, SpaceRecord, space_flags};
+use messages::{FloorPartRecord, NoWaypoint, SpaceRecord, WaypointKind, space_flags};
 use support::{House, quick};
 use waypoints::{MissionPlanOptions, Start, UnknownName, check_names, check_start};
 
 fn centres() -> MissionPlanOptions {
-    MissionPlanOptions { scans: false, ..quick() }
+    MissionPlanOptions { kinds: [WaypointKind::Centre].into(), ..quick() }
 }
 
 /// Parts of a storey, from large to small: room area in square metres, whether it is reached, whether it has a way in.

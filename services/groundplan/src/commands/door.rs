@@ -3,8 +3,9 @@
 use crate::failure::Failure;
 use crate::question::{Answer, Question, QuestionArgs};
 use crate::run::{Outcome, Run};
-use answers::{Circumstances, DoorAnswer, FindError, Later, Situation, find_door, is_passable};
+use answers::{Circumstances, DoorAnswer, FindError, Later, Situation, find_door};
 use messages::Site;
+use std::collections::BTreeSet;
 use waypoints::MissionPlanOptions;
 
 /// Arguments of `door`.
@@ -24,8 +25,9 @@ const AFTER_HELP: &str = "\
 A door can be passed if it hangs, this robot opens doors of its kind, its clear width is the robot's
 diameter and margin, and the map has a way through it; whether a way leads to it is the question of
 `groundplan way`. The answer says every reason why it cannot, when it is hung, and, with maps of every
-later change of the schedule, when that changes (not with --only-now). Where no door hangs yet it is
-not known whether the robot can pass: its opening may be a way.
+later change of the schedule, when that changes (not with --only-now). Where no door hangs yet,
+its opening can be passed if it has floor and is as wide on the map as the robot; else that is
+not known.
 The JSON document has a schema: config/schemas/door.schema.json.
 
 Examples:
@@ -59,7 +61,7 @@ impl Question for Args {
     }
 
     fn options(&self, _: &Site<'_>, _: &usize, options: MissionPlanOptions) -> MissionPlanOptions {
-        MissionPlanOptions { centres: false, scans: false, ..options }
+        MissionPlanOptions { kinds: BTreeSet::new(), ..options }
     }
 
     fn depends_on_start(&self) -> bool {
@@ -71,7 +73,7 @@ impl Question for Args {
     }
 
     fn verdict(&self, situation: &Situation<'_>, door: &usize) -> Option<bool> {
-        answers::passage_of(situation, *door).as_ref().and_then(is_passable)
+        answers::can_pass(situation, *door)
     }
 }
 

@@ -4,8 +4,6 @@ use crate::args::SiteArgs;
 use crate::failure::Failure;
 use crate::lag::lags;
 use crate::run::{Outcome, Run};
-use crate::wait::seen_process;
-use answers::processes::ProcessAnswer;
 use bus::{Daemon, Stamp};
 use daemon::facts::{AlignFacts, IngestFacts, RasterizeFacts, ScheduleFacts};
 use daemon::{Report, SiteConfig, SiteProcess, StatusBoard, StopSignal, schedule_report, write_durably};
@@ -96,7 +94,7 @@ fn text(config: &SiteConfig, board: &StatusBoard) -> String {
 
 fn of_processes(metrics: &mut Metrics, config: &SiteConfig, board: &StatusBoard) {
     let label = |process: SiteProcess| format!("{{daemon=\"{process}\"}}");
-    let is_up = |process| ProcessAnswer::of(seen_process(board, process)).is_up();
+    let is_up = |process| board.seen(process).health().0.is_up();
     let up = board.processes(config).map(|process| (label(process), f64::from(u8::from(is_up(process)))));
     metrics.family("up", "gauge", "1 if the process lives and reports", up);
     let reports: Vec<(SiteProcess, Report<IgnoredAny>)> =

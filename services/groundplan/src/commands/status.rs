@@ -5,8 +5,8 @@ use crate::date_argument;
 use crate::failure::Failure;
 use crate::lag::{Lag, lags};
 use crate::run::{Outcome, Run};
-use crate::wait::{require_up, seen_process};
-use answers::processes::{ProcessAnswer, ProcessHealth};
+use crate::wait::require_up;
+use answers::processes::ProcessAnswer;
 use bus::Daemon;
 use daemon::facts::{
     AlignFacts, AlignmentSummary, FollowFacts, IngestFacts, ModelFile, RasterizeFacts, ScheduleFacts, ServeFacts,
@@ -15,6 +15,7 @@ use daemon::facts::{
 use daemon::{Report, SettingInForce, SettingSource, SiteConfig, SiteProcess, StatusBoard, schedule_report};
 use diagnostics::counted;
 use jiff::Timestamp;
+use messages::ProcessHealth;
 use schemars::JsonSchema;
 use serde::Serialize;
 use serde::de::{DeserializeOwned, IgnoredAny};
@@ -231,7 +232,7 @@ impl Status {
             |process: &SiteProcess| process.daemon().is_some() || board.report::<IgnoredAny>(*process).is_some();
         let processes = board.processes(config).filter(is_shown);
         let daemons: BTreeMap<String, ProcessAnswer> =
-            processes.map(|process| (process.to_string(), ProcessAnswer::of(seen_process(board, process)))).collect();
+            processes.map(|process| (process.to_string(), ProcessAnswer::of(board.seen(process)))).collect();
         let (mut robots, mut unnamed) = (BTreeMap::new(), None);
         for config in config.of_each_robot() {
             let status = RobotStatus::of(&board.of_robot(config.robot_name));
@@ -241,7 +242,7 @@ impl Status {
             }
         }
         let healthy = robots.values().chain(&unnamed).all(RobotStatus::is_healthy)
-            && daemons.values().all(|process| process.health() == ProcessHealth::Ok);
+            && daemons.values().all(|process| process.health == ProcessHealth::Ok);
         let (mut grids, mut mission_plan, mut alignment, mut lags) = (None, None, None, Vec::new());
         if let Some(of_robot) = unnamed {
             (grids, mission_plan, alignment, lags) =

@@ -5,6 +5,7 @@ use crate::question::{Answer, Question, QuestionArgs};
 use crate::run::{Outcome, Run};
 use answers::{Circumstances, FindError, FoundPlace, Later, Situation, WayAnswer, find_place};
 use messages::Site;
+use std::collections::BTreeSet;
 use waypoints::MissionPlanOptions;
 
 /// Arguments of `way`.
@@ -68,7 +69,7 @@ impl Question for Args {
     }
 
     fn options(&self, _: &Site<'_>, _: &Self::Found, options: MissionPlanOptions) -> MissionPlanOptions {
-        MissionPlanOptions { centres: false, scans: false, ..options }
+        MissionPlanOptions { kinds: BTreeSet::new(), ..options }
     }
 
     fn depends_on_start(&self) -> bool {

@@ -9,6 +9,7 @@ use daemon::Robot;
 use messages::{ScheduleState, Site};
 use raster::Rasterizer;
 use schedule::{Period, Timeline};
+use std::collections::BTreeSet;
 use waypoints::MissionPlanOptions;
 
 /// What later maps are drawn with.
@@ -56,7 +57,7 @@ impl LaterMaps<'_> {
         let schedule_state = timeline.schedule_state(Period::instant(at_s)).finish();
         let schedule_state = ScheduleState::open(schedule_state.bytes()).map_err(Failure::work)?;
         // No waypoint is asked for: whether rooms are reached is looked at all the same.
-        let options = MissionPlanOptions { centres: false, scans: false, flight: None, ..options.clone() };
+        let options = MissionPlanOptions { kinds: BTreeSet::new(), flight: None, ..options.clone() };
         let inputs = MapInputs { site, schedule_state: &schedule_state, robot, options: &options, progress };
         with_maps(&inputs, rasterizer, |maps| {
             let situation = Situation {

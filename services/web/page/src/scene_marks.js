@@ -3,9 +3,9 @@
 import {
   ConeGeometry, CylinderGeometry, Group, InstancedMesh, Matrix4, Mesh, MeshLambertMaterial, OctahedronGeometry,
 } from "three";
+import { waypointKinds } from "./waypoint_kinds.js";
 
 const ROBOT = "#00897b";
-const COLOURS = { centre: "#0b5cad", scan: "#7c3aed" };
 const ROBOT_RADIUS_M = 0.3;
 const ROBOT_HEIGHT_M = 0.6;
 const WAYPOINT_RADIUS_M = 0.18;
@@ -30,11 +30,11 @@ export function robotMark() {
 /** One instanced mesh for each kind of waypoint. */
 export function waypointMarks(waypoints) {
   const group = new Group();
-  for (const [kind, colour] of Object.entries(COLOURS)) {
+  for (const [kind, { colour_3d }] of waypointKinds()) {
     const own = waypoints.filter((waypoint) => waypoint.kind === kind);
     if (own.length === 0) continue;
     const geometry = new OctahedronGeometry(WAYPOINT_RADIUS_M);
-    const mesh = new InstancedMesh(geometry, new MeshLambertMaterial({ color: colour }), own.length);
+    const mesh = new InstancedMesh(geometry, new MeshLambertMaterial({ color: colour_3d }), own.length);
     own.forEach(({ x_m, y_m, z_m }, k) =>
       mesh.setMatrixAt(k, new Matrix4().makeTranslation(x_m, y_m, z_m + WAYPOINT_ABOVE_FLOOR_M)),
     );

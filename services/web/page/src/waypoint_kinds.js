@@ -1,4 +1,4 @@
-// How each kind of waypoint is shown: its layer, ink, mark, and whether it sees an area. A kind that is not here is told, not drawn as
+// How each kind of waypoint is shown: its layer, ink, mark, colour in 3D, and whether it sees an area. A kind that is not here is told, not drawn as
 // another.
 
 /**
@@ -6,13 +6,14 @@
  * @property {string} layer the layer of the page that it belongs to
  * @property {string} ink name of its colour
  * @property {"disc" | "diamond"} mark
+ * @property {string} colour_3d its colour in the 3D view, which has no style sheet
  * @property {boolean} sees_area true if `covers_m2` and what is seen from it are shown
  */
 
 /** @type {Record<import("./types.js").Waypoint["kind"], WaypointKind>} */
 const KINDS = {
-  centre: { layer: "waypoints", ink: "waypoint", mark: "disc", sees_area: false },
-  scan: { layer: "scans", ink: "scan", mark: "diamond", sees_area: true },
+  centre: { layer: "waypoints", ink: "waypoint", mark: "disc", colour_3d: "#0b5cad", sees_area: false },
+  scan: { layer: "scans", ink: "scan", mark: "diamond", colour_3d: "#7c3aed", sees_area: true },
 };
 
 /** @param {{kind: import("./types.js").Waypoint["kind"]}} waypoint */

@@ -5,12 +5,11 @@ use super::fleet;
 use super::shared_site::SharedSite;
 use super::slam_picture::{picture, place, sigmas};
 use answers::MapUse;
-use answers::processes::{ProcessAnswer, ProcessesAnswer, SeenProcess, SeenReport};
+use answers::processes::{ProcessAnswer, ProcessesAnswer};
 use bus::{CheckedSample, Daemon, Stamp, topics};
 use daemon::facts::RosBridgeFacts;
-use daemon::{Report, SiteConfig, SiteProcess, StatusBoard};
-use messages::{DeviationVerdict, Deviations, Observation, PoseValidity, Site};
-use serde::de::IgnoredAny;
+use daemon::{Report, SiteConfig, StatusBoard};
+use messages::{Deviations, Observation, Site};
 use serde_json::{Map, Value, json};
 use site_view::{Freshness, MapState, MapsInUse};
 use std::time::{SystemTime, UNIX_EPOCH};
@@ -57,11 +56,10 @@ impl Overlays {
         self.show_slam_map(shared);
     }
 
-    /// The robot's map, where its pose may be used.
+    /// The robot's map, where its pose may be used for all of it: a picture does not bend.
     fn show_slam_map(&self, shared: &SharedSite) {
         let alignment = self.alignment.as_ref().map(CheckedSample::view);
-        let effective = alignment.filter(|alignment| alignment.validity() == PoseValidity::Effective);
-        let pose = effective.and_then(|alignment| alignment.pose().copied());
+        let pose = alignment.and_then(|alignment| alignment.usable(None).ok());
         let (Some(map), Some(pose)) = (&self.slam_map, pose) else {
             shared.set_slam_picture(None);
             shared.tell("slam", &Value::Null);
@@ -110,9 +108,9 @@ pub(super) fn tell_not_checked(shared: &SharedSite, config: &SiteConfig) {
 }
 
 fn tell_status(shared: &SharedSite, config: &SiteConfig, board: &StatusBoard, maps: MapUse) {
-    let seen = board.processes(config).map(|process| seen_process(board, process));
+    let seen = board.processes(config).map(|process| board.seen(process));
     let ProcessesAnswer { processes, maps } = ProcessesAnswer::of(seen, maps);
-    let service = |process: &ProcessAnswer| json!({"name": process.name, "state": process.health().name(), "detail": process.words()});
+    let service = |process: &ProcessAnswer| json!({"name": process.name, "state": process.health.name(), "detail": process.words()});
     let services: Vec<Value> = processes.iter().map(service).collect();
     shared.tell("status", &json!({"services": services, "stale": !maps.may_be_used, "why": maps.why_not}));
     shared.set_maps(maps);
@@ -124,23 +122,6 @@ fn age_s(facts: &RosBridgeFacts) -> Option<f64> {
     Some((age.as_secs_f64() * 10.0).round() / 10.0)
 }
 
-/// A process for questions about the site.
-fn seen_process(board: &StatusBoard, process: SiteProcess) -> SeenProcess {
-    let report: Option<Report<IgnoredAny>> = board.report(process);
-    let report = report.map(|report| SeenReport {
-        age: report.age(),
-        is_overdue: report.is_silent(),
-        process_id: report.process_id,
-        restarts: report.restarts,
-        memory_bytes: report.memory_bytes,
-        busy: report.busy.as_ref().map(|busy| (busy.job.clone(), busy.duration())),
-        activity: report.activity,
-        error: report.error,
-        warning: report.warning,
-    });
-    SeenProcess { name: process.to_string(), is_alive: board.is_alive(process), report }
-}
-
 /// Elements that are not as planned, and those whose absence waits for a confirmation; `None` if they are of another site.
 pub(super) fn deviations(site: &Site<'_>, deviations: &Deviations<'_>) -> Option<Value> {
     if deviations.head.site_hash != site.content_hash() {
@@ -149,7 +130,7 @@ pub(super) fn deviations(site: &Site<'_>, deviations: &Deviations<'_>) -> Option
     let (mut elements, mut waiting) = (Map::new(), Vec::new());
     for record in deviations.elements {
         let (verdict, observation) = (record.verdict.get(), record.observation.get());
-        if matches!(verdict, DeviationVerdict::OnPlan | DeviationVerdict::Unknown) {
+        if verdict.deviation().is_none() {
             continue;
         }
         let id = site.text(site.elements.get(record.element as usize)?.global_id);

@@ -119,8 +119,9 @@ Of the running daemon the validity is printed, too: whether the pose may be used
   uncertain          the newest map bears the pose out, but holds it less well than max_uncertainty where the robot is,
                      or anywhere in the map if nobody knows where that is
 
-Exit codes: 0 accepted and effective, 1 failed, and of files ambiguous, refused or uncertain, 2 bad usage; of the running
-daemon 3 waits_for_confirm, 4 held, 5 refused or ambiguous, 6 uncertain.
+Exit codes: 0 the pose may be used (`usable`, effective), 1 failed, and of files ambiguous,
+refused or uncertain, 2 bad usage; of the running daemon 3 waits_for_confirm, 4 held, 5 refused,
+6 uncertain. A pose that is followed stays effective while a search is ambiguous.
 
 Examples:
   groundplan align --reference maps --slam robot.yaml
@@ -140,7 +141,7 @@ impl Args {
         self.robot.first_chunk::<2>().copied().or(began)
     }
 
-    /// Writes static transform and initial pose of an alignment, if they are asked for and the pose is accepted and effective.
+    /// Writes static transform and initial pose of an alignment, if they are asked for and the pose may be used.
     ///
     /// # Errors
     /// A file that cannot be written.

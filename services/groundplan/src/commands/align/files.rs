@@ -17,7 +17,7 @@ use daemon::write_durably;
 use frames::Map;
 use messages::{
     Alignment, AlignmentEvidence, AlignmentVerdict, ArchiveBuffer, ArchiveError, ContentHash, ContentId, NONE,
-    PoseValidity, ScheduleStateHead,
+    ScheduleStateHead,
 };
 use occupancy::{MapFileContent, OccupancyMap, UndecidedCells};
 use serde::Deserialize;
@@ -74,7 +74,7 @@ pub(super) fn align(arguments: &Args, reference: &Path, slam: &Path) -> Result<O
     let archive = found.archive(&numbers, &pose_status, sources);
     let alignment = Alignment::open(archive.bytes()).map_err(Failure::work)?;
     arguments.write_pose(&alignment)?;
-    let is_usable = alignment.validity() == PoseValidity::Effective;
+    let is_usable = alignment.usable(arguments.robot_m()).is_ok();
     // Maps follow the whole of the robot's map and never the robot's place: they would jump under it.
     if let (Some(folder), Some(frame)) = (&arguments.resample, alignment.slam_frame()) {
         let of_storey = |s: &&StoreyMap| s.index == frame.map_storey() && s.index != NONE;

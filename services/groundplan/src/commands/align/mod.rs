@@ -18,7 +18,7 @@ use daemon::AlignRequest;
 
 impl Run for Args {
     /// Aligns two maps, all pairs of a folder, or the map that the running daemon follows; all is well if the pose
-    /// is accepted.
+    /// may be used.
     ///
     /// # Errors
     /// A map that cannot be used; no daemon.

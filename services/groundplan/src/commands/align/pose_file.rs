@@ -1,10 +1,9 @@
 //! Files for robots that hold a pose, written only while that may be used.
 
-use crate::alignment_report::{pose_for, why_not_accepted, why_not_effective};
 use crate::failure::Failure;
 use crate::input_document::read_document;
 use daemon::write_durably;
-use messages::{Alignment, AlignmentVerdict, PoseRecord};
+use messages::{Alignment, PoseRecord};
 use std::path::{Path, PathBuf};
 
 /// A kind of file.
@@ -16,7 +15,7 @@ pub(super) struct PoseFile {
 }
 
 impl PoseFile {
-    /// Writes the text of a pose that is accepted and effective, around the robot if its place in its map is known; of no other. A
+    /// Writes the text of a pose that may be used, around the robot if its place in its map is known; of no other. A
     /// robot must not start with an earlier pose instead: a file of one that is at the path is renamed, and standard error tells.
     ///
     /// # Errors
@@ -29,13 +28,10 @@ impl PoseFile {
         text: impl FnOnce(&PoseRecord) -> String,
     ) -> Result<(), Failure> {
         let failed = |error| Failure::work(format!("{}: {error}", path.display()));
-        let is_accepted = alignment.verdict() == AlignmentVerdict::Accepted;
-        let (pose, _) = pose_for(alignment, robot_m);
-        let why = why_not_effective(alignment, robot_m).or_else(|| (!is_accepted).then(|| why_not_accepted(alignment)));
-        match (why, pose) {
-            (None, Some(pose)) => write_durably(path, text(&pose).as_bytes()).map_err(failed),
-            (why, _) => {
-                let why = why.unwrap_or_else(|| "there is no pose".to_owned());
+        match alignment.usable(robot_m) {
+            Ok(pose) => write_durably(path, text(&pose).as_bytes()).map_err(failed),
+            Err(_) => {
+                let why = alignment.why_not_usable(robot_m).unwrap_or_default();
                 let set_aside = self.set_aside(path).map_err(failed)?;
                 let earlier =
                     set_aside.map(|to| format!("; the {} of an earlier pose is now {}", self.what, to.display()));
@@ -61,7 +57,7 @@ impl PoseFile {
 mod tests {
     use super::*;
     use alignment::{Alignment as Found, AlignmentSources, MaxUncertainty, PoseStatus};
-    use messages::{ContentHash, PoseState, ScheduleStateHead};
+    use messages::{AlignmentVerdict, ContentHash, PoseState, ScheduleStateHead};
 
     const FILE: PoseFile = PoseFile { what: "pose", first_words: "# A pose" };
 
@@ -86,14 +82,15 @@ mod tests {
     }
 
     #[test]
-    fn only_an_accepted_effective_pose_is_written_and_an_earlier_one_does_not_stay_where_a_robot_reads_it() {
+    fn only_a_pose_that_may_be_used_is_written_and_an_earlier_one_does_not_stay_where_a_robot_reads_it() {
         use AlignmentVerdict::{Accepted, Ambiguous, Refused};
         let home = tempfile::tempdir().unwrap();
         let (path, stale) = (home.path().join("site_map.yaml"), home.path().join("site_map.yaml.stale"));
         for (verdict, state, waiting) in [
             (Accepted, PoseState::Held, None),
             (Accepted, PoseState::Tracked, Some(PoseRecord::NONE)),
-            (Ambiguous, PoseState::Tracked, None),
+            (Ambiguous, PoseState::Held, None),
+            (Ambiguous, PoseState::None, None),
             (Refused, PoseState::Tracked, None),
         ] {
             write_of(&path, Accepted, PoseState::Found, None);
@@ -102,6 +99,9 @@ mod tests {
             assert!(!path.exists() && stale.exists(), "{verdict:?} {state:?}");
             std::fs::remove_file(&stale).unwrap();
         }
+        // In a building that repeats itself, a hint told once which place it is.
+        write_of(&path, Ambiguous, PoseState::Tracked, None);
+        assert!(path.exists());
         std::fs::write(&path, "of a person").unwrap();
         write_of(&path, Refused, PoseState::None, None);
         assert_eq!(std::fs::read_to_string(&path).unwrap(), "of a person");

@@ -2,7 +2,6 @@
 
 use super::args::Args;
 use super::report::write;
-use crate::alignment_report::why_not_effective;
 use crate::alignment_request::{other_answer, published};
 use crate::failure::Failure;
 use crate::wait::{ask, join};
@@ -78,7 +77,7 @@ fn compared(bus: &Bus, waiter: &mut Waiter) -> Result<Published, Failure> {
 /// Users who may not ask daemons take any deviations of an effective pose.
 fn published_to_viewers(bus: &Bus, waiter: &mut Waiter) -> Result<Published, Failure> {
     let alignment = published(bus, waiter, Published::default())?;
-    match why_not_effective(&alignment.view(), None) {
+    match alignment.view().why_not_usable(None) {
         Some(why) => Err(Failure::work(why)),
         None => Ok(Published::default()),
     }

@@ -60,7 +60,7 @@ fn text(site: &Site<'_>, found: &Deviations<'_>) -> String {
     let _ = writeln!(out, "elements: {}", Observation::ALL.map(count).join(", "));
     for record in found.elements {
         let (verdict, observation) = (record.verdict.get(), record.observation.get());
-        if matches!(verdict, DeviationVerdict::OnPlan | DeviationVerdict::Unknown) {
+        if verdict.deviation().is_none() {
             continue;
         }
         let element = &site.elements[record.element as usize];
