@@ -1,5 +1,4 @@
 //! Planned, reported and observed dates beside each other.
-#![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
 #[path = "../../stages/schedule/tests/support/mod.rs"]
 mod support;

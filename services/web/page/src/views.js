@@ -87,7 +87,7 @@ function showViews() {
     h(
       "li",
       { class: "saved" },
-      h("button", { type: "button", class: "link", "data-view": k }, h("span", { class: "link-name" }, name)),
+      h("button", { type: "button", class: "link", "data-saved": k }, h("span", { class: "link-name" }, name)),
       h("button", { type: "button", class: "tool", "data-remove": k, "aria-label": t("remove", { name }), title: t("remove", { name }) }, icon("close")),
     );
   show(
@@ -99,10 +99,10 @@ function showViews() {
 }
 
 function useView(event) {
-  const used = closestTo(event, "[data-view]");
+  const used = closestTo(event, "[data-saved]");
   const removed = closestTo(event, "[data-remove]");
   if (used) {
-    location.hash = views[Number(used.dataset.view)].link;
+    location.hash = views[Number(used.dataset.saved)].link;
     update({ sheet: null });
   } else if (removed) {
     views = views.filter((_, k) => k !== Number(removed.dataset.remove));

@@ -98,7 +98,10 @@ mod tests {
         let summary = serde_json::to_value(SummaryDocument::of(&published, &free, &tasks, None)).unwrap();
         assert_eq!(summary["storeys"]["0"]["free_m2"], 25.0);
         assert_eq!(summary["storeys"]["0"]["rooms"]["no_way"], json!({"n": 1, "area_m2": 5.5}));
-        assert_eq!((&summary["storeys"]["1"]["free_m2"], &summary["storeys"]["2"]["rooms"]), (&Value::Null, &json!({})));
+        assert_eq!(
+            (&summary["storeys"]["1"]["free_m2"], &summary["storeys"]["2"]["rooms"]),
+            (&Value::Null, &json!({}))
+        );
         assert_eq!(summary["sum"]["rooms"]["reached"], json!({"n": 2, "area_m2": 17.0}));
         assert_eq!((&summary["sum"]["free_m2"], &summary["tasks"]), (&json!(27.0), &json!({})));
     }

@@ -110,8 +110,8 @@ impl TasksDocument {
     pub(crate) fn of_file(path: &Path) -> Result<Self, TasksFileError> {
         let bytes = read_regular_file(path, MAX_TASKS_BYTES)
             .map_err(|source| TasksFileError::Io { path: path.to_owned(), source })?;
-        let listed: ListedTasks = serde_json::from_slice(&bytes)
-            .map_err(|source| TasksFileError::Json { path: path.to_owned(), source })?;
+        let listed: ListedTasks =
+            serde_json::from_slice(&bytes).map_err(|source| TasksFileError::Json { path: path.to_owned(), source })?;
         Ok(Self { known_from: KnownFrom::Schedule, tasks: listed.tasks, progress: None })
     }
 
@@ -156,9 +156,7 @@ mod tests {
 
     #[test]
     fn tasks_of_elements_have_the_dates_and_elements_of_all_that_name_them() {
-        let element = |task: &str, start: &str, finish: &str| {
-            json!({"schedule": {"task": task, "task_name": "Doors", "start": start, "finish": finish, "source": "task_schedule"}})
-        };
+        let element = |task: &str, start: &str, finish: &str| json!({"schedule": {"task": task, "task_name": "Doors", "start": start, "finish": finish, "source": "task_schedule"}});
         let gone = json!({"schedule": {"task": "9", "finish": null, "removal_start": "2024-02-01T08:00:00", "removal_finish": "2024-02-03T17:00:00"}});
         let semantic = json!({"elements": {"a": element("3.1", "2024-03-04T08:00:00", "2024-03-08T17:00:00"),
             "b": element("3.1", "2024-03-02T08:00:00", "2024-03-05T17:00:00"), "c": {"schedule": {"source": "none"}}, "d": gone}});
@@ -173,7 +171,12 @@ mod tests {
             tasks["tasks"].as_array().unwrap().iter().map(facts).collect::<Vec<_>>(),
             [
                 json!(["9", "2024-02-01T08:00:00", "2024-02-03T17:00:00", elements(&[("d", "removes")])]),
-                json!(["3.1", "2024-03-02T08:00:00", "2024-03-08T17:00:00", elements(&[("a", "constructs"), ("b", "constructs")])]),
+                json!([
+                    "3.1",
+                    "2024-03-02T08:00:00",
+                    "2024-03-08T17:00:00",
+                    elements(&[("a", "constructs"), ("b", "constructs")])
+                ]),
             ]
         );
         let statuses = document.statuses("2024-03-02T08:00:00");

@@ -2,7 +2,8 @@
 
 use super::content_names::{model_name, tiles_name};
 use crate::documents::{
-    DateDocument, DateHead, DateStop, FreeCells, Published, SiteDocument, SiteHead, StoreyAtDate, SummaryDocument, TasksDocument,
+    DateDocument, DateHead, DateStop, FreeCells, Published, SiteDocument, SiteHead, StoreyAtDate, SummaryDocument,
+    TasksDocument,
 };
 use crate::source::{Bytes, json};
 use crate::tiles::{Layer, TileGrid};
