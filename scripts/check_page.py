@@ -501,6 +501,7 @@ def axe_finds_nothing_serious(browser, site):
         raise Skipped("axe-core is not in target/page")
     views = [(site.link(select=OFFICE), {}), (site.link(view="3d"), {}), (site.link(**{"from": OFFICE, "to": KITCHEN}), {"dark": True})]
     views += [(site.link(select=OFFICE), {"size": PHONE}), (site.link(date=12), {"dark": True, "language": "de-DE"})]
+    views += [(site.link(tab="tasks", classes="wall", compare=site.at(3)), {}), (site.link(tab="views"), {"dark": True})]
     wrong = set()
     for url, how in views:
         browser.open(url, **how)

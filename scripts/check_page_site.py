@@ -10,7 +10,7 @@ import xml.etree.ElementTree as ElementTree
 import zipfile
 from datetime import datetime
 
-from page_browser import ROOT, differing, get_json, until
+from page_browser import PHONE, ROOT, differing, get_json, until
 from PIL import Image
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
@@ -515,6 +515,32 @@ def open_areas_are_those_of_the_maps_and_rooms(browser, site):
     assert abs(row("reached")[1] - rooms["reached"]) < 0.05, (row("reached"), rooms)
     assert abs(row("no_way")[1] - rooms["no_way"]) < 0.05, (row("no_way"), rooms)
     return f"{sum(free.values()):.1f} m² free"
+
+
+@fact
+def tasks_comparisons_and_views_fit_a_phone(browser, site):
+    for name, wanted in (("Tasks", "1.1 Ground slabs"), ("Changes", "Compare with"), ("Views", "Save topic as BCF")):
+        browser.open(site.link(), size=PHONE)
+        browser.named("#sheet-bar button", name).click()
+        browser.wait_for_text(wanted)
+        until("the sheet stands still", lambda: browser.settled("body"))
+        wide = browser.run("return Math.max(document.documentElement.scrollWidth, document.body.scrollWidth)")
+        assert wide <= PHONE[0], f"{name}: {wide} pixels wide"
+        small = browser.run("""return [...document.querySelectorAll("#right button, #right select, #right input, #sheet-bar button")]
+            .map((e) => [e, (e.closest("label") || e).getBoundingClientRect()])
+            .filter(([e, r]) => r.width > 0 && (r.height < 40 || r.width < 40)).map(([e, r]) => `${e.id || e.textContent} ${r.width}x${r.height}`)""")
+        assert not small, f"{name}, smaller than a finger: {small}"
+        browser.shot(f"phone-{name.lower()}")
+    browser.open(site.link(), size=PHONE)
+    until("no movement", lambda: browser.settled("#plan"))
+    clicks = Clicks(browser)
+    clicks.press("button", "Measure")
+    box = browser.run("const r = document.getElementById('plan').getBoundingClientRect(); return [r.left + r.width / 2, r.top + r.height / 2]")
+    clicks.at(*box)
+    clicks.at(box[0] + 40, box[1])
+    until("a length", lambda: re.search(r"\d+\.\d\d m, from", text_of(browser, "#measure-text")))
+    browser.shot("phone-measure")
+    return clicks.within_three()
 
 
 @fact
