@@ -87,12 +87,15 @@ export const SITE_TABLE = {
   areaNoWay: ["open, no way", "offen, kein Weg"],
   areaOpen: ["open", "offen"],
   areaBlocked: ["closed", "gesperrt"],
-  areaFree: ["free on the map", "frei auf der Karte"],
+  areaFree: ["Free on the map", "Frei auf der Karte"],
   areaSum: ["Sum", "Summe"],
   m2: ["{n} m²", "{n} m²"],
   // Measuring
   measure: ["Measure", "Messen"],
-  measureHint: ["Click two points; corners attract", "Zwei Punkte anklicken; Ecken ziehen an"],
+  measureHint: [
+    "Click two points; corners attract. On the keyboard Enter takes the middle of the plan.",
+    "Zwei Punkte anklicken; Ecken ziehen an. Mit der Tastatur nimmt Enter die Mitte des Plans.",
+  ],
   measureSecond: ["{a}; click the second point", "{a}; zweiten Punkt anklicken"],
   measured: ["{m} m, from {a} to {b}", "{m} m, von {a} zu {b}"],
   snap_corner: ["a corner of {name}", "einer Ecke von {name}"],
