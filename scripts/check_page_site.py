@@ -556,7 +556,7 @@ def without_a_list_of_tasks_the_page_says_what_it_does_not_know(browser, site):
     browser.open(f"{url}#storey=0&tab=tasks")
     browser.wait_for_text("Known from the elements on the maps alone")
     told = {task["global_id"]: task for task in demo(site, "tasks")["tasks"] if task["elements"]}
-    shown = [row.get_attribute("data-task") for row in browser.all("#task-list [data-task]")]
+    shown = browser.run("return [...document.querySelectorAll('#task-list [data-task]')].map((row) => row.dataset.task)")
     known = {task["global_id"]: task for task in get_json(f"{url}data/tasks.json")["tasks"]}
     assert set(shown) == set(known) <= set(told) and len(known) > 5, (shown, set(told))
     assert all(len(task["elements"]) <= len(told[key]["elements"]) for key, task in known.items())
