@@ -23,6 +23,7 @@ import traceback
 
 try:
     import check_page_live
+    import check_page_site
     import pypdfium2
     from page_browser import PHONE, ROOT, Browser, LiveSite, Programs, Skipped, differing, get, get_json, until
     from selenium.common.exceptions import WebDriverException
@@ -500,6 +501,7 @@ def axe_finds_nothing_serious(browser, site):
         raise Skipped("axe-core is not in target/page")
     views = [(site.link(select=OFFICE), {}), (site.link(view="3d"), {}), (site.link(**{"from": OFFICE, "to": KITCHEN}), {"dark": True})]
     views += [(site.link(select=OFFICE), {"size": PHONE}), (site.link(date=12), {"dark": True, "language": "de-DE"})]
+    views += [(site.link(tab="tasks", classes="wall", compare=site.at(3)), {}), (site.link(tab="views"), {"dark": True})]
     wrong = set()
     for url, how in views:
         browser.open(url, **how)
@@ -684,7 +686,9 @@ def served(browser, url, programs, maps):
         demo = ROOT / "config/demo"
         schedule = ["--date", "all", "--schedule-file", demo / "demo-schedule.xer"]
         programs.groundplan("convert", demo / "demo.ifc", *schedule, "--world", "-o", maps)
-        url, _ = programs.serve("--out", maps, "--listen", "127.0.0.1:0")
+        tasks = maps.with_name("tasks.json")
+        tasks.write_text(programs.groundplan("tasks", demo / "demo.ifc", "--schedule-file", demo / "demo-schedule.xer", "--json"))
+        url, _ = programs.serve("--out", maps, "--tasks", tasks, "--listen", "127.0.0.1:0")
     return Site(browser, url, programs, maps)
 
 
@@ -719,7 +723,7 @@ def main():
         print("\n** SKIPPED: the page in a browser: there is no chromium with chromedriver")
         return 0
     wanted = lambda facts: [test for test in facts if options.only in test.__name__.replace("_", " ")]
-    facts, live_facts = wanted(FACTS), wanted([] if options.url else check_page_live.FACTS)
+    facts, live_facts = wanted(FACTS + check_page_site.FACTS), wanted([] if options.url else check_page_live.FACTS)
     programs = None if options.url else Programs(options.programs.resolve())
     for old in (ROOT / "target/page/screenshots").glob("failed-*"):
         old.unlink()

@@ -104,6 +104,44 @@ def a_room_says_why_it_is_closed_and_a_way_leads_from_a_point_to_a_room(browser,
 
 
 @fact
+def reported_progress_is_shown_beside_what_is_planned(browser, live):
+    live.run("date", "2024-05-10T17:00:00")
+    before = {task["global_id"]: task for task in get_json(f"{live.url}data/tasks.json")["tasks"]}
+    door = next(part["global_id"] for part in before["3.3"]["elements"])
+    wall = next(key for key, e in get_json(f"{live.url}data/site.json")["elements"].items() if e["class"] == "wall" and e["schedule"]["task"] == "2.1")
+    table = live.home / "progress.csv"
+    table.write_text(f"id,start,finish\n3.3,2024-05-15T08:00:00,\n{wall},2024-04-09T08:00:00,2024-04-10T17:00:00\n")
+    live.run("actuals", table)
+    told = until("what was reported", lambda: get_json(f"{live.url}data/tasks.json")["progress"]["elements"].get(wall) and get_json(f"{live.url}data/tasks.json"))
+    planned = {key: before["3.3"][key] for key in ("start", "finish")}
+    assert told["progress"]["tasks"]["3.3"] == {"planned": planned, "reported": {"start": "2024-05-15T08:00:00", "finish": None}}, told["progress"]["tasks"]["3.3"]
+    assert told["progress"]["elements"][wall]["observed"] is None
+    browser.open(f"{live.url}#storey=0")
+    browser.wait_for_text("10 May 2024")
+    browser.named("[role=tab], button", "Tasks").click()
+    until("the task", lambda: browser.all("[data-task='3.3']"))[0].click()
+    browser.wait_for_text("13 May 2024, 08:00 – 17 May 2024, 17:00", "15 May 2024, 08:00 – …", "nothing observed")
+    browser.shot("live-progress")
+    browser.open(f"{live.url}#storey=0&select={wall}")
+    browser.wait_for_text("9 Apr 2024, 08:00 – 10 Apr 2024, 17:00")
+    browser.open(f"{live.url}#storey=0&select={door}")
+    browser.wait_for_text("15 May 2024, 08:00 – … (as its task)")
+    live.run("actuals", "--clear")
+    until("nothing is reported", lambda: not get_json(f"{live.url}data/tasks.json")["progress"]["elements"])
+
+
+@fact
+def two_dates_of_a_running_site_are_compared_by_its_schedule(browser, live):
+    live.run("date", "2024-05-13T08:00:00")
+    told = json.loads(live.programs.groundplan("changes", live.home / "demo.ifc", "--schedule-file", live.home / "demo-schedule.xer", "--json",
+                                               "--diff", "2024-04-15T08:00:00", "2024-05-13T08:00:00"))
+    browser.open(f"{live.url}#storey=0&tab=changes&compare=2024-04-15T08:00")
+    browser.wait_for_text("13 May 2024", "Doors are not compared")
+    came = lambda: browser.run("return document.querySelector('[data-kind=came] summary .count')?.innerText")
+    until("what came", lambda: came() == str(len(told["elements_added"])))
+
+
+@fact
 def a_killed_daemon_is_told_and_told_well_again(browser, live):
     browser.open(live.url)
     until("the site is well", lambda: browser.run("return document.getElementById('services-state').textContent") and not alerts(browser))

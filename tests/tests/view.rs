@@ -154,6 +154,12 @@ fn the_page_of_the_daemons_shows_what_that_of_files_shows_at_the_same_date() {
         let (live, of_files) = (planning_tile(&address, &now, storey), planning_tile(&files.address, &then, storey));
         assert!(live == of_files, "storey {storey}");
     }
+    let counted = |address: &str, date: &Value| {
+        let summary = document(address, &format!("data/summary/{}.json", date["key"].as_str().unwrap()));
+        [summary["storeys"].clone(), summary["sum"].clone()]
+    };
+    assert_eq!(counted(&address, &now), counted(&files.address, &then));
+    assert!(counted(&address, &now)[1]["free_m2"].as_f64().unwrap() > 100.0);
     let (sites, dates) = (document(&address, "data/site.json"), document(&files.address, "data/site.json"));
     for key in ["elements", "spaces", "storeys", "tiles", "tasks", "robot", "frames"] {
         assert_eq!(sites[key], dates[key], "{key}");
@@ -371,6 +377,25 @@ fn models_are_converted_at_every_change_and_written_as_a_page() {
     assert!(page.join(format!("data/tiles/0/planning/{name}/0/0/0.png")).is_file());
     let calendar = script(&page.join("data/calendar.js"), "calendar");
     assert!(calendar["spaces"].as_object().unwrap().values().any(|states| states[0] == json!([0, "blocked"])));
+    let tasks = script(&page.join("data/tasks.js"), "tasks");
+    assert_eq!(tasks["known_from"], "schedule");
+    let told = Command::new(client()).arg("tasks").arg(demo_model()).arg("--json").output().unwrap();
+    let told: Value = serde_json::from_slice(&told.stdout).unwrap();
+    let facts = |list: &Value| -> Vec<[Value; 4]> {
+        let facts = |task: &Value| ["global_id", "start", "finish", "spaces"].map(|key| task[key].clone());
+        list["tasks"].as_array().unwrap().iter().map(facts).collect()
+    };
+    let without_names = |mut list: Value| {
+        for space in list["tasks"].as_array_mut().unwrap().iter_mut().flat_map(|t| t["spaces"].as_array_mut().unwrap())
+        {
+            *space = json!({"global_id": space["global_id"]});
+        }
+        list
+    };
+    assert!(facts(&tasks).len() > 10);
+    assert_eq!(facts(&tasks), facts(&without_names(told)));
+    let summary = script(&page.join(format!("data/summary/{key}.js")), &format!("summary/{key}"));
+    assert!(summary["tasks"].as_object().unwrap().values().all(|status| status == "finished"));
 }
 
 /// The document that a script hands to the page.

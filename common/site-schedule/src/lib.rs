@@ -7,7 +7,7 @@
 use daemon::{Failure, SiteConfig, progress_in_force, rules_in_force};
 use jiff::tz::TimeZone;
 use messages::{ArchiveError, ScheduleState, Site};
-use schedule::{EvaluateError, Overrides, Rules, Timeline, evaluate, parse_actuals};
+use schedule::{Actual, EvaluateError, Overrides, Rules, Timeline, evaluate, parse_actuals};
 
 /// The schedule in force.
 #[derive(Debug)]
@@ -16,6 +16,12 @@ pub struct ScheduleInForce {
     pub timeline: Timeline,
     /// The zone of the site; `None` if its rules name none.
     pub site_zone: Option<TimeZone>,
+    /// The same schedule as if nothing had been reported or observed; `None` if nothing was.
+    pub planned: Option<Timeline>,
+    /// What people reported.
+    pub reported: Vec<Actual>,
+    /// What robots observed.
+    pub observed: Vec<Actual>,
 }
 
 /// Why the schedule in force is not known here.
@@ -55,11 +61,15 @@ pub fn schedule_in_force(
     }
     let rules = rules_in_force(config, Rules::parse).map_err(UnknownSchedule::Files)?;
     let progress = progress_in_force(config, parse_actuals).map_err(|why| UnknownSchedule::Files(why.into()))?;
-    let timeline = evaluate(site, &rules, &Overrides::in_force(progress))?;
+    let overrides = Overrides::in_force(progress);
+    let timeline = evaluate(site, &rules, &overrides)?;
     let at_s = published.head.plan_time().map(|at| at.civil_seconds());
     let same = timeline.schedule_state_at(at_s).finish();
     if ScheduleState::open(same.bytes())?.content_hash() != published.content_hash() {
         return Err(UnknownSchedule::Changing);
     }
-    Ok(ScheduleInForce { timeline, site_zone: rules.site_zone })
+    let Overrides { actuals: reported, observed, .. } = overrides;
+    let is_as_planned = reported.is_empty() && observed.is_empty();
+    let planned = (!is_as_planned).then(|| evaluate(site, &rules, &Overrides::default())).transpose()?;
+    Ok(ScheduleInForce { timeline, site_zone: rules.site_zone, planned, reported, observed })
 }

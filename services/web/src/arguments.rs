@@ -34,6 +34,10 @@ pub(crate) struct FolderArguments {
     #[arg(long, value_name = "FOLDER", requires = "out")]
     pub(crate) export: Option<PathBuf>,
 
+    /// Tasks of the schedule, as `groundplan tasks --json` prints them; without it those that elements of the maps name
+    #[arg(long, value_name = "TASKS.json", requires = "out")]
+    pub(crate) tasks: Option<PathBuf>,
+
     /// Address and port of the page; port 0 takes a free one. Another address than one of this machine asks viewers for a token,
     /// which is printed when it is made
     #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:8642")]

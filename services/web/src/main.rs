@@ -5,6 +5,9 @@
 //! - The page's documents are made of those that robots get (`src/documents`): `semantic.json` without what changes with the
 //!   date is `data/site.json`, what changes is `data/dates/KEY.json`, and when it does is `data/calendar.json`. Files and
 //!   daemons go through the same functions: `Source` (`src/source.rs`) is all that the server knows of either.
+//! - `data/tasks.json` has the tasks of the schedule: of a running site with planned, reported and observed dates, of a folder what
+//!   `groundplan tasks --json` prints if it is given, else what elements of the maps say of their tasks; which of these is in
+//!   it. `data/summary/KEY.json` counts areas and the status of tasks at a date.
 //! - Whether a room is open to the robot is what the mission plan says; the page judges nothing itself. Live, the calendar
 //!   has the schedule's states alone, because there are mission plans of the present date only.
 //! - What a state, a change or a finding is, and what a room, a door or a way is for the robot, is said by `answers`, in its
@@ -56,6 +59,7 @@ mod token;
 use arguments::{Arguments, FolderArguments};
 use clap::Parser;
 use daemon::{Failure, StopSignal, chain};
+use documents::TasksDocument;
 use files::SiteOfFiles;
 use live::WebService;
 use server::{MAX_VIEWERS, ServeError, Served, Server, ServerSettings};
@@ -89,7 +93,8 @@ fn main() -> ExitCode {
 fn show_folder(arguments: &FolderArguments, with_stdin: bool) -> Result<(), Failure> {
     let log = tracing_subscriber::fmt().with_writer(std::io::stderr);
     log.with_env_filter(tracing_subscriber::EnvFilter::try_from_default_env().unwrap_or_else(|_| "warn".into())).init();
-    let site = SiteOfFiles::open(&arguments.out)?;
+    let tasks = arguments.tasks.as_deref().map(TasksDocument::of_file).transpose()?;
+    let site = SiteOfFiles::open(&arguments.out, tasks)?;
     if let Some(export) = &arguments.export {
         let n_files = page_folder::write_page(&*site.maps()?, export)?;
         eprintln!("{}: {n_files} files; open index.html in a browser", export.display());

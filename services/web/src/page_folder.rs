@@ -70,9 +70,13 @@ fn write_files(site: &Maps, writer: &mut Writer) -> Result<(), PageFolderError> 
     }
     writer.document("site", &site.site()?)?;
     writer.document("calendar", &site.calendar()?)?;
+    writer.document("tasks", &site.tasks()?)?;
     for key in site.keys() {
         if let Some(date) = site.date(&key)? {
             writer.document(&format!("dates/{key}"), &date)?;
+        }
+        if let Some(summary) = site.summary(&key)? {
+            writer.document(&format!("summary/{key}"), &summary)?;
         }
     }
     let resolution_m = site.head().resolution_m;
@@ -125,11 +129,11 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let maps = tempfile::tempdir().unwrap();
         crate::files::tests::dated_maps(maps.path());
-        let site = SiteOfFiles::open(maps.path()).unwrap().maps().unwrap();
+        let site = SiteOfFiles::open(maps.path(), None).unwrap().maps().unwrap();
         assert!(matches!(write_page(&site, folder.path()), Err(PageFolderError::Exists { .. })));
         let n_files = write_page(&site, &folder.path().join("page")).unwrap();
-        // The page, site, calendar, two dates, and a tile for each of two maps.
-        assert_eq!(n_files, FILES.len() + 4 + 2);
+        // The page, site, calendar, tasks, two dates with their summaries, and a tile for each of two maps.
+        assert_eq!(n_files, FILES.len() + 3 + 4 + 2);
         let index = std::fs::read_to_string(folder.path().join("page/index.html")).unwrap();
         assert!(index.contains(OF_FILES), "the page asks for files");
         let site = std::fs::read_to_string(folder.path().join("page/data/site.js")).unwrap();
@@ -142,13 +146,13 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let maps = tempfile::tempdir().unwrap();
         crate::files::tests::dated_maps(maps.path());
-        let site = SiteOfFiles::open(maps.path()).unwrap().maps().unwrap();
+        let site = SiteOfFiles::open(maps.path(), None).unwrap().maps().unwrap();
         let manifest = maps.path().join("manifest.json");
         let text = std::fs::read_to_string(&manifest).unwrap();
         std::fs::write(&manifest, text + " ").unwrap();
         let page = folder.path().join("page");
         assert!(matches!(write_page(&site, &page), Err(PageFolderError::Changed)));
-        let site = SiteOfFiles::open(maps.path()).unwrap().maps().unwrap();
+        let site = SiteOfFiles::open(maps.path(), None).unwrap().maps().unwrap();
         std::fs::write(maps.path().join("d1/storeys/00-floor/planning.pgm"), "").unwrap();
         assert!(matches!(write_page(&site, &page), Err(PageFolderError::Source(SourceError::Altered { .. }))));
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0, "nothing is written");

@@ -100,6 +100,18 @@ pub(crate) trait Source: Send + Sync {
     /// See [`SourceError`].
     fn date(&self, key: &str) -> Result<Option<Bytes>, SourceError>;
 
+    /// The tasks of the schedule.
+    ///
+    /// # Errors
+    /// See [`SourceError`].
+    fn tasks(&self) -> Result<Bytes, SourceError>;
+
+    /// Areas and tasks of a date, counted, by the key that `site` gives it.
+    ///
+    /// # Errors
+    /// See [`SourceError`].
+    fn summary(&self, key: &str) -> Result<Option<Bytes>, SourceError>;
+
     /// A picture of a layer.
     ///
     /// # Errors

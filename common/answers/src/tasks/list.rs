@@ -200,6 +200,18 @@ pub(super) fn status(at_s: i64, dates: TaskDates) -> &'static str {
     }
 }
 
+/// Status of a task with these dates at a date, all as documents write them: `not_started`, `in_progress` or `finished`.
+pub fn status_at(at: &str, start: &str, finish: &str) -> &'static str {
+    // Dates of one form are in the order of their texts.
+    if at >= finish {
+        "finished"
+    } else if at >= start {
+        "in_progress"
+    } else {
+        "not_started"
+    }
+}
+
 impl WarningEntry {
     fn of(diagnostic: &Diagnostic) -> Self {
         Self { code: diagnostic.code.name(), severity: diagnostic.severity.name(), message: diagnostic.message.clone() }
@@ -210,6 +222,16 @@ impl WarningEntry {
 mod tests {
     use super::*;
     use bytemuck::Zeroable;
+
+    #[test]
+    fn the_status_of_texts_is_that_of_dates() {
+        let (start_s, finish_s) = (1_710_000_000, 1_710_500_000);
+        let source = messages::DateSource::None;
+        for at_s in [0, start_s - 1, start_s, start_s + 1, finish_s - 1, finish_s, finish_s + 90_000_000] {
+            let [at, start, finish] = [at_s, start_s, finish_s].map(date_text);
+            assert_eq!(status_at(&at, &start, &finish), status(at_s, TaskDates { start_s, finish_s, source }), "{at}");
+        }
+    }
 
     #[test]
     fn a_task_comes_behind_the_one_that_it_is_nested_in() {

@@ -1,7 +1,7 @@
 //! `groundplan view`: a page that shows a site in the browser, of models, of maps, or of the running daemons.
 
 use crate::args::SiteArgs;
-use crate::commands::convert;
+use crate::commands::{convert, tasks};
 use crate::failure::Failure;
 use crate::run::{Outcome, Run};
 use crate::supervise::executable;
@@ -42,6 +42,10 @@ pub struct Args {
     /// Robot profile, as for `convert`
     #[arg(long, value_name = "FILE", requires = "models")]
     robot: Option<PathBuf>,
+
+    /// Tasks of the maps in --out, as `groundplan tasks --json` prints them; those of models are found by themselves
+    #[arg(long, value_name = "TASKS.json", requires = "out")]
+    tasks: Option<PathBuf>,
 
     /// Write the page with all its data into this new folder instead, to be opened without a server
     #[arg(long, value_name = "FOLDER")]
@@ -86,6 +90,13 @@ struct Conversion {
     arguments: convert::Args,
 }
 
+/// The command line of `tasks`.
+#[derive(Debug, clap::Parser)]
+struct Listing {
+    #[command(flatten)]
+    arguments: tasks::Args,
+}
+
 impl Run for Args {
     /// Converts what is to be converted, and serves the page until it is stopped, or writes it.
     ///
@@ -93,7 +104,7 @@ impl Run for Args {
     /// Models that cannot be converted, a folder without maps, an address that is taken; no daemons.
     fn run(&self) -> Result<Outcome, Failure> {
         if let Some(out) = &self.out {
-            return self.show(out);
+            return self.show(out, self.tasks.as_deref());
         }
         if self.models.is_empty() {
             return self.running_page();
@@ -101,7 +112,9 @@ impl Run for Args {
         let folder = tempfile::Builder::new().prefix("groundplan-view-").tempdir().map_err(Failure::work)?;
         let maps = folder.path().join("maps");
         self.convert(&maps)?;
-        self.show(&maps)
+        let tasks = folder.path().join("tasks.json");
+        self.list_tasks(&tasks)?;
+        self.show(&maps, Some(&tasks))
     }
 }
 
@@ -110,22 +123,38 @@ impl Args {
     fn convert(&self, maps: &Path) -> Result<(), Failure> {
         let mut arguments: Vec<OsString> = ["convert", "--world", "--date", "all", "-o"].map(OsString::from).into();
         arguments.push(maps.into());
-        let files = [("--schedule", &self.schedule), ("--robot", &self.robot)];
-        let files = files.into_iter().filter_map(|(name, file)| Some((name, file.as_ref()?)));
-        for (name, file) in files.chain(self.schedule_file.iter().map(|file| ("--schedule-file", file))) {
-            arguments.extend([name.into(), file.into()]);
+        if let Some(robot) = &self.robot {
+            arguments.extend(["--robot".into(), robot.into()]);
         }
-        arguments.extend(self.models.iter().map(OsString::from));
+        arguments.extend(self.of_models());
         let Conversion { mut arguments } = Conversion::try_parse_from(arguments).map_err(Failure::work)?;
         arguments.or_everything = true;
         eprint!("{}", arguments.run()?.text);
         Ok(())
     }
 
+    /// Writes the tasks of the models and their schedule files.
+    fn list_tasks(&self, file: &Path) -> Result<(), Failure> {
+        let arguments = ["tasks", "--json"].map(OsString::from).into_iter().chain(self.of_models());
+        let Listing { arguments } = Listing::try_parse_from(arguments).map_err(Failure::work)?;
+        std::fs::write(file, arguments.run()?.text).map_err(Failure::work)
+    }
+
+    /// Arguments for the models and their schedule.
+    fn of_models(&self) -> impl Iterator<Item = OsString> {
+        let rules = self.schedule.iter().map(|file| ("--schedule", file));
+        let files = rules.chain(self.schedule_file.iter().map(|file| ("--schedule-file", file)));
+        let files = files.flat_map(|(name, file)| [OsString::from(name), file.into()]);
+        files.chain(self.models.iter().map(OsString::from))
+    }
+
     /// Serves an output folder until it is stopped, or writes its page.
-    fn show(&self, maps: &Path) -> Result<Outcome, Failure> {
+    fn show(&self, maps: &Path, tasks: Option<&Path>) -> Result<Outcome, Failure> {
         let mut command = process::Command::new(executable(Daemon::Web.name())?);
         command.arg("--with-stdin").arg("--out").arg(maps).stdin(Stdio::piped()).stdout(Stdio::piped());
+        if let Some(tasks) = tasks {
+            command.arg("--tasks").arg(tasks);
+        }
         let listen = self.listen.map(|listen| listen.to_string());
         let files = [("--export", &self.export), ("--certificate", &self.certificate), ("--key", &self.key)];
         for (name, file) in files.into_iter().filter_map(|(name, file)| Some((name, file.as_ref()?))) {

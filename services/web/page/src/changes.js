@@ -1,25 +1,32 @@
-// What changed since the previous stop: from the calendar, or, where that is empty (live), from the two documents.
-// The list groups elements by task; the plan shows a halo around each (draw_site.js).
+// What changed since the previous stop: from the calendar, or, where that is empty (live), from the two documents; or since any
+// other date that is chosen, from the calendar. The list groups elements by task; the plan shows a halo around each, and of
+// two dates compared what came and what went in colours (draw_site.js).
 
 import { byId, h, show } from "./dom.js";
 import { link } from "./link.js";
-import { onChange, state } from "./state.js";
+import { onChange, state, update } from "./state.js";
 import { noWayReason } from "./reasons.js";
 import { element, nameOf, taskName } from "./site.js";
-import { byName, shortDate, t, word } from "./texts.js";
+import { comparedStop, doorChanges, shownStop } from "./compare.js";
+import { byName, milliseconds, shortDate, t, word } from "./texts.js";
 
 const LISTED = 60; // elements of a task that are listed at once
 
 let byStop = null; // stop -> {elements: [[id, before, after]], spaces: [[id, before, after]]}
-let kept = { doc: null, changes: null, ids: new Set() };
+/** @type {{doc: any, compare: string | null, changes: any, ids: Set<string>, kinds: Map<string, string>}} */
+let kept = nothingKept();
 
 export function createChanges() {
   onChange(["calendar", "site"], () => {
     byStop = null;
-    kept = { doc: null, changes: null, ids: new Set() };
+    kept = nothingKept();
   });
-  onChange(["doc", "calendar", "tab", "sheet"], showChanges);
+  onChange(["doc", "calendar", "tab", "sheet", "compare", "compareDoc"], showChanges);
   showChanges();
+}
+
+function nothingKept() {
+  return { doc: null, compare: null, changes: null, ids: new Set(), kinds: new Map() };
 }
 
 function fromCalendar(calendar) {
@@ -50,6 +57,49 @@ function fromDocuments(before, after) {
   return changes;
 }
 
+const stateAt = (steps, stop) => steps.findLast(([since]) => since <= stop)?.[1] ?? steps[0][1];
+
+// Of any two stops, whichever comes first.
+function fromStops(calendar, before, after) {
+  const changes = { elements: [], spaces: [] };
+  for (const kind of ["elements", "spaces"]) {
+    for (const [id, steps] of Object.entries(calendar[kind])) {
+      const [was, is] = [stateAt(steps, before), stateAt(steps, after)];
+      if (was !== is) changes[kind].push([id, was, is]);
+    }
+  }
+  return changes;
+}
+
+// What a change of states comes to: of elements whether they stand, of rooms whether they are open.
+function kindOf(was, is, isRoom) {
+  if (isRoom) {
+    if (is === "blocked" || (was === "reached" && is === "no_way")) return "closed";
+    return "opened";
+  }
+  const [stood, stands] = [was, is].map((at) => at !== "not_started" && at !== "removed");
+  return stood === stands ? "state" : stands ? "came" : "went";
+}
+
+/**
+ * Rooms whose state changes after a date and until another, by date; null while the calendar is not there.
+ * @param {string} from
+ * @param {string} to
+ * @returns {{id: string, at: string, after: string}[] | null}
+ */
+export function roomsBetween(from, to) {
+  if (!hasCalendar()) return null;
+  const { dates } = state.site;
+  const list = [];
+  for (const [id, steps] of Object.entries(state.calendar.spaces)) {
+    for (const [stop, after] of steps.slice(1)) {
+      const { at } = dates[stop];
+      if (at !== null && from < at && at <= to) list.push({ id, at, after });
+    }
+  }
+  return list.sort((a, b) => milliseconds(a.at) - milliseconds(b.at) || byName(nameOf(a.id), nameOf(b.id)));
+}
+
 const hasAny = (object) => {
   for (const _ in object) return true;
   return false;
@@ -60,18 +110,34 @@ export const hasCalendar = () =>
 // Changes of the date shown, {since, elements, spaces}; null if there is nothing to compare it with. A live site is
 // compared with what was shown before, because reports from the site change more than the calendar knows.
 function currentChanges() {
-  if (kept.doc === state.doc && kept.changes !== null) return kept.changes;
-  const { doc, previousDoc, stop, site } = state;
+  const { doc, previousDoc, stop, site, compare } = state;
+  if (kept.doc === doc && kept.compare === compare && kept.changes !== null) return kept.changes;
   let changes = null;
-  if (site.live && doc && previousDoc) {
+  const [before, now] = [comparedStop(), shownStop()];
+  if (before !== null) {
+    if (doc && hasCalendar() && now !== null) changes = { since: compare, ...fromStops(state.calendar, before, now) };
+  } else if (site.live && doc && previousDoc) {
     changes = { since: previousDoc.at, ...fromDocuments(previousDoc, doc) };
   } else if (doc && hasCalendar() && stop > 0) {
     byStop ??= fromCalendar(state.calendar);
     changes = { since: site.dates[stop - 1].at, elements: [], spaces: [], ...byStop[stop] };
   }
-  const ids = new Set(changes ? [...changes.elements, ...changes.spaces].map(([id]) => id) : []);
-  kept = { doc, changes, ids };
+  /** @type {Map<string, string>} */
+  const kinds = new Map();
+  for (const [id, was, is] of changes?.elements ?? []) kinds.set(id, kindOf(was, is, false));
+  for (const [id, was, is] of changes?.spaces ?? []) kinds.set(id, kindOf(was, is, true));
+  kept = { doc, compare, changes, ids: new Set(kinds.keys()), kinds };
   return changes;
+}
+
+/**
+ * Of two dates compared, what became of each room and element that changed: `came`, `went`, `state`, `opened`, `closed`.
+ * @returns {Map<string, string> | null} null where no dates are compared
+ */
+export function comparedKinds() {
+  if (state.compare === null) return null;
+  currentChanges();
+  return kept.kinds;
 }
 
 export function changedIds() {
@@ -83,15 +149,20 @@ function showChanges() {
   if (state.tab !== "changes" && state.sheet !== "changes") return;
   const panel = byId("panel-changes");
   const changes = currentChanges();
+  const head = [h("h2", {}, t("changes")), chooser()];
   if (changes === null) {
     const why = state.site.live ? "changesLive" : state.stop === 0 ? "changesFirst" : "changesWait";
-    show(panel, h("h2", {}, t("changes")), h("p", { class: "quiet" }, t(why)));
+    show(panel, head, h("p", { class: "quiet" }, t(why)));
+    return;
+  }
+  if (state.compare !== null) {
+    show(panel, head, compared(changes));
     return;
   }
   const nothing = changes.elements.length + changes.spaces.length === 0;
   show(
     panel,
-    h("h2", {}, t("changes")),
+    head,
     h("p", { class: "quiet" }, t("changesSince", { date: shortDate(changes.since) })),
     nothing ? h("p", {}, t("changesNone")) : null,
     rooms(changes.spaces, "reached", "roomsReached"),
@@ -99,6 +170,59 @@ function showChanges() {
     rooms(changes.spaces, "open", "roomsOpened"),
     rooms(changes.spaces, "blocked", "roomsClosed"),
     [...byTask(changes.elements)].map(([task, elements]) => taskBlock(task, elements)),
+  );
+}
+
+// Any date to compare the one shown with.
+function chooser() {
+  const { dates } = state.site;
+  if (dates.length < 2) return null;
+  const select = h(
+    "select",
+    { id: "compare", onchange: (event) => update({ compare: event.target.value || null }) },
+    h("option", { value: "" }, t("compareBefore")),
+    dates.map(({ at }) => (at === null ? null : h("option", { value: at }, shortDate(at)))),
+  );
+  select.value = state.compare ?? "";
+  return h("label", { class: "field" }, h("span", {}, t("compareWith")), select);
+}
+
+function compared(changes) {
+  const { compare, doc } = state;
+  const of = (kind) => changes.elements.filter(([id]) => kept.kinds.get(id) === kind);
+  const doors = doorChanges();
+  return [
+    h("p", { class: "quiet note" }, t("compared", { from: shortDate(compare), to: shortDate(doc.at) })),
+    comparedStop() === shownStop() ? h("p", {}, t("compareSame")) : null,
+    rooms(changes.spaces, "reached", "roomsReached"),
+    rooms(changes.spaces, "no_way", "roomsNoWay"),
+    rooms(changes.spaces, "open", "roomsOpened"),
+    rooms(changes.spaces, "blocked", "roomsClosed"),
+    doors === null ? h("p", { class: "quiet note" }, t("doorsNotCompared")) : null,
+    doorList(doors?.opened ?? [], "doorsOpened", "passable"),
+    doorList(doors?.closed ?? [], "doorsClosed", "blocked"),
+    ["came", "went", "changed"].map((kind) => kindBlock(kind, of(kind === "changed" ? "state" : kind))),
+  ];
+}
+
+function doorList(doors, title, tag) {
+  if (doors.length === 0) return null;
+  return h(
+    "section",
+    { class: "block" },
+    h("h3", {}, t(title), h("span", { class: "count" }, String(doors.length))),
+    h("ul", { class: "links" }, doors.map(([id, , after]) => h("li", {}, link(id, nameOf(id), word("p", after), tag)))),
+  );
+}
+
+// Elements of one kind, by task.
+function kindBlock(kind, elements) {
+  if (elements.length === 0) return null;
+  return h(
+    "details",
+    { class: "block", open: true, "data-kind": kind },
+    h("summary", {}, h("span", { class: `key key-${kind}` }), t(`ch_${kind}`), h("span", { class: "count" }, String(elements.length))),
+    [...byTask(elements)].map(([task, list]) => taskBlock(task, list)),
   );
 }
 

@@ -2,6 +2,7 @@
 // reaches what the pointer clicks.
 
 import { byId, h, icon, show } from "./dom.js";
+import { areasBlock } from "./areas.js";
 import { elementDetails } from "./details_element.js";
 import { link } from "./link.js";
 import { roomDetails } from "./details_room.js";
@@ -19,7 +20,7 @@ export function createDetails() {
     if (state.select === null) showLists(changed);
     else showSelected(changed);
   };
-  onChange(["select", "doc", "storey", "tab", "sheet", "deviations", "site", "about"], showDetails);
+  onChange(["select", "doc", "storey", "tab", "sheet", "deviations", "site", "about", "tasks", "summary"], showDetails);
   showDetails([]);
 }
 
@@ -60,6 +61,7 @@ function showLists(changed) {
   show(
     panel,
     h("p", { class: "quiet" }, t("nothingSelected")),
+    areasBlock(),
     h("h3", {}, t("roomsHere"), h("span", { class: "count" }, String(rooms.length))),
     list(rooms, roomState, noWayReason),
     h(

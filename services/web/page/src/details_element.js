@@ -2,10 +2,12 @@
 
 import { answerBlock } from "./answer_text.js";
 import { fact, h } from "./dom.js";
-import { heading, properties, valueText } from "./details_parts.js";
+import { heading, properties, shownButtons, valueText } from "./details_parts.js";
 import { link } from "./link.js";
 import { askConfirm, deviationOf, deviationText } from "./live.js";
-import { state } from "./state.js";
+import { progressOfElement, progressTable } from "./progress.js";
+import { state, update } from "./state.js";
+import { labelOf, taskOf, tasksOfElement } from "./task_store.js";
 import { element, elementState, isClosed, nameOf, passageOf, roomState, storeyName, taskName } from "./site.js";
 import { longDate, number, t, word } from "./texts.js";
 import { doorReasons } from "./reasons.js";
@@ -35,16 +37,19 @@ export function elementDetails(id) {
     answerBlock(state.about?.path[1] === id ? state.about : null),
     doorRooms(attributes.spaces),
     schedule ? h("h3", {}, t("schedule")) : null,
-    schedule ? h("dl", { class: "facts" }, scheduleFacts(schedule)) : null,
+    schedule ? h("dl", { class: "facts" }, scheduleFacts(id, schedule)) : null,
+    schedule ? h("h3", {}, t("progress")) : null,
+    schedule ? progressTable(progressOfElement(id)) : null,
+    shownButtons(id),
     properties(attributes.property_sets),
     others(attributes),
   ];
 }
 
-function scheduleFacts(schedule) {
+function scheduleFacts(id, schedule) {
   const at = (label, value) => fact(t(label), value ? longDate(value) : null);
   return [
-    fact(t("task"), schedule.task ? taskName(schedule.task) : null),
+    tasksOfElement(id).map((task) => fact(t("task"), taskLink(task))),
     at("start", schedule.start),
     at("finish", schedule.finish),
     at("removalStart", schedule.removal_start),
@@ -61,6 +66,16 @@ function scheduleFacts(schedule) {
         : t("hours", { n: number(schedule.total_float_h, 0) }),
     ),
   ];
+}
+
+// To the task in the list of tasks.
+function taskLink(id) {
+  const task = taskOf(id);
+  return h(
+    "button",
+    { type: "button", class: "link inline", "data-task": id, onclick: () => update({ task: id, tab: "tasks", sheet: state.sheet && "tasks" }) },
+    task ? labelOf(task) : taskName(id),
+  );
 }
 
 function doorFacts(id, { class: cls, attributes, storeys }) {

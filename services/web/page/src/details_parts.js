@@ -1,6 +1,7 @@
 // Parts of a description: the heading with the state, and the properties of the model.
 
 import { fact, h } from "./dom.js";
+import { hide, isolate } from "./filter.js";
 import { nameOf } from "./site.js";
 import { t, word } from "./texts.js";
 
@@ -12,6 +13,19 @@ export function heading(id, kind, at) {
     h("h2", {}, nameOf(id)),
     at ? h("p", {}, h("span", { class: `tag tag-${at}` }, word("s", at))) : null,
   ];
+}
+
+/**
+ * Buttons that hide a room or an element, or show it alone.
+ * @param {string} id GlobalId
+ */
+export function shownButtons(id) {
+  return h(
+    "div",
+    { class: "row" },
+    h("button", { type: "button", class: "button small", onclick: () => hide(id) }, t("hide")),
+    h("button", { type: "button", class: "button small", onclick: () => isolate(id) }, t("isolate")),
+  );
 }
 
 export function properties(sets) {

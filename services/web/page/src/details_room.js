@@ -2,11 +2,13 @@
 
 import { answerBlock } from "./answer_text.js";
 import { fact, h } from "./dom.js";
-import { heading, properties } from "./details_parts.js";
+import { heading, properties, shownButtons } from "./details_parts.js";
 import { link } from "./link.js";
+import { say } from "./live.js";
 import { state, update } from "./state.js";
 import { element, entryOf, isClosed, nameOf, neighbours, passageOf, roomState, space, spaceState, storeyName } from "./site.js";
-import { number, t, word } from "./texts.js";
+import { labelOf, taskOf, tasksOfRoom } from "./task_store.js";
+import { number, shortDate, t, word } from "./texts.js";
 import { doorReasons, reachReason, roomReasons } from "./reasons.js";
 
 export function roomDetails(id) {
@@ -34,6 +36,7 @@ export function roomDetails(id) {
     ),
     answerBlock(state.about?.path[1] === id ? state.about : null),
     wayButtons(id),
+    closingTasks(id),
     beside.length === 0 ? null : h("h3", {}, t("doors")),
     beside.length === 0
       ? null
@@ -42,8 +45,22 @@ export function roomDetails(id) {
           { class: "links" },
           beside.map((way) => h("li", {}, doorAndRoom(way, room.storey))),
         ),
+    shownButtons(id),
     properties(room.property_sets),
   ];
+}
+
+function closingTasks(id) {
+  const tasks = tasksOfRoom(id).map(taskOf);
+  if (tasks.length === 0) return null;
+  const dates = ({ start, finish }) => (start === null || finish === null ? t("noDates") : t("k_both", { from: shortDate(start), to: shortDate(finish) }));
+  const row = (task) =>
+    h(
+      "button",
+      { type: "button", class: "link", "data-task": task.global_id, onclick: () => update({ task: task.global_id, tab: "tasks", sheet: state.sheet && "tasks" }) },
+      h("span", { class: "link-name" }, labelOf(task), h("span", { class: "link-note" }, dates(task))),
+    );
+  return [h("h3", {}, t("roomTasks")), h("ul", { class: "links" }, tasks.map((task) => h("li", {}, row(task))))];
 }
 
 // Of files; a live site answers that itself.
@@ -96,18 +113,26 @@ function doorAndRoom({ door, room }, storey) {
   );
 }
 
+// The next click on the plan may name the room at the other end.
+function beginWay(end, id) {
+  const other = end === "from" ? "to" : "from";
+  const picking = state[other] === null || state[other] === id ? /** @type {"from-room" | "to-room"} */ (`${other}-room`) : null;
+  update({ [end]: id, ...(picking ? { [other]: null } : {}), picking, tab: "way", sheet: picking ? null : state.sheet && "way" });
+  if (picking) say(t("pickRoom"));
+}
+
 function wayButtons(id) {
   return h(
     "div",
     { class: "row" },
     h(
       "button",
-      { type: "button", class: "button", onclick: () => update({ from: id, tab: "way", sheet: state.sheet && "way" }) },
+      { type: "button", class: "button", onclick: () => beginWay("from", id) },
       t("wayFrom"),
     ),
     h(
       "button",
-      { type: "button", class: "button", onclick: () => update({ to: id, tab: "way", sheet: state.sheet && "way" }) },
+      { type: "button", class: "button", onclick: () => beginWay("to", id) },
       t("wayTo"),
     ),
   );

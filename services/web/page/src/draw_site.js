@@ -2,7 +2,9 @@
 
 import { hasLayer, state } from "./state.js";
 import { elementState, featuresOf, isClosed, passageOf, roomState, space } from "./site.js";
-import { changedIds } from "./changes.js";
+import { changedIds, comparedKinds } from "./changes.js";
+import { isShown } from "./filter.js";
+import { elementsOfTask } from "./task_store.js";
 import { labelPoint } from "./geometry.js";
 
 const SMALL_PX = 1.5; // features smaller than this on the screen are left out
@@ -28,7 +30,7 @@ function isVisible({ box }, pen) {
 }
 
 function visible(pen, kind) {
-  return featuresOf(state.storey).filter((feature) => feature.kind === kind && isVisible(feature, pen));
+  return featuresOf(state.storey).filter((feature) => feature.kind === kind && isVisible(feature, pen) && isShown(feature.id));
 }
 
 // Inks of the states of rooms.
@@ -93,6 +95,11 @@ function styleOf(feature) {
  * @param {import("./types.js").Pen} pen
  */
 export function drawChanges(pen) {
+  const kinds = comparedKinds();
+  if (kinds !== null) {
+    drawCompared(pen, kinds);
+    return;
+  }
   const ids = changedIds();
   if (ids.size === 0) return;
   outline(
@@ -102,6 +109,30 @@ export function drawChanges(pen) {
     3.5,
     0.85,
   );
+}
+
+/** Inks of what became of elements and rooms between two dates. */
+export const COMPARED_INKS = { opened: "opened", closed: "closed", state: "changed", went: "went", came: "came" };
+
+// Each kind in its colour: rooms below, flat elements by their outline alone.
+function drawCompared(pen, kinds) {
+  const seen = featuresOf(state.storey).filter((f) => kinds.has(f.id) && isVisible(f, pen) && isShown(f.id));
+  for (const [kind, ink] of Object.entries(COMPARED_INKS)) {
+    const of = seen.filter((f) => kinds.get(f.id) === kind);
+    const isFlat = (f) => FLAT.has(f.class);
+    outline(pen, of.filter(isFlat), ink, 1.5, 0.5);
+    outline(pen, of.filter((f) => !isFlat(f)), ink, 2, 0.95, kind === "opened" || kind === "closed" ? 0.28 : 0.55);
+  }
+}
+
+/**
+ * The elements of the task chosen.
+ * @param {import("./types.js").Pen} pen
+ */
+export function drawTask(pen) {
+  if (state.task === null) return;
+  const ids = elementsOfTask(state.task);
+  outline(pen, featuresOf(state.storey).filter((f) => ids.has(f.id) && isShown(f.id)), "task", 3, 1, 0.35);
 }
 
 /** @param {import("./types.js").Pen} pen */

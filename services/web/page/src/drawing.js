@@ -3,7 +3,8 @@
 
 import L from "leaflet";
 import { onChange, state } from "./state.js";
-import { drawChanges, drawElements, drawLabels, drawRooms, drawSelection } from "./draw_site.js";
+import { drawChanges, drawElements, drawLabels, drawRooms, drawSelection, drawTask } from "./draw_site.js";
+import { drawMeasure } from "./draw_measure.js";
 import { drawGraph, drawScan, drawTour, drawWaypoints, drawWay } from "./draw_mission.js";
 import { drawSheet } from "./tiles.js";
 import { drawDeviations, drawFleet, drawRobot, drawSlam } from "./draw_live.js";
@@ -14,6 +15,7 @@ const PAINTERS = [
   drawElements,
   drawSlam,
   drawChanges,
+  drawTask,
   drawDeviations,
   drawScan,
   drawSelection,
@@ -24,6 +26,7 @@ const PAINTERS = [
   drawWaypoints,
   drawFleet,
   drawRobot,
+  drawMeasure,
 ];
 
 // Drawn by the processor: it is fast enough for what is drawn here, and without a graphics card a drawing by WebGL is slow.
@@ -55,6 +58,13 @@ export function createDrawing(map) {
       "slam",
       "slamShown",
       "deviations",
+      "compare",
+      "task",
+      "tasks",
+      "filter",
+      "hidden",
+      "only",
+      "measured",
     ],
     redraw,
   );

@@ -9,7 +9,7 @@ import { t, word } from "./texts.js";
 import { waypointKinds } from "./waypoint_kinds.js";
 
 export function createLegend() {
-  onChange(["layers", "storey", "slam", "slamShown", "deviations", "site", "doc", "from", "to"], showLegend);
+  onChange(["layers", "storey", "slam", "slamShown", "deviations", "site", "doc", "from", "to", "compare", "task"], showLegend);
   showLegend();
 }
 
@@ -63,7 +63,10 @@ function entries() {
   if (hasLayer("tour")) list.push(["tour", t("layer_tour"), "line"]);
   if (hasLayer("graph")) list.push(["graph", t("l_usable"), "line"], ["graph-unusable", t("l_unusable"), "dashline"]);
   if (state.from !== null && state.to !== null) list.push(["way", t("l_way"), "line"]);
-  if (state.site.dates.length > 1) list.push(["changed", t("l_changed"), "halo"]);
+  if (state.compare !== null)
+    list.push(["came", t("l_came")], ["went", t("l_went")], ["changed", t("l_state")], ["opened", t("l_opened")], ["closed", t("l_closed")]);
+  else if (state.site.dates.length > 1) list.push(["changed", t("l_changed"), "halo"]);
+  if (state.task !== null) list.push(["task", t("l_task"), "halo"]);
   if (state.slam && state.slamShown) list.push(["slam", t("slam")]);
   for (const verdict of new Set(Object.values(state.deviations?.elements ?? {}).map((told) => told.verdict))) {
     list.push([inkOf(verdict), `${t("deviation")}: ${word("v", verdict)}`]);

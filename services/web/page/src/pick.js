@@ -1,6 +1,7 @@
 // What lies under a point of the plan.
 
 import { contains } from "./geometry.js";
+import { isShown } from "./filter.js";
 import { hasLayer, state } from "./state.js";
 import { elementState, featuresOf } from "./site.js";
 import { kindOf } from "./waypoint_kinds.js";
@@ -16,6 +17,7 @@ export function pick(x, y) {
   const hits = featuresOf(state.storey).filter((feature) => {
     const { box, kind } = feature;
     if (!hasLayer(kind === "room" ? "rooms" : "elements")) return false;
+    if (!isShown(feature.id)) return false;
     if (x < box.x0 || x > box.x1 || y < box.y0 || y > box.y1) return false;
     if (kind === "element" && elementState(feature.id) === "removed") return false;
     return contains(feature.polygon, x, y);

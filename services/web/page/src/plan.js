@@ -9,7 +9,10 @@ import { pick, pickWaypoint } from "./pick.js";
 import { onChange, state, update } from "./state.js";
 import { featuresOf, nameOf, storeyFor, storeyOf } from "./site.js";
 import { boundsOfStorey } from "./storey_bounds.js";
-import { number } from "./texts.js";
+import { say } from "./live.js";
+import { measureAt } from "./measure.js";
+import { elementsOfTask } from "./task_store.js";
+import { number, t } from "./texts.js";
 import { currentWay } from "./way.js";
 
 const ZOOM_MAX = 4;
@@ -54,6 +57,7 @@ export function createPlan() {
   onChange(["storey"], showStorey);
   onChange(["select", "sheet"], panToSelection);
   onChange(["from", "to", "sheet", "wayAnswer"], showWay);
+  onChange(["task", "tasks"], panToTask);
   onChange(["picking"], () => container.classList.toggle("picking", state.picking !== null));
   onChange(["centre", "zoom"], showPart);
   map.on("moveend", keepPart);
@@ -143,9 +147,22 @@ function wirePointer() {
     map.getContainer().classList.toggle("over-feature", hit !== null || pickWaypoint(map, latlng) !== null);
   });
   map.on("mouseout", () => (readout.textContent = ""));
+  map.getContainer().addEventListener("keydown", (event) => {
+    if (event.key !== "Enter" || !state.measuring) return;
+    const { lat: y, lng: x } = map.getCenter();
+    measureAt(x, y, metresPerPixel());
+  });
   map.on("click", ({ latlng, containerPoint }) => {
+    const { lat: y, lng: x } = latlng;
+    if (state.measuring) {
+      measureAt(x, y, metresPerPixel());
+      return;
+    }
+    if (state.picking === "from-room" || state.picking === "to-room") {
+      pickRoomAt(x, y, state.picking === "from-room" ? "from" : "to");
+      return;
+    }
     if (state.picking !== null) {
-      const { lat: y, lng: x } = latlng;
       update({ [state.picking]: `${x.toFixed(2)},${y.toFixed(2)},${state.storey}`, picking: null, tab: "way", sheet: "way" });
       return;
     }
@@ -162,6 +179,35 @@ function wirePointer() {
     last = containerPoint;
     update({ select: hit?.id ?? null, waypoint: null, tab: "details", sheet: hit ? "details" : null });
   });
+}
+
+const metresPerPixel = () => state.site.resolution_m / 2 ** map.getZoom();
+
+// The end of a way is the room that is clicked.
+function pickRoomAt(x, y, end) {
+  const room = pick(x, y).find((hit) => hit.kind === "room");
+  if (!room) say(t("noRoomThere"));
+  else update({ [end]: room.id, picking: null, tab: "way", sheet: state.sheet && "way" });
+}
+
+// Elements of the task chosen: the storey with most of them, unless this one has any, and all of them in the view.
+function panToTask() {
+  if (state.task === null) return;
+  const ids = elementsOfTask(state.task);
+  const on = (storey) => featuresOf(storey).filter((f) => ids.has(f.id));
+  let here = on(state.storey);
+  if (here.length === 0) {
+    const counts = state.site.storeys.map(({ index }) => ({ index, n: on(index).length }));
+    const best = counts.reduce((a, b) => (b.n > a.n ? b : a));
+    if (best.n === 0) return;
+    update({ storey: best.index });
+    here = on(best.index);
+  }
+  const box = here.reduce((all, { box: b }) => all.extend([b.y0, b.x0]).extend([b.y1, b.x1]), L.latLngBounds([]));
+  const { free, covered } = visiblePart();
+  const corners = [box.getNorthWest(), box.getSouthEast()].map((corner) => map.latLngToContainerPoint(corner));
+  if (corners.every((corner) => free.contains(corner))) return;
+  map.fitBounds(box.pad(0.1), { paddingBottomRight: [0, covered], maxZoom: map.getZoom() });
 }
 
 // A selection made elsewhere (search, lists, 3D) is brought into the view.

@@ -2,7 +2,7 @@
 // and then the sheet says so.
 // Before a print the page takes the sheet's form on the screen, so that Leaflet draws the plan in its size.
 
-import { byId, fact, h, show } from "./dom.js";
+import { byId, fact, h, show, svg } from "./dom.js";
 import { drawForPrint } from "./drawing.js";
 import { planMap } from "./plan.js";
 import { state } from "./state.js";
@@ -99,12 +99,30 @@ function showBlock(scale) {
       fact(t("storey"), storeyName(state.storey)),
       fact(t("printDate"), [longDate(at.at), until].filter(Boolean).join(", ")),
       fact(t("printScale"), `1 : ${scale} (A3)`),
+      state.compare === null ? null : fact(t("compareWith"), longDate(state.compare)),
       fact(t("printLayers"), state.layers.map((layer) => t(`layer_${layer}`)).join(", ")),
       fact(t("printModel"), files(site.sources)),
       fact(t("printSchedule"), site.schedule_ignored ? t("scheduleIgnored") : files(site.schedule_sources)),
       fact(t("printRobot"), site.robot?.name),
       fact(t("printed"), today()),
     ),
+    scaleBar(scale),
     h("p", { class: "print-maker" }, "groundplan"),
+  );
+}
+
+const BAR_MM_MAX = 70;
+const BAR_STEPS_M = [0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500];
+
+// A bar of so many metres, in five parts, in its length on paper.
+function scaleBar(scale) {
+  const metres = BAR_STEPS_M.findLast((m) => (1000 * m) / scale <= BAR_MM_MAX) ?? BAR_STEPS_M[0];
+  const mm = (1000 * metres) / scale;
+  const part = (k) => svg("rect", { class: k % 2 === 0 ? "bar-dark" : "bar-light", x: 20 * k, y: 0, width: 20, height: 8 });
+  return h(
+    "div",
+    { class: "scale-bar", "data-metres": metres, "data-mm": mm },
+    svg("svg", { width: `${mm}mm`, height: "2.4mm", viewBox: "0 0 100 8", preserveAspectRatio: "none", role: "img", "aria-label": t("scaleBar") }, [0, 1, 2, 3, 4].map(part)),
+    h("span", {}, `${metres} m`),
   );
 }

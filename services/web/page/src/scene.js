@@ -51,6 +51,9 @@ globalThis.groundplanScene = function groundplanScene(container, options = {}) {
   scene.add(robot);
   let waypoints = waypointMarks([]);
   let model = null;
+  let ghosts = null;
+  let ghostLoads = 0;
+  let shown = null;
   let framed = false;
   let wantedCamera = null;
   let loads = 0;
@@ -64,7 +67,8 @@ globalThis.groundplanScene = function groundplanScene(container, options = {}) {
     if (frame === null) frame = requestAnimationFrame(draw);
   }
   function paint() {
-    if (model) paintModel(model, looks, materials);
+    if (model) paintModel(model, looks, materials, shown);
+    if (ghosts) paintModel(ghosts, looks, materials, (globalId) => ghosts.ids.has(globalId) && (shown === null || shown(globalId)));
     drawSoon();
   }
   function showAll() {
@@ -91,7 +95,7 @@ globalThis.groundplanScene = function groundplanScene(container, options = {}) {
     ray.setFromCamera(at, camera);
     const hits = ray.intersectObject(model.group, true);
     const isShown = ({ point }) => renderer.clippingPlanes.every((plane) => plane.distanceToPoint(point) >= 0);
-    return hits.find(isShown)?.object.userData.globalId ?? null;
+    return hits.find((hit) => hit.object.visible && isShown(hit))?.object.userData.globalId ?? null;
   }
 
   const cameraNow = () => [...camera.position, ...controls.target].map((value) => Math.round(1000 * value) / 1000);
@@ -174,6 +178,34 @@ globalThis.groundplanScene = function groundplanScene(container, options = {}) {
       looks.states = states;
       paint();
     },
+    /** Shows the elements alone of which a function of their GlobalId says so; all for null. */
+    setShown(isShown) {
+      shown = isShown;
+      paint();
+    },
+    /** Adds elements of another model, which is a GLB, to the building; null takes them away. */
+    async setGhosts(arrayBuffer, globalIds) {
+      const own = ++ghostLoads;
+      const next = arrayBuffer ? await readModel(arrayBuffer) : null;
+      if (own !== ghostLoads) {
+        if (next) freeModel(next);
+        return;
+      }
+      if (ghosts) {
+        scene.remove(ghosts.group);
+        freeModel(ghosts);
+      }
+      ghosts = next && { ...next, ids: new Set(globalIds) };
+      if (ghosts) scene.add(ghosts.group);
+      paint();
+    },
+    /** What is shown, as the data address of a PNG. */
+    picture() {
+      renderer.render(scene, camera);
+      return canvas.toDataURL("image/png");
+    },
+    cameraNow,
+    fieldOfView: FIELD_OF_VIEW_DEG,
     setRobot(pose) {
       robot.visible = Boolean(pose);
       if (pose) {
@@ -201,11 +233,13 @@ globalThis.groundplanScene = function groundplanScene(container, options = {}) {
     },
     dispose() {
       loads++;
+      ghostLoads++;
       if (frame !== null) cancelAnimationFrame(frame);
       sizes.disconnect();
       window.removeEventListener("beforeprint", draw);
       controls.dispose();
       if (model) freeModel(model);
+      if (ghosts) freeModel(ghosts);
       freeMarks(robot);
       freeMarks(waypoints);
       for (const material of materials.values()) material.dispose();
@@ -223,7 +257,8 @@ function messageOnly(container, text) {
   const nothing = () => {};
   return {
     load: async () => {}, setCut: nothing, select: nothing, highlight: nothing, setStates: nothing, setRobot: nothing,
-    setWaypoints: nothing, setCamera: nothing, resize: nothing, project: () => null, dispose: () => message.remove(),
+    setWaypoints: nothing, setCamera: nothing, setShown: nothing, setGhosts: async () => {}, resize: nothing, project: () => null,
+    picture: () => null, cameraNow: () => null, fieldOfView: FIELD_OF_VIEW_DEG, dispose: () => message.remove(),
   };
 }
 

@@ -17,6 +17,15 @@ const LOOKS = {
   late: { opacity: 0.7, colour: "#c62828" },
   early: { opacity: 1, colour: "#8e24aa" },
   displaced: { opacity: 1, colour: "#ef6c00" },
+  came: { opacity: 1, colour: "#159947" },
+  went: { opacity: 0.6, colour: "#d6246e" },
+  state: { opacity: 1, colour: "#f9a825" },
+  task: { opacity: 1, colour: "#7c3aed" },
+  by_built: { opacity: 1, colour: "#9aa3ad" },
+  by_not_started: { opacity: 0.15, colour: "#7d8896" },
+  by_in_progress: { opacity: 0.85, colour: "#e08a00" },
+  by_being_removed: { opacity: 0.7, colour: "#c62828" },
+  by_removed: { opacity: 0.15, colour: "#c62828" },
 };
 
 /** The building of a GLB; `group` is in the frame `map`, in metres, Z up. */
@@ -47,10 +56,16 @@ function collect(object, owner, elements) {
   for (const child of object.children) collect(child, globalId, elements);
 }
 
-/** Gives each mesh the material of its element's look; `materials` keeps one for each look. */
-export function paintModel(model, looks, materials) {
+/**
+ * Gives each mesh the material of its element's look; `materials` keeps one for each look. `shown` says of GlobalIds whether they
+ * are seen; all are for null.
+ */
+export function paintModel(model, looks, materials, shown) {
   model.group.traverse((object) => {
-    if (object.isMesh) object.material = materialOf(object.userData, looks, materials);
+    if (!object.isMesh) return;
+    const { globalId } = object.userData;
+    object.visible = shown === null || (globalId !== null && shown(globalId));
+    if (object.visible) object.material = materialOf(object.userData, looks, materials);
   });
 }
 

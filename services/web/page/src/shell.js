@@ -1,7 +1,7 @@
 // The frame around the plan: tabs, sheets on phones, theme, link and the north arrow.
 
 import { byId, closestTo } from "./dom.js";
-import { onChange, state, TABS, update } from "./state.js";
+import { LINKED_MAX, onChange, state, TABS, update } from "./state.js";
 import { say } from "./live.js";
 import { t } from "./texts.js";
 
@@ -127,7 +127,8 @@ function createTheme() {
 async function copyLink() {
   try {
     await navigator.clipboard.writeText(location.href);
-    say(t("linkCopied"));
+    const isShort = Math.max(state.hidden.length, state.only.length) > LINKED_MAX;
+    say(t(isShort ? "linkShort" : "linkCopied", { n: LINKED_MAX }));
   } catch {
     say(location.href); // no clipboard here: the link to copy by hand
   }

@@ -86,6 +86,12 @@ export async function loadChangedSite() {
   return siteText === before ? null : site;
 }
 
+/** @type {() => Promise<import("./types.js").Tasks>} */
+export const loadTasks = () => document_("tasks");
+
+/** @type {(key: string) => Promise<import("./types.js").Summary>} */
+export const loadSummary = (key) => document_(`summary/${key}`);
+
 /** @type {() => Promise<import("./types.js").Calendar>} */
 export const loadCalendar = () => document_("calendar");
 

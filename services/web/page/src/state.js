@@ -1,6 +1,6 @@
 // The one store of the page: what is shown, what is loaded, and who wants to know of changes.
 // The URL's fragment keeps what a link must carry: storey, date, layers, selection, view, tab, from and to, the part of the plan
-// that is seen, and in 3D the camera and the cut.
+// that is seen, the task, the look-ahead, the date compared with, filters and what is hidden, and in 3D the camera and the cut.
 
 import { linkDate, stopValidAt } from "./link_date.js";
 
@@ -17,7 +17,13 @@ export const LAYERS = [
   "graph",
 ];
 
-export const TABS = ["details", "changes", "way", "mission", "findings"];
+export const TABS = ["details", "changes", "tasks", "way", "mission", "views", "findings"];
+
+/** GlobalIds that a link holds of what is hidden or isolated. */
+export const LINKED_MAX = 300;
+
+/** @type {import("./types.js").Filter} */
+export const NO_FILTER = { classes: [], states: [], task: null, storey: false };
 
 /** @type {import("./types.js").State} what is shown, and what is loaded */
 export const state = {
@@ -53,7 +59,22 @@ export const state = {
   slam: null,
   slamShown: true,
   deviations: null,
+  tasks: null,
+  summary: null,
+  task: null,
+  look: null,
+  compare: null,
+  compareDoc: null,
+  filter: NO_FILTER,
+  hidden: [],
+  only: [],
+  byState: false,
+  measuring: false,
+  measured: [],
 };
+
+/** The longest look-ahead. */
+export const LOOK_WEEKS_MAX = 12;
 
 const listeners = [];
 const queue = [];
@@ -121,6 +142,21 @@ export function fromFragment(site) {
   if (fields.has("select") && known(fields.get("select"))) patch.select = fields.get("select");
   for (const end of ["from", "to"]) if (isEnd(site, fields.get(end))) patch[end] = fields.get(end);
   if (TABS.includes(fields.get("tab"))) patch.tab = fields.get("tab");
+  const words = (key) => (fields.get(key) ?? "").split(",").filter(Boolean).slice(0, LINKED_MAX);
+  patch.task = fields.get("task");
+  const look = Number(fields.get("look"));
+  patch.look = Number.isInteger(look) && 1 <= look && look <= LOOK_WEEKS_MAX ? look : null;
+  const compared = fields.has("compare") ? stopValidAt(site.dates, fields.get("compare")) : null;
+  patch.compare = compared === null ? null : site.dates[compared].at;
+  patch.filter = {
+    classes: words("classes"),
+    states: words("states"),
+    task: fields.get("only-task"),
+    storey: fields.get("only-storey") === "yes",
+  };
+  patch.hidden = words("hide").filter(known);
+  patch.only = words("only").filter(known);
+  patch.byState = fields.get("colours") === "states";
   const numbers = (key, n) => {
     const list = fields.has(key) ? fields.get(key).split(",").map(Number) : [];
     return list.length === n && list.every(Number.isFinite) ? list : null;
@@ -153,6 +189,15 @@ export function toFragment() {
   for (const key of ["select", "from", "to"]) if (state[key] !== null) fields.set(key, state[key]);
   fields.set("view", state.view);
   if (state.tab !== "details") fields.set("tab", state.tab);
+  if (state.task !== null) fields.set("task", state.task);
+  if (state.look !== null) fields.set("look", String(state.look));
+  if (state.compare !== null) fields.set("compare", linkDate(state.compare));
+  const { filter } = state;
+  const lists = { classes: filter.classes, states: filter.states, hide: state.hidden, only: state.only };
+  for (const [key, list] of Object.entries(lists)) if (list.length > 0) fields.set(key, list.slice(0, LINKED_MAX).join(","));
+  if (filter.task !== null) fields.set("only-task", filter.task);
+  if (filter.storey) fields.set("only-storey", "yes");
+  if (state.byState) fields.set("colours", "states");
   if (state.centre !== null) fields.set("centre", state.centre.join(","));
   if (state.centre !== null && state.zoom !== null) fields.set("zoom", String(state.zoom));
   if (state.view === "3d" && state.camera !== null) fields.set("camera", state.camera.join(","));
@@ -166,6 +211,7 @@ export function toFragment() {
 export function keepFragment(onLink) {
   /** @type {(keyof import("./types.js").State)[]} */
   const kept = ["storey", "date", "stop", "doc", "layers", "select", "view", "tab", "from", "to", "centre", "zoom", "camera", "cut"];
+  kept.push("task", "look", "compare", "filter", "hidden", "only", "byState");
   onChange(kept, () => {
     const fragment = toFragment();
     if (fragment !== location.hash) history.replaceState(null, "", fragment);

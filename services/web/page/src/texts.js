@@ -1,6 +1,9 @@
 // Words, dates and numbers in the language of the reader: that of the browser, or `?lang=` of the address.
 
-import { SENTENCES, TABLE } from "./text_table.js";
+import { SENTENCES, TABLE as PAGE_TABLE } from "./text_table.js";
+import { SITE_TABLE } from "./text_table_site.js";
+
+const TABLE = { ...PAGE_TABLE, ...SITE_TABLE };
 
 const wanted = new URLSearchParams(location.search).get("lang") ?? navigator.language ?? "en";
 const language = wanted.toLowerCase().startsWith("de") ? "de" : "en";

@@ -81,6 +81,41 @@
  * @property {Record<"errors" | "warnings" | "assumptions" | "substitutions" | "left_out", Listed>} findings
  */
 
+/**
+ * @typedef {object} Task
+ * @property {string} global_id
+ * @property {string | null} identification
+ * @property {string | null} name
+ * @property {string | null} file
+ * @property {string | null} parent GlobalId of the task that it is nested in
+ * @property {number} depth
+ * @property {boolean} is_summary
+ * @property {string | null} start
+ * @property {string | null} finish
+ * @property {string | null} dates_from
+ * @property {number | null} total_float_h
+ * @property {number | null} completion
+ * @property {{global_id: string, operation: string}[]} elements
+ * @property {{global_id: string}[]} spaces
+ * @property {{message: string}[]} warnings
+ */
+
+/** @typedef {{start: string | null, finish: string | null}} ProgressDates */
+/** @typedef {{planned: ProgressDates | null, reported: ProgressDates | null}} TaskProgress */
+/** @typedef {{planned: ProgressDates, reported: ProgressDates | null, observed: ProgressDates | null}} ElementProgress */
+
+/**
+ * @typedef {object} Tasks data/tasks.json
+ * @property {"schedule" | "elements"} known_from
+ * @property {Task[]} tasks
+ * @property {{tasks: Record<string, TaskProgress>, elements: Record<string, ElementProgress>} | null} progress
+ */
+
+/** @typedef {{free_m2: number | null, rooms: Record<string, {n: number, area_m2: number}>}} Areas */
+/** @typedef {{storeys: Record<string, Areas>, sum: Areas, tasks: Record<string, string>}} Summary data/summary/KEY.json */
+/** @typedef {{classes: string[], states: string[], task: string | null, storey: boolean}} Filter empty lists let everything through */
+/** @typedef {{x: number, y: number, snap: "corner" | "cell", of: string | null}} MeasuredPoint metres; of what the corner is */
+
 /** @typedef {[number, string][]} States the first state and every change, each with the number of its date. */
 /** @typedef {{elements: Record<string, States>, spaces: Record<string, States>}} Calendar data/calendar.json */
 
@@ -243,7 +278,7 @@
  * @property {number | null} cut 3D: height of the cut that was chosen; null for that of the storey
  * @property {string | null} from GlobalId of a room, or of a live site `x,y,storey` in metres
  * @property {string | null} to
- * @property {"from" | "to" | null} picking the end that the next click on the plan sets
+ * @property {"from" | "to" | "from-room" | "to-room" | null} picking the end that the next click on the plan sets, to a point or to a room
  * @property {Told | null} about the answer about the room or door selected
  * @property {Told | null} wayAnswer
  * @property {string} tab
@@ -258,6 +293,18 @@
  * @property {Slam | null} slam
  * @property {boolean} slamShown
  * @property {Deviations | null} deviations
+ * @property {Tasks | null} tasks null until somebody wants them
+ * @property {{key: string, doc: Summary} | null} summary of the date with that key
+ * @property {string | null} task GlobalId of the task chosen
+ * @property {number | null} look weeks to look ahead; null for all tasks
+ * @property {string | null} compare the date compared with; null for the one before
+ * @property {DateDocument | null} compareDoc its document, of files
+ * @property {Filter} filter
+ * @property {string[]} hidden GlobalIds
+ * @property {string[]} only GlobalIds of what alone is shown; empty for everything
+ * @property {boolean} byState colours of states in 3D
+ * @property {boolean} measuring
+ * @property {MeasuredPoint[]} measured at most two
  */
 
 export {};

@@ -2,10 +2,12 @@
 // selection, the changes, the robot and the waypoints of the plan.
 
 import { byId, inputById } from "./dom.js";
-import { changedIds } from "./changes.js";
+import { changedIds, comparedKinds } from "./changes.js";
+import { isFiltering, isShown } from "./filter.js";
 import { hasLayer, onChange, state, update } from "./state.js";
 import { loadModel } from "./source.js";
-import { element, isClosed, passageOf, storeyOf } from "./site.js";
+import { element, elementState, isClosed, passageOf, storeyOf } from "./site.js";
+import { elementsOfTask } from "./task_store.js";
 import { number, t } from "./texts.js";
 import { kindOf } from "./waypoint_kinds.js";
 
@@ -24,6 +26,8 @@ export function createView3d() {
   });
   onChange(["view"], showView);
   onChange(["doc", "calendar"], showModel);
+  onChange(["compare", "compareDoc", "task", "tasks", "byState"], showLooks);
+  onChange(["filter", "hidden", "only", "tasks", "storey"], showFiltered);
   onChange(["select"], () => scene?.select(state.select));
   onChange(["robot"], showRobot);
   onChange(["doc", "layers"], showWaypoints);
@@ -76,6 +80,7 @@ async function loadScene() {
   });
   const onCamera = (camera) => update({ camera });
   const onPick = (id) => update({ select: id, tab: "details", sheet: id ? "details" : null });
+  ghostOf = null;
   scene = globalThis.groundplanScene(byId("scene-canvas"), { onPick, onCamera, name: t("sceneName"), noWebgl: t("noWebgl") });
   globalThis.groundplanView3d = scene; // for tests: where an element is on the screen
   tell("");
@@ -102,9 +107,44 @@ async function showModel() {
       return;
     }
   }
-  scene.setStates({ ...doorStates(), ...state.doc.elements });
-  scene.highlight([...changedIds()]);
+  showLooks();
+  showFiltered();
   scene.select(state.select);
+}
+
+// How elements look: doors as the robot passes them, else their states; over that two dates compared, and the task chosen.
+function showLooks() {
+  if (!scene || !isOpen() || !state.doc) return;
+  const kinds = comparedKinds();
+  const looks = { ...doorStates(), ...state.doc.elements };
+  if (state.byState) for (const id of Object.keys(state.site.elements)) looks[id] = `by_${elementState(id)}`;
+  for (const [id, kind] of kinds ?? []) looks[id] = kind;
+  for (const id of elementsOfTask(state.task)) looks[id] = "task";
+  scene.setStates(looks);
+  scene.highlight(kinds === null ? [...changedIds()] : []);
+  showGone(kinds);
+}
+
+function showFiltered() {
+  if (!scene || !isOpen() || !state.doc) return;
+  scene.setShown(isFiltering() ? isShown : null);
+}
+
+// What stood at the date compared with and is gone comes from the model of that date, where there is one.
+let ghostOf = null;
+async function showGone(kinds) {
+  const gone = [...(kinds ?? [])].filter(([, kind]) => kind === "went").map(([id]) => id);
+  const model = gone.length > 0 ? (state.compareDoc?.model ?? null) : null;
+  const wanted = model === null ? null : `${model} ${gone.join(" ")}`;
+  if (wanted === ghostOf) return;
+  ghostOf = wanted;
+  try {
+    const buffer = model === null ? null : await loadModel(model);
+    if (ghostOf === wanted) await scene.setGhosts(buffer, gone);
+  } catch (error) {
+    ghostOf = null;
+    tell(t("failed", { what: error.message }));
+  }
 }
 
 // Doors that stand have the colours of the plan: whether this robot passes them.
@@ -159,4 +199,17 @@ function cutFromSlider() {
   scene?.setCut(whole ? null : z);
   slider.setAttribute("aria-valuetext", text);
   byId("cut-text").textContent = text;
+}
+
+/** The picture of the 3D view as a data address of a PNG, and its camera; null while it is not open. */
+export function pictureOf3d() {
+  if (!scene || !isOpen()) return null;
+  return { png: scene.picture(), camera: scene.cameraNow(), fieldOfView: scene.fieldOfView, cut: cutNow() };
+}
+
+// Height above which everything is cut away; null without a cut.
+function cutNow() {
+  const slider = inputById("cut");
+  const z = Number(slider.value);
+  return z >= Number(slider.max) - 0.05 ? null : z;
 }

@@ -132,7 +132,7 @@ function chooser(end) {
   const rooms = Object.entries(state.site.spaces);
   const select = h(
     "select",
-    { id: `way-${end}`, onchange: (event) => update({ [end]: event.target.value || null }) },
+    { id: `way-${end}`, onchange: (event) => update({ [end]: event.target.value || null, picking: null }) },
     h("option", { value: "" }, t("choose")),
     state.site.storeys.map((storey) => {
       const here = rooms.filter(([, room]) => room.storey === storey.index);

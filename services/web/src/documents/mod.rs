@@ -5,7 +5,11 @@
 mod calendar;
 mod date;
 mod site;
+mod summary;
+mod tasks;
 
 pub(crate) use calendar::add_date;
 pub(crate) use date::{DateDocument, DateHead, Published, StoreyAtDate};
 pub(crate) use site::{DateStop, SiteDocument, SiteHead, Storey};
+pub(crate) use summary::{FreeCells, SummaryDocument};
+pub(crate) use tasks::TasksDocument;

@@ -2,7 +2,7 @@
 
 use crate::source::SourceError;
 use crate::tiles::{Layer, strength_of_pixel};
-use grid::decode_pgm;
+use grid::{decode_pgm, pixel_of};
 use std::io::Cursor;
 use std::path::Path;
 
@@ -33,6 +33,11 @@ impl MapImage {
     /// Number of its pixels.
     pub(super) fn n_pixels(&self) -> usize {
         self.pixels.len()
+    }
+
+    /// Number of its pixels that are free cells.
+    pub(super) fn n_free(&self) -> usize {
+        self.pixels.iter().filter(|pixel| **pixel == pixel_of(0)).count()
     }
 
     /// Strength of a cell in a layer, counted from the upper left corner.

@@ -2,13 +2,13 @@
 //!
 //! Requests name a date, a storey or a hash, never a path: the paths are those that the manifests list.
 
-use super::folder::{MapFile, MapsFolder};
+use super::folder::{DatedMaps, MapFile, MapsFolder};
 use super::map_image::MapImage;
-use crate::documents::{DateDocument, SiteDocument, SiteHead, add_date};
+use crate::documents::{DateDocument, FreeCells, SiteDocument, SiteHead, SummaryDocument, TasksDocument, add_date};
 use crate::kept::Kept;
 use crate::question::Question;
 use crate::source::{Bytes, ContentName, Source, SourceError, TileAddress, json, locked};
-use crate::tiles::{LayerCells, TileGrid};
+use crate::tiles::{Layer, LayerCells, TileGrid};
 use answers::changes::Calendar;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -28,16 +28,18 @@ pub(crate) struct Maps {
     models: BTreeMap<ContentName, String>,
     site: OnceLock<Bytes>,
     calendar: OnceLock<Bytes>,
+    tasks: OnceLock<Arc<TasksDocument>>,
     dates: Mutex<Kept<usize, Bytes>>,
+    summaries: Mutex<Kept<usize, Bytes>>,
     images: Mutex<Kept<ContentName, Arc<MapImage>>>,
 }
 
 impl Maps {
-    /// Of an output folder.
+    /// Of an output folder, with the tasks of its schedule where they are known.
     ///
     /// # Errors
     /// A folder without maps, or with files that are not those of groundplan.
-    pub(super) fn open(folder: &Path) -> Result<Self, SourceError> {
+    pub(super) fn open(folder: &Path, tasks: Option<Arc<TasksDocument>>) -> Result<Self, SourceError> {
         let folder = MapsFolder::open(folder)?;
         let head = folder.head();
         let tiles = head.tiles();
@@ -49,7 +51,9 @@ impl Maps {
             tiles,
             site: OnceLock::new(),
             calendar: OnceLock::new(),
+            tasks: tasks.map(OnceLock::from).unwrap_or_default(),
             dates: Mutex::new(Kept::of(MAX_KEPT_DATES)),
+            summaries: Mutex::new(Kept::of(MAX_KEPT_DATES)),
             images: Mutex::new(Kept::of(MAX_KEPT_PIXELS)),
         })
     }
@@ -82,6 +86,29 @@ impl Maps {
     /// Every model that there is, once.
     pub(crate) fn models(&self) -> impl Iterator<Item = &ContentName> {
         self.models.keys()
+    }
+
+    /// The date with a key, and its number.
+    fn dated(&self, key: &str) -> Result<Option<(usize, &DatedMaps)>, SourceError> {
+        let Some((number, name)) = key.split_once('-') else { return Ok(None) };
+        let Some(found) = number.parse().ok().and_then(|n: usize| Some((n, self.folder.dates.get(n)?))) else {
+            return Ok(None);
+        };
+        if name != self.folder.name {
+            return Err(SourceError::Changed { folder: self.folder.files.path().to_owned() });
+        }
+        Ok(Some(found))
+    }
+
+    /// The tasks that were given, or those of the elements.
+    fn known_tasks(&self) -> Result<Arc<TasksDocument>, SourceError> {
+        if let Some(tasks) = self.tasks.get() {
+            return Ok(Arc::clone(tasks));
+        }
+        // The maps of the last date have all elements.
+        let semantic = self.folder.dates.last().map(|date| date.semantic(&self.folder.files)).transpose()?;
+        let tasks = Arc::new(TasksDocument::of_elements(&semantic.unwrap_or_default()));
+        Ok(Arc::clone(self.tasks.get_or_init(|| tasks)))
     }
 
     fn image(&self, name: &ContentName, file: &MapFile) -> Result<Arc<MapImage>, SourceError> {
@@ -120,19 +147,37 @@ impl Source for Maps {
     }
 
     fn date(&self, key: &str) -> Result<Option<Bytes>, SourceError> {
-        let Some((number, name)) = key.split_once('-') else { return Ok(None) };
-        let Some((number, date)) = number.parse().ok().and_then(|n: usize| Some((n, self.folder.dates.get(n)?))) else {
-            return Ok(None);
-        };
-        if name != self.folder.name {
-            return Err(SourceError::Changed { folder: self.folder.files.path().to_owned() });
-        }
+        let Some((number, date)) = self.dated(key)? else { return Ok(None) };
         if let Some(document) = locked(&self.dates).get(&number) {
             return Ok(Some(document));
         }
         let published = date.published(&self.folder.files)?;
         let document = json(&DateDocument::of(self.folder.head_at(number, &self.tiles), published));
         locked(&self.dates).insert(number, Arc::clone(&document), document.len());
+        Ok(Some(document))
+    }
+
+    fn tasks(&self) -> Result<Bytes, SourceError> {
+        Ok(json(&*self.known_tasks()?))
+    }
+
+    fn summary(&self, key: &str) -> Result<Option<Bytes>, SourceError> {
+        let Some((number, date)) = self.dated(key)? else { return Ok(None) };
+        if let Some(document) = locked(&self.summaries).get(&number) {
+            return Ok(Some(document));
+        }
+        let head = self.folder.head_at(number, &self.tiles);
+        let mut free = FreeCells { resolution_m: self.head.resolution_m, ..FreeCells::default() };
+        for storey in &head.storeys {
+            let name = storey.layers.get(Layer::Planning.name());
+            if let Some((name, file)) = name.and_then(|name| Some((name, self.layers.get(name)?))) {
+                free.n_free.insert(storey.index, self.image(name, file)?.n_free());
+            }
+        }
+        let published = date.published(&self.folder.files)?;
+        let tasks = self.known_tasks()?;
+        let document = json(&SummaryDocument::of(&published, &free, &tasks, head.at.as_deref()));
+        locked(&self.summaries).insert(number, Arc::clone(&document), document.len());
         Ok(Some(document))
     }
 

@@ -10,6 +10,7 @@ mod maps;
 
 pub(crate) use maps::Maps;
 
+use crate::documents::TasksDocument;
 use crate::question::Question;
 use crate::source::{Bytes, ContentName, Source, SourceError, TileAddress, locked};
 use std::path::{Path, PathBuf};
@@ -18,16 +19,19 @@ use std::sync::{Arc, Mutex};
 /// Serves an output folder.
 pub(crate) struct SiteOfFiles {
     folder: PathBuf,
+    tasks: Option<Arc<TasksDocument>>,
     maps: Mutex<Arc<Maps>>,
 }
 
 impl SiteOfFiles {
-    /// Of an output folder.
+    /// Of an output folder, and the tasks of its schedule.
     ///
     /// # Errors
     /// A folder without maps, or with files that are not those of groundplan.
-    pub(crate) fn open(folder: &Path) -> Result<Self, SourceError> {
-        Ok(Self { folder: folder.to_owned(), maps: Mutex::new(Arc::new(Maps::open(folder)?)) })
+    pub(crate) fn open(folder: &Path, tasks: Option<TasksDocument>) -> Result<Self, SourceError> {
+        let tasks = tasks.map(Arc::new);
+        let maps = Mutex::new(Arc::new(Maps::open(folder, tasks.clone())?));
+        Ok(Self { folder: folder.to_owned(), tasks, maps })
     }
 
     /// The maps that are in the folder now.
@@ -37,7 +41,7 @@ impl SiteOfFiles {
     pub(crate) fn maps(&self) -> Result<Arc<Maps>, SourceError> {
         let mut maps = locked(&self.maps);
         if !maps.is_current() {
-            *maps = Arc::new(Maps::open(&self.folder)?);
+            *maps = Arc::new(Maps::open(&self.folder, self.tasks.clone())?);
             tracing::info!(service = "groundplan-web", folder = %self.folder.display(), "the maps have changed");
         }
         Ok(Arc::clone(&maps))
@@ -64,6 +68,14 @@ impl Source for SiteOfFiles {
 
     fn date(&self, key: &str) -> Result<Option<Bytes>, SourceError> {
         self.of_one_moment(|maps| maps.date(key))
+    }
+
+    fn tasks(&self) -> Result<Bytes, SourceError> {
+        self.of_one_moment(Maps::tasks)
+    }
+
+    fn summary(&self, key: &str) -> Result<Option<Bytes>, SourceError> {
+        self.of_one_moment(|maps| maps.summary(key))
     }
 
     fn tile(&self, address: &TileAddress) -> Result<Option<Bytes>, SourceError> {

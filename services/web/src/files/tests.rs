@@ -79,7 +79,7 @@ fn pixel(source: &SiteOfFiles, date: &Value) -> u8 {
 #[test]
 fn every_date_has_its_own_states_and_pictures() {
     let folder = maps();
-    let source = SiteOfFiles::open(folder.path()).unwrap();
+    let source = SiteOfFiles::open(folder.path(), None).unwrap();
     let site = value(&source.site().unwrap());
     assert_eq!(site["title"], "house");
     assert_eq!(site["dates"][0]["at"], "2024-04-01T08:00:00");
@@ -93,7 +93,7 @@ fn every_date_has_its_own_states_and_pictures() {
 #[test]
 fn other_maps_in_the_folder_are_read_again_and_those_before_are_refused() {
     let folder = maps();
-    let source = SiteOfFiles::open(folder.path()).unwrap();
+    let source = SiteOfFiles::open(folder.path(), None).unwrap();
     let before = dates(&source);
     assert_eq!(pixel(&source, &before[0]), 2);
     dated_maps_with(folder.path(), &[(254, "removed"), (0, "built"), (205, "built")]);
@@ -115,7 +115,7 @@ fn a_folder_that_was_swapped_is_read_again() {
     let [shown, other, gone] = ["maps", "other", "gone"].map(|name| home.path().join(name));
     dated_maps(&shown);
     dated_maps_with(&other, &[(205, "built")]);
-    let source = SiteOfFiles::open(&shown).unwrap();
+    let source = SiteOfFiles::open(&shown, None).unwrap();
     fs::rename(&shown, gone).unwrap();
     fs::rename(other, &shown).unwrap();
     let dates = dates(&source);
@@ -126,7 +126,7 @@ fn a_folder_that_was_swapped_is_read_again() {
 fn a_file_that_is_not_the_listed_one_is_refused() {
     let folder = maps();
     let other = fs::read(folder.path().join("d1/storeys/00-floor/planning.pgm")).unwrap();
-    let source = SiteOfFiles::open(folder.path()).unwrap();
+    let source = SiteOfFiles::open(folder.path(), None).unwrap();
     let dates = dates(&source);
     fs::write(folder.path().join("d0/storeys/00-floor/planning.pgm"), other).unwrap();
     let refused = source.tile(&planning(&dates[0])).unwrap_err().to_string();
@@ -136,7 +136,7 @@ fn a_file_that_is_not_the_listed_one_is_refused() {
     );
     assert_eq!(pixel(&source, &dates[1]), 1, "the other date is as it was");
     fs::remove_file(folder.path().join("d1/report.json")).unwrap();
-    let anew = SiteOfFiles::open(folder.path()).unwrap();
+    let anew = SiteOfFiles::open(folder.path(), None).unwrap();
     assert!(matches!(anew.date(dates[1]["key"].as_str().unwrap()), Err(SourceError::Io { .. })));
 }
 
@@ -145,13 +145,13 @@ fn maps_of_another_date_are_not_shown() {
     let folder = maps();
     let manifest = fs::read(folder.path().join("d1/manifest.json")).unwrap();
     fs::write(folder.path().join("d0/manifest.json"), &manifest).unwrap();
-    assert!(matches!(SiteOfFiles::open(folder.path()), Err(SourceError::Altered { .. })));
+    assert!(matches!(SiteOfFiles::open(folder.path(), None), Err(SourceError::Altered { .. })));
     // Also where the sums say that it belongs there.
     let path = folder.path().join("manifest.json");
     let mut list: Value = serde_json::from_slice(&fs::read(&path).unwrap()).unwrap();
     list["files"]["d0/manifest.json"] = json!(ContentId::of(&manifest).to_string());
     fs::write(&path, list.to_string()).unwrap();
-    let refused = SiteOfFiles::open(folder.path()).map(drop).unwrap_err().to_string();
+    let refused = SiteOfFiles::open(folder.path(), None).map(drop).unwrap_err().to_string();
     assert!(refused.contains("is of 2024-04-02T08:00:00, and is listed as of 2024-04-01T08:00:00"), "{refused}");
 }
 
@@ -163,7 +163,7 @@ fn symbolic_links_and_pipes_are_refused() {
     let pgm = folder.path().join("d0/storeys/00-floor/planning.pgm");
     fs::remove_file(&pgm).unwrap();
     std::os::unix::fs::symlink(outside.path().join("d0/storeys/00-floor/planning.pgm"), &pgm).unwrap();
-    let source = SiteOfFiles::open(folder.path()).unwrap();
+    let source = SiteOfFiles::open(folder.path(), None).unwrap();
     let dates = dates(&source);
     let refused = |source: &SiteOfFiles| source.tile(&planning(&dates[0])).unwrap_err().to_string();
     assert!(
@@ -177,18 +177,18 @@ fn symbolic_links_and_pipes_are_refused() {
     assert!(refused(&source).contains("is no regular file"), "{}", refused(&source));
     fs::remove_dir_all(folder.path().join("d1")).unwrap();
     std::os::unix::fs::symlink(outside.path().join("d1"), folder.path().join("d1")).unwrap();
-    let refused = SiteOfFiles::open(folder.path()).map(drop).unwrap_err().to_string();
+    let refused = SiteOfFiles::open(folder.path(), None).map(drop).unwrap_err().to_string();
     assert!(refused.contains("d1 is a symbolic link"), "{refused}");
     // The folder itself is where its user says.
     let link = folder.path().join("link");
     std::os::unix::fs::symlink(outside.path(), &link).unwrap();
-    assert_eq!(pixel(&SiteOfFiles::open(&link).unwrap(), &dates[0]), 2);
+    assert_eq!(pixel(&SiteOfFiles::open(&link, None).unwrap(), &dates[0]), 2);
 }
 
 #[test]
 fn what_is_not_listed_is_not_served() {
     let folder = maps();
-    let source = SiteOfFiles::open(folder.path()).unwrap();
+    let source = SiteOfFiles::open(folder.path(), None).unwrap();
     let key = dates(&source)[1]["key"].as_str().unwrap().to_owned();
     for key in ["2", "-1", "../d0", "", "d0", &key.replacen('1', "2", 1), &format!("{key}/")] {
         assert!(!matches!(source.date(key), Ok(Some(_))), "{key}");
@@ -212,15 +212,15 @@ fn a_manifest_cannot_lead_out_of_its_folder() {
         let date = json!({"directory": directory, "plan_time": "2024-04-01T08:00:00", "valid_until": null});
         let manifest = json!({"dates": [date], "files": {format!("{directory}/manifest.json"): sum}});
         fs::write(folder.join("manifest.json"), manifest.to_string()).unwrap();
-        assert!(matches!(SiteOfFiles::open(&folder), Err(SourceError::Altered { .. })), "{directory}");
+        assert!(matches!(SiteOfFiles::open(&folder, None), Err(SourceError::Altered { .. })), "{directory}");
     }
 }
 
 #[test]
 fn a_folder_without_maps_is_told() {
     let folder = tempfile::tempdir().unwrap();
-    let error = SiteOfFiles::open(folder.path()).map(drop).unwrap_err().to_string();
+    let error = SiteOfFiles::open(folder.path(), None).map(drop).unwrap_err().to_string();
     assert!(error.contains("groundplan convert"), "{error}");
     fs::write(folder.path().join("manifest.json"), "{").unwrap();
-    assert!(matches!(SiteOfFiles::open(folder.path()), Err(SourceError::Json { .. })));
+    assert!(matches!(SiteOfFiles::open(folder.path(), None), Err(SourceError::Json { .. })));
 }

@@ -1,13 +1,19 @@
 //! Documents of a set of samples that belong together.
 
 use super::content_names::{model_name, tiles_name};
-use crate::documents::{DateDocument, DateHead, DateStop, Published, SiteDocument, SiteHead, StoreyAtDate};
+use crate::documents::{
+    DateDocument, DateHead, DateStop, FreeCells, Published, SiteDocument, SiteHead, StoreyAtDate, SummaryDocument,
+    TasksDocument,
+};
 use crate::source::{Bytes, json};
 use crate::tiles::{Layer, TileGrid};
 use answers::changes::Calendar;
 use answers::optional_date_text;
+use answers::tasks::{list, progress};
 use daemon::{Failure, SiteConfig, chain};
 use export::{ExportInput, Manifest, Report, Semantic, SiteGraph, Waypoints, status_of};
+use grid::pixel_of;
+use messages::Grid;
 use raster::Rasterizer;
 use schedule::Timeline;
 use site_schedule::schedule_in_force;
@@ -20,8 +26,15 @@ pub(super) struct MadeSite {
     pub(super) head: SiteHead,
     pub(super) site: Bytes,
     pub(super) calendar: Bytes,
+    pub(super) tasks: TasksDocument,
     /// The schedule in force; `None` while it is not known here.
     pub(super) timeline: Option<Timeline>,
+}
+
+/// `dates/KEY.json` and `summary/KEY.json`.
+pub(super) struct MadeDate {
+    pub(super) date: Bytes,
+    pub(super) summary: Bytes,
 }
 
 /// The documents of the site, without those of a date.
@@ -43,8 +56,8 @@ pub(super) fn site_documents(config: &SiteConfig, set: &SiteSet<'_>) -> Result<M
     let published = published(&input)?;
     let manifest = serde_json::to_value(Manifest::of(&input, BTreeMap::new()))?;
     let head = SiteHead { live: true, control: config.web.allow_control, ..SiteHead::of_manifest(&manifest)? };
-    let timeline = match schedule_in_force(config, site, state) {
-        Ok(schedule) => Some(schedule.timeline),
+    let schedule = match schedule_in_force(config, site, state) {
+        Ok(schedule) => Some(schedule),
         Err(why) => {
             warn!(
                 service = "groundplan-web",
@@ -54,6 +67,15 @@ pub(super) fn site_documents(config: &SiteConfig, set: &SiteSet<'_>) -> Result<M
             None
         }
     };
+    let tasks = match &schedule {
+        Some(known) => {
+            let planned = known.planned.as_ref().unwrap_or(&known.timeline);
+            let progress = progress(site, planned, &known.reported, &known.observed)?;
+            TasksDocument::of_schedule(&list(site, &known.timeline, None, &[]), &progress)?
+        }
+        None => TasksDocument::of_elements(&published.semantic),
+    };
+    let timeline = schedule.map(|known| known.timeline);
     let instants_s = timeline.as_ref().map_or(&[][..], Timeline::instants_s);
     let stop = |(k, at_s): (usize, &i64)| DateStop {
         key: None,
@@ -70,20 +92,21 @@ pub(super) fn site_documents(config: &SiteConfig, set: &SiteSet<'_>) -> Result<M
         site: json(&SiteDocument::of(&head, &stops, published)?),
         calendar: json(&timeline.as_ref().map(|known| Calendar::of_schedule(site, known)).unwrap_or_default()),
         head,
+        tasks,
         timeline,
     })
 }
 
-/// `dates/KEY.json`, for tiles that lie so and a model with the site's options.
+/// The documents of a date, for tiles that lie so, these tasks, and a model with the site's options.
 ///
 /// # Errors
 /// Samples of different sites.
-pub(super) fn date_document(
+pub(super) fn date_documents(
     key: &str,
     config: &SiteConfig,
-    tiles: &TileGrid,
+    (tiles, tasks): (&TileGrid, &TasksDocument),
     set: &SiteSet<'_>,
-) -> Result<Bytes, Failure> {
+) -> Result<MadeDate, Failure> {
     let views = set.views()?;
     let SiteViews { site, state, index, grids, mission_plan } = &views;
     let mission_plan = mission_plan.as_ref().ok_or("there are no waypoints yet")?;
@@ -100,7 +123,14 @@ pub(super) fn date_document(
         storeys: storeys.collect(),
         model: Some(model_name(config, set)),
     };
-    Ok(json(&DateDocument::of(head, published(&input)?)))
+    let published = published(&input)?;
+    let n_free = |grid: &Grid<'_>| grid.planning.iter().filter(|cell| pixel_of(**cell) == pixel_of(0)).count();
+    let free = FreeCells {
+        resolution_m: grids.first().map_or(0.0, |grid| grid.spec().resolution_m()),
+        n_free: grids.iter().map(|grid| (grid.head.map_storey, n_free(grid))).collect(),
+    };
+    let summary = json(&SummaryDocument::of(&published, &free, tasks, head.at.as_deref()));
+    Ok(MadeDate { date: json(&DateDocument::of(head, published)), summary })
 }
 
 /// The documents that robots get.

@@ -1,7 +1,7 @@
 //! The groundplan-web service: makes documents of the newest maps, and tells browsers what has changed.
 
 use super::listening::Listening;
-use super::live_documents::{MadeSite, date_document, site_documents};
+use super::live_documents::{MadeSite, date_documents, site_documents};
 use super::overlays::{self, Overlays};
 use super::shared_site::SharedSite;
 use super::watchdog;
@@ -112,12 +112,13 @@ impl WebService {
     fn show_set(&mut self, set: &SiteSet<'_>) -> Result<(), Failure> {
         let inputs = SiteInputs::of(set);
         if self.made_of.as_ref() != Some(&inputs) {
-            let MadeSite { head, site, calendar, timeline } = site_documents(&self.config, set)?;
+            let MadeSite { head, site, calendar, tasks, timeline } = site_documents(&self.config, set)?;
             self.instants_s = timeline.as_ref().map(|known| known.instants_s().to_vec()).unwrap_or_default();
             // On a robot it is on the server, and stays there.
             let is_known = timeline.is_some() || self.config.follow.is_some();
             let mut documents = self.shared.documents();
             (documents.site, documents.calendar, documents.tiles) = (Some(site), Some(calendar), Some(head.tiles()));
+            documents.tasks = Some(Arc::new(tasks));
             documents.set_schedule(timeline);
             drop(documents);
             // A schedule that is not known may be with the next maps.
@@ -127,9 +128,13 @@ impl WebService {
         let epoch = set.index.bytes().header().epoch;
         let plan = set.mission_plan.map_or(ContentHash::NONE, CheckedSample::content_hash);
         let key = format!("{epoch}-{:08x}", plan.to_bits() as u32);
-        let tiles = self.shared.documents().tiles.ok_or("there are no tiles yet")?;
-        let document = date_document(&key, &self.config, &tiles, set)?;
-        self.shared.documents().add_date(key.clone(), document);
+        let (tiles, tasks) = {
+            let documents = self.shared.documents();
+            let tiles = documents.tiles.ok_or("there are no tiles yet")?;
+            (tiles, documents.tasks.clone().ok_or("there are no tasks yet")?)
+        };
+        let made = date_documents(&key, &self.config, (&tiles, &tasks), set)?;
+        self.shared.documents().add_date(key.clone(), made);
         let at_s = set.state.view().head.plan_time().map(|at| at.civil_seconds());
         let stop_of = |at_s| self.instants_s.partition_point(|instant| *instant <= at_s).saturating_sub(1);
         let stop = at_s.filter(|_| !self.instants_s.is_empty()).map(stop_of);

@@ -2,7 +2,9 @@
 
 use super::content_names::{model_name, tiles_name};
 use super::live_answers;
+use super::live_documents::MadeDate;
 use super::{ControlError, Feed, LiveSite, control, fleet};
+use crate::documents::TasksDocument;
 use crate::kept::Kept;
 use crate::question::Question;
 use crate::source::{Bytes, ContentName, Source, SourceError, TileAddress, json, locked};
@@ -51,8 +53,9 @@ type AnswerKey = (u64, [ContentHash; 4], MapUse, Question);
 pub(super) struct Documents {
     pub(super) site: Option<Bytes>,
     pub(super) calendar: Option<Bytes>,
+    pub(super) tasks: Option<Arc<TasksDocument>>,
     /// By key, the newest last.
-    pub(super) dates: VecDeque<(String, Bytes)>,
+    pub(super) dates: VecDeque<(String, MadeDate)>,
     pub(super) tiles: Option<TileGrid>,
     /// The schedule in force, with a number that no other has.
     pub(super) schedule: (u64, Option<Arc<Timeline>>),
@@ -140,9 +143,9 @@ impl Documents {
     }
 
     /// Adds a date, and gives up the oldest one.
-    pub(super) fn add_date(&mut self, key: String, document: Bytes) {
+    pub(super) fn add_date(&mut self, key: String, made: MadeDate) {
         self.dates.retain(|(known, _)| *known != key);
-        self.dates.push_back((key, document));
+        self.dates.push_back((key, made));
         while self.dates.len() > N_DATES {
             self.dates.pop_front();
         }
@@ -161,7 +164,18 @@ impl Source for SharedSite {
     fn date(&self, key: &str) -> Result<Option<Bytes>, SourceError> {
         let documents = self.documents();
         let found = documents.dates.iter().find(|(known, _)| known == key);
-        Ok(found.map(|(_, document)| Arc::clone(document)))
+        Ok(found.map(|(_, made)| Arc::clone(&made.date)))
+    }
+
+    fn tasks(&self) -> Result<Bytes, SourceError> {
+        let tasks = self.documents().tasks.clone().ok_or(SourceError::NotYet)?;
+        Ok(json(&*tasks))
+    }
+
+    fn summary(&self, key: &str) -> Result<Option<Bytes>, SourceError> {
+        let documents = self.documents();
+        let found = documents.dates.iter().find(|(known, _)| known == key);
+        Ok(found.map(|(_, made)| Arc::clone(&made.summary)))
     }
 
     fn tile(&self, address: &TileAddress) -> Result<Option<Bytes>, SourceError> {

@@ -187,6 +187,8 @@ pub(crate) fn router(served: Served, is_encrypted: bool) -> Router {
         .route("/data/site.json", get(site))
         .route("/data/calendar.json", get(calendar))
         .route("/data/dates/{file}", get(date))
+        .route("/data/tasks.json", get(tasks))
+        .route("/data/summary/{file}", get(summary))
         .route("/data/tiles/{storey}/{layer}/{name}/{level}/{column}/{row}", get(tile))
         .route("/data/models/{file}", get(model))
         .route("/data/room/{room}", get(about_room))
@@ -220,6 +222,15 @@ async fn calendar(State(served): State<Served>, headers: HeaderMap) -> Response 
 async fn date(State(served): State<Served>, Path(file): Path<String>, headers: HeaderMap) -> Response {
     let Some(key) = file.strip_suffix(".json").map(str::to_owned) else { return not_found() };
     answer(headers, JSON, Caching::Checked, move || served.source.date(&key)).await
+}
+
+async fn tasks(State(served): State<Served>, headers: HeaderMap) -> Response {
+    answer(headers, JSON, Caching::Checked, move || served.source.tasks().map(Some)).await
+}
+
+async fn summary(State(served): State<Served>, Path(file): Path<String>, headers: HeaderMap) -> Response {
+    let Some(key) = file.strip_suffix(".json").map(str::to_owned) else { return not_found() };
+    answer(headers, JSON, Caching::Checked, move || served.source.summary(&key)).await
 }
 
 async fn tile(

@@ -30,6 +30,14 @@ impl Source for OneSite {
         }
     }
 
+    fn tasks(&self) -> Result<Bytes, SourceError> {
+        Ok(Bytes::from(*b"{\"tasks\":[]}"))
+    }
+
+    fn summary(&self, key: &str) -> Result<Option<Bytes>, SourceError> {
+        self.date(key)
+    }
+
     fn tile(&self, address: &TileAddress) -> Result<Option<Bytes>, SourceError> {
         Ok((address.place.row == 7).then(|| Bytes::from(*b"png")))
     }
@@ -117,6 +125,8 @@ fn what_is_not_there_is_not_found_and_no_path_leads_to_a_file() {
         "/data/tiles/0/planning/..%2f..%2fetc/0/0/7.png".to_owned(),
         "/data/dates/..%2f0.json".to_owned(),
         "/data/dates/1.json".to_owned(),
+        "/data/summary/1.json".to_owned(),
+        "/data/summary/..%2f0.json".to_owned(),
         "/data/models/x.glb".to_owned(),
         "/data/events".to_owned(),
         "/data/slam/0123456789abcdef0123456789abcdef.png".to_owned(),
@@ -194,7 +204,7 @@ fn only_what_its_address_names_is_kept_by_browsers() {
     let address = served(Access::OwnMachine);
     let kept = "cache-control: private, max-age=31536000, immutable";
     assert!(ask(address, "GET /data/tiles/0/planning/0123456789abcdef0123456789abcdef/0/0/7.png", "").contains(kept));
-    for path in ["", "app.js", "data/site.json", "data/dates/0.json"] {
+    for path in ["", "app.js", "data/site.json", "data/tasks.json", "data/dates/0.json", "data/summary/0.json"] {
         let answer = ask(address, &format!("GET /{path}"), "");
         assert!(status(&answer) == "200" && answer.contains("cache-control: no-cache"), "{path}: {answer}");
     }
