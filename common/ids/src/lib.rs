@@ -57,7 +57,7 @@ pub use pattern::Pattern;
 pub use report::{
     FailedElement, IdsReport, REPORT_VERSION, RequirementReport, SpecificationOutcome, SpecificationReport,
 };
-pub use schema::Release;
+pub use schema::{Release, concrete_entities, enumeration_values};
 pub use value::{Bound, BoundKind, Constraint, Restriction};
 
 /// What maps, doors, waypoints, schedules and alignment need of a model: `config/ids/groundplan.ids`.

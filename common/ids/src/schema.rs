@@ -180,6 +180,20 @@ impl Schema {
     }
 }
 
+/// Entities of a release that have records and are this one or a subtype of it, in capitals and in alphabetical order.
+pub fn concrete_entities(release: Release, entity: &str) -> Vec<String> {
+    let entity = entity.to_ascii_uppercase();
+    let found = Schema::of(release).concrete().filter(|(_, of)| of.is(&entity)).map(|(keyword, _)| keyword.to_owned());
+    let mut found: Vec<String> = found.collect();
+    found.sort();
+    found
+}
+
+/// Values of an enumeration of a release, by its name in any case; empty if it has no such enumeration.
+pub fn enumeration_values(release: Release, name: &str) -> &'static [&'static str] {
+    Schema::of(release).enumeration(&name.to_ascii_uppercase()).unwrap_or_default()
+}
+
 fn base_of_token(token: &str) -> Option<Base> {
     match token {
         "STRING" => Some(Base::Text),

@@ -99,6 +99,7 @@ mod wide_ids;
 pub use container::unpack;
 pub use diagnostics::{Diagnostic, DiagnosticCode, Named, Severity};
 pub use error::ReadError;
+pub use georeference::MAP_CONVERSION_SETS;
 pub use kernel::{MeshPool, Record, Value, mesh_task};
 pub use memberships::MEMBERSHIP_SETS;
 pub use model::{
