@@ -23,7 +23,7 @@ fn line(ids: &str, ifc: &str) -> std::io::Result<String> {
 
 fn main() -> ExitCode {
     let paths: Vec<String> = std::env::args().skip(1).collect();
-    if paths.is_empty() || paths.len() % 2 != 0 {
+    if paths.is_empty() || !paths.len().is_multiple_of(2) {
         eprintln!("usage: ids_report IDS IFC [IDS IFC]..");
         return ExitCode::from(2);
     }
