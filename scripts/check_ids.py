@@ -7,8 +7,8 @@ PROGRAM is the example `ids_report` of the crate `ids`. --cases is a folder of p
 answer, as buildingSMART's test cases do; --buildings a folder of IFC files of at most 8 MB, which are checked by the IDS file that
 --ids names. Needs ifctester, ifcopenshell. Exit codes: 0 all agree, 1 one does not, 2 something cannot be read.
 
-Compared are, by specification: the outcome, how many elements it applies to, and which fail, by GlobalId or id. Where the two differ
-and the text of IDS 1.0 says which is right, the case is listed below with its reason; one that agrees again is reported, too.
+Compared are, by specification: the outcome, how many elements it applies to, and which fail, by GlobalId or id. Where the two
+differ and the text of IDS 1.0 says which is right, it is listed below with its reason.
 """
 import argparse
 import copy
@@ -86,7 +86,8 @@ def judged(report):
 def differences(mine, other):
     """What differs between two lists of judgements, as sentences."""
     if isinstance(mine, dict) or isinstance(other, dict):
-        return [] if isinstance(mine, dict) and isinstance(other, dict) else [f"one refuses: {mine if isinstance(mine, dict) else other}"]
+        both = isinstance(mine, dict) and isinstance(other, dict)
+        return [] if both else [f"one refuses: {mine if isinstance(mine, dict) else other}"]
     found = []
     for k, (a, b) in enumerate(zip(mine, other, strict=True)):
         for part in ("passed", "n"):

@@ -225,7 +225,8 @@ impl fmt::Display for Actual {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Text(text) => write!(f, "{text:?}"),
-            Self::Real(x) | Self::Integer(x) => x.fmt(f),
+            // What conversion adds to a decimal fraction is not shown.
+            Self::Real(x) | Self::Integer(x) => format!("{x:.8e}").parse::<f64>().unwrap_or(*x).fmt(f),
             Self::Boolean(b) => b.fmt(f),
         }
     }
