@@ -8,7 +8,8 @@ answer, as buildingSMART's test cases do; --buildings a folder of IFC files of a
 --ids names. Needs ifctester, ifcopenshell. Exit codes: 0 all agree, 1 one does not, 2 something cannot be read.
 
 Compared are, by specification: the outcome, how many elements it applies to, and which fail, by GlobalId or id. Where the two
-differ and the text of IDS 1.0 says which is right, it is listed below with its reason.
+differ and the text of IDS 1.0 says which is right, it is listed below with its reason. ifctester also validates each IDS file by the XML
+schema of IDS.
 """
 import argparse
 import copy
@@ -52,7 +53,7 @@ def judge(specification):
 
 def theirs(ids, ifc):
     try:
-        document = ifctester.ids.open(str(ids))
+        document = ifctester.ids.open(str(ids), validate=True)
     except Exception as error:
         return {"error": str(error)}
     try:
