@@ -27,6 +27,11 @@ fn ifc_files_of_the_fuzzer_are_read_or_refused() {
 }
 
 #[test]
+fn ids_files_of_the_fuzzer_are_checked_or_refused() {
+    replay("ids", targets::ids::run);
+}
+
+#[test]
 fn schedules_of_the_fuzzer_are_evaluated_or_refused() {
     replay("schedule", targets::schedule::run);
 }
@@ -63,7 +68,10 @@ fn every_fuzz_target_has_a_program_a_corpus_and_a_replay() {
     let mut programs: Vec<_> =
         manifest["bin"].as_array().unwrap().iter().map(|bin| bin["name"].as_str().unwrap()).collect();
     programs.sort_unstable();
-    assert_eq!(programs, ["archives", "configuration", "ifc", "map_file", "schedule", "schedule_files", "stages"]);
+    assert_eq!(
+        programs,
+        ["archives", "configuration", "ids", "ifc", "map_file", "schedule", "schedule_files", "stages"]
+    );
     for program in programs {
         assert!(
             fuzz.join("corpus").join(program).is_dir() && fuzz.join(format!("fuzz_targets/{program}.rs")).is_file()

@@ -17,13 +17,14 @@ fn root() -> PathBuf {
 }
 
 /// Crates of the workspace that each crate may depend on.
-const ALLOWED: [(&str, &[&str]); 46] = [
+const ALLOWED: [(&str, &[&str]); 47] = [
     ("diagnostics", &[]),
     ("input-files", &[]),
     ("frames", &[]),
     ("geometry", &["frames"]),
     ("convex", &["frames", "geometry"]),
     ("ifc", &["diagnostics", "frames"]),
+    ("ids", &["ifc"]),
     ("schedule-files", &["diagnostics", "frames"]),
     ("grid", &["frames", "geometry"]),
     ("messages", &["diagnostics", "frames", "geometry", "grid"]),
@@ -169,7 +170,7 @@ const ALLOWED: [(&str, &[&str]); 46] = [
 ];
 
 /// Foreign crates, and the crates that alone may name each.
-const FENCED: [(&str, &[&str]); 29] = [
+const FENCED: [(&str, &[&str]); 30] = [
     ("ifc-lite-core", &["ifc"]),
     ("ifc-lite-geometry", &["ifc"]),
     ("ifc-lite-processing", &["ifc"]),
@@ -180,6 +181,7 @@ const FENCED: [(&str, &[&str]); 29] = [
     ("image", &["alignment", "occupancy"]),
     ("rustfft", &["alignment"]),
     ("iceoryx2", &["bus"]),
+    ("regex", &["ids"]),
     ("cdr-encoding", &["ros"]),
     ("mcap", &["groundplan"]),
     ("ros2-client", &["ros-bridge"]),

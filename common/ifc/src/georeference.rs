@@ -17,6 +17,9 @@ const SCALES: std::ops::RangeInclusive<f64> = 0.4..=2.5;
 /// Easting and northing of no projected system are farther from its origin.
 const FARTHEST_M: f64 = 1e8;
 
+/// Property sets that stand for IfcMapConversion and IfcProjectedCRS in IFC2X3, in any case.
+pub const MAP_CONVERSION_SETS: [&str; 2] = ["ePSet_MapConversion", "ePSet_ProjectedCRS"];
+
 /// A map conversion as written, before units are applied.
 struct WrittenConversion {
     entity: Named,
@@ -122,9 +125,9 @@ fn property_sets(
     unit: &LengthUnit,
 ) -> Option<Result<WrittenConversion, String>> {
     let of = |set: &'static str| properties.iter().filter(move |p| p.set.eq_ignore_ascii_case(set));
-    of("ePSet_MapConversion").next()?;
+    of(MAP_CONVERSION_SETS[0]).next()?;
     let number = |name: &str| {
-        let property = of("ePSet_MapConversion").find(|p| p.name.eq_ignore_ascii_case(name))?;
+        let property = of(MAP_CONVERSION_SETS[0]).find(|p| p.name.eq_ignore_ascii_case(name))?;
         match &property.value {
             PropertyValue::Number(number) => Some(*number),
             PropertyValue::Text(text) => text.trim().parse().ok(),
@@ -136,13 +139,13 @@ fn property_sets(
         _ => None,
     };
     let read = || {
-        let map_unit = match text("ePSet_ProjectedCRS", "MapUnit") {
+        let map_unit = match text(MAP_CONVERSION_SETS[1], "MapUnit") {
             Some(name) => units::metres_of_name(&name)
                 .map(|metres| (name.clone(), metres))
                 .ok_or_else(|| format!("MapUnit {name:?} of ePSet_ProjectedCRS is no unit of length that is known"))?,
             None => (units::name(file, unit), unit.metres),
         };
-        let crs = text("ePSet_ProjectedCRS", "Name").or_else(|| text("ePSet_MapConversion", "TargetCRS"));
+        let crs = text(MAP_CONVERSION_SETS[1], "Name").or_else(|| text(MAP_CONVERSION_SETS[0], "TargetCRS"));
         let origin = [
             number("Eastings").ok_or("ePSet_MapConversion has no Eastings")?,
             number("Northings").ok_or("ePSet_MapConversion has no Northings")?,

@@ -7,6 +7,8 @@
 //! The foreign crate that scans STEP and tessellates is named in the private module `kernel` alone. All other modules
 //! answer one question each and work on records: `units`, `placement`, `relations`, `spatial`, `representations` ..
 //!
+//! [`StepFile`] gives the records themselves, for readers of other data.
+//!
 //! Records with a GlobalId are read in the order of it: the order of a file's lines, and its ids, mean nothing.
 //!
 //! Dates and durations of the schedule stay the texts that they are: what they mean is configuration, not ours.
@@ -86,6 +88,7 @@ mod schedule;
 mod segments;
 mod spatial;
 mod stairs;
+mod step_file;
 mod substitutes;
 mod terrain_faces;
 #[cfg(test)]
@@ -96,7 +99,8 @@ mod wide_ids;
 pub use container::unpack;
 pub use diagnostics::{Diagnostic, DiagnosticCode, Named, Severity};
 pub use error::ReadError;
-pub use kernel::{MeshPool, mesh_task};
+pub use georeference::MAP_CONVERSION_SETS;
+pub use kernel::{MeshPool, Record, Value, mesh_task};
 pub use memberships::MEMBERSHIP_SETS;
 pub use model::{
     Door, DoorPanel, Element, Geometry, GeometryStatus, Georeference, MapConversion, MeshPart, Model, Opening,
@@ -107,6 +111,7 @@ pub use schedule::{
     DurationType, Lag, LagValue, LinkTarget, Recurrence, RecurrenceType, Schedule, Sequence, SequenceType, Task,
     TaskLink, TaskTime, WorkCalendar, WorkControl, WorkTime,
 };
+pub use step_file::StepFile;
 
 /// Reads one file: plain STEP or a zip container, as [`unpack`] takes it.
 ///
@@ -118,12 +123,7 @@ pub fn read(bytes: &[u8], options: &ReadOptions<'_>) -> Result<(Model, Vec<Diagn
     let mut report = diagnostics::Report::default();
     let bytes = encoding::as_utf_8(unpack(bytes)?, &mut report);
     let header = header::read(&bytes, &mut report)?;
-    let (bytes, written_ids) = if wide_ids::has_wide_ids(&bytes) {
-        let renumbered = wide_ids::renumbered(&bytes)?;
-        (renumbered.bytes.into(), renumbered.written_ids)
-    } else {
-        (bytes, wide_ids::WrittenIds::default())
-    };
+    let (bytes, written_ids) = wide_ids::narrowed(bytes)?;
     let file = kernel::File::scan(&bytes, header.schema, written_ids, &mut report)?;
     let model = assemble::model(&file, header.label, options, &mut report)?;
     Ok((model, report.finish()))

@@ -30,6 +30,18 @@ impl WrittenIds {
     }
 }
 
+/// The file with ids that fit in 32 bits, and what they were; borrowed where they fit already.
+///
+/// # Errors
+/// More ids than 32 bits number.
+pub(crate) fn narrowed(bytes: Cow<'_, [u8]>) -> Result<(Cow<'_, [u8]>, WrittenIds), ReadError> {
+    if !has_wide_ids(&bytes) {
+        return Ok((bytes, WrittenIds::default()));
+    }
+    let Renumbered { bytes, written_ids } = renumbered(&bytes)?;
+    Ok((bytes.into(), written_ids))
+}
+
 /// True if the file has ids above 32 bits; also where only a text looks as if it had.
 pub(crate) fn has_wide_ids(bytes: &[u8]) -> bool {
     memchr_iter(b'#', bytes).any(|at| {

@@ -304,7 +304,7 @@ impl Unknown<'_> {
 }
 
 /// A record without its end: one lost record is a diagnostic, a lost rest of the file is an error.
-fn report_damage(bytes: &[u8], at: usize, last_end: usize, report: &mut Report) -> Result<(), ReadError> {
+pub(super) fn report_damage(bytes: &[u8], at: usize, last_end: usize, report: &mut Report) -> Result<(), ReadError> {
     let begins = String::from_utf8_lossy(&bytes[at..bytes.len().min(at + 40)]).into_owned();
     if at >= last_end {
         return Err(ReadError::UnclosedRecord { begins });

@@ -9,31 +9,35 @@ const DEPTH_MAX: usize = 32;
 
 /// One argument as the file wrote it.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) enum Value<'a> {
-    /// `$`, `*`, or a reference that cannot be one (wider than u32).
+pub enum Value<'a> {
+    /// `$`, `*`, a binary, or a reference that cannot be one (wider than u32).
     Null,
+    /// An integer or a real.
     Number(f64),
     /// Bytes between the quotes, still encoded.
     Text(&'a [u8]),
     /// `.NAME.`, without the dots.
     Enum(&'a [u8]),
+    /// `#1`.
     Ref(u32),
+    /// `(..)`.
     List(Vec<Value<'a>>),
-    /// `IFCLABEL('x')`: the value inside; the name is of no use to us.
-    Typed(Box<Value<'a>>),
+    /// `IFCLABEL('x')`: the name as the file spells it, and the value inside.
+    Typed(&'a str, Box<Value<'a>>),
 }
 
 impl<'a> Value<'a> {
     /// The value inside a typed value.
-    fn plain(&self) -> &Value<'a> {
+    pub fn plain(&self) -> &Value<'a> {
         let mut value = self;
-        while let Value::Typed(inner) = value {
+        while let Value::Typed(_, inner) = value {
             value = inner;
         }
         value
     }
 
-    pub(crate) fn reference(&self) -> Option<u32> {
+    /// The id of a reference.
+    pub fn reference(&self) -> Option<u32> {
         match self.plain() {
             Value::Ref(id) => Some(*id),
             _ => None,
@@ -41,21 +45,23 @@ impl<'a> Value<'a> {
     }
 
     /// A finite number.
-    pub(crate) fn number(&self) -> Option<f64> {
+    pub fn number(&self) -> Option<f64> {
         match self.plain() {
             Value::Number(x) if x.is_finite() => Some(*x),
             _ => None,
         }
     }
 
-    pub(crate) fn text(&self) -> Option<Cow<'a, str>> {
+    /// A text, decoded.
+    pub fn text(&self) -> Option<Cow<'a, str>> {
         match self.plain() {
             Value::Text(raw) => Some(decode_text(raw)),
             _ => None,
         }
     }
 
-    pub(crate) fn enumeration(&self) -> Option<&'a str> {
+    /// The name of an enumeration's value, without its dots.
+    pub fn enumeration(&self) -> Option<&'a str> {
         match self.plain() {
             Value::Enum(name) => std::str::from_utf8(name).ok(),
             _ => None,
@@ -63,7 +69,7 @@ impl<'a> Value<'a> {
     }
 
     /// `.T.` or `.F.`; `.U.` is none.
-    pub(crate) fn boolean(&self) -> Option<bool> {
+    pub fn boolean(&self) -> Option<bool> {
         match self.plain() {
             Value::Enum(b"T" | b"t") => Some(true),
             Value::Enum(b"F" | b"f") => Some(false),
@@ -72,7 +78,7 @@ impl<'a> Value<'a> {
     }
 
     /// The members of a list; empty for other values.
-    pub(crate) fn list(&self) -> &[Value<'a>] {
+    pub fn list(&self) -> &[Value<'a>] {
         match self.plain() {
             Value::List(items) => items,
             _ => &[],
@@ -80,7 +86,7 @@ impl<'a> Value<'a> {
     }
 
     /// The references of a list, or the one reference that stands instead of a list.
-    pub(crate) fn references(&self) -> Vec<u32> {
+    pub fn references(&self) -> Vec<u32> {
         match self.plain() {
             Value::Ref(id) => vec![*id],
             Value::List(items) => items.iter().filter_map(Value::reference).collect(),
@@ -91,16 +97,17 @@ impl<'a> Value<'a> {
 
 /// One record; an argument that is not there reads as `$`.
 #[derive(Debug, Clone)]
-pub(crate) struct Record<'a> {
-    pub(crate) id: u32,
+pub struct Record<'a> {
+    /// The number under which it is read.
+    pub id: u32,
     /// The file's own spelling.
-    pub(crate) keyword: &'a str,
+    pub keyword: &'a str,
     arguments: Vec<Value<'a>>,
 }
 
 impl<'a> Record<'a> {
     /// Parses `#1=KEYWORD(..);`. `None` if it is not of this shape.
-    pub(crate) fn parse(bytes: &'a [u8]) -> Option<Self> {
+    pub fn parse(bytes: &'a [u8]) -> Option<Self> {
         let mut reader = Reader { bytes, at: 0 };
         let id = match reader.value(0)? {
             Value::Ref(id) => id,
@@ -113,20 +120,23 @@ impl<'a> Record<'a> {
         Some(Self { id, keyword, arguments })
     }
 
-    pub(crate) fn is(&self, entity: &str) -> bool {
+    /// True if its entity is this one, not a subtype of it.
+    pub fn is(&self, entity: &str) -> bool {
         self.keyword.eq_ignore_ascii_case(entity)
     }
 
-    pub(crate) fn at(&self, argument: usize) -> &Value<'a> {
+    /// The argument at a place; `$` behind the last.
+    pub fn at(&self, argument: usize) -> &Value<'a> {
         self.arguments.get(argument).unwrap_or(&Value::Null)
     }
 
-    pub(crate) fn arguments(&self) -> &[Value<'a>] {
+    /// All arguments.
+    pub fn arguments(&self) -> &[Value<'a>] {
         &self.arguments
     }
 
     /// Text with surrounding blanks removed; empty if absent.
-    pub(crate) fn text(&self, argument: usize) -> String {
+    pub fn text(&self, argument: usize) -> String {
         self.at(argument).text().map(|t| t.trim().to_owned()).unwrap_or_default()
     }
 }
@@ -261,10 +271,10 @@ impl<'a> Reader<'a> {
             }
             b if b.is_ascii_digit() || matches!(b, b'+' | b'-') => self.number(),
             b if b.is_ascii_alphabetic() => {
-                self.name()?;
+                let name = self.name()?;
                 self.expect(b'(')?;
                 let inner = self.list(depth + 1)?;
-                Some(Value::Typed(Box::new(inner.into_iter().next().unwrap_or(Value::Null))))
+                Some(Value::Typed(name, Box::new(inner.into_iter().next().unwrap_or(Value::Null))))
             }
             _ => None,
         }

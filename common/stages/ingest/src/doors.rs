@@ -43,7 +43,7 @@ pub(crate) fn opens(operation: &str, predefined_type: &str) -> Option<DoorCapabi
 }
 
 /// True if the operation type defines how the door opens.
-pub(crate) fn operation_is_known(operation: &str) -> bool {
+pub fn operation_is_known(operation: &str) -> bool {
     let words = ["SWING", "SLID", "FOLD", "REVOLV", "ROLL", "LIFT"];
     words.iter().any(|word| operation.to_ascii_uppercase().contains(word))
 }

@@ -8,13 +8,13 @@ use ifc::{Element, GeometryStatus};
 use messages::GroundClass;
 
 /// Entities on whose upward faces a robot may stand.
-const FLOORS: [&str; 6] = ["IfcSlab", "IfcRamp", "IfcRampFlight", "IfcFooting", "IfcPavement", "IfcCourse"];
+pub const FLOORS: [&str; 6] = ["IfcSlab", "IfcRamp", "IfcRampFlight", "IfcFooting", "IfcPavement", "IfcCourse"];
 
 /// Entities of which no part is floor: a threshold or sill is a part of its door or window, whatever its entity.
 const NO_FLOORS: [&str; 2] = ["IfcDoor", "IfcWindow"];
 
 /// Entities of ground that is shaped, not built.
-const EARTH: [&str; 3] = ["IfcGeographicElement", "IfcGeotechnicalStratum", "IfcEarthworksElement"];
+pub const EARTH: [&str; 3] = ["IfcGeographicElement", "IfcGeotechnicalStratum", "IfcEarthworksElement"];
 
 /// Predefined types of [`EARTH`] that carry nobody: plants, bore holes, water and cavities in the ground.
 const NO_EARTH: [&str; 4] = ["VEGETATION", "SOIL_BORING_POINT", "VOID", "WATER"];

@@ -86,11 +86,14 @@ mod terrain;
 mod terrain_faults;
 mod walkable;
 
+pub use doors::operation_is_known;
 pub use error::IngestError;
+pub use ground_class::{EARTH as EARTH_ENTITIES, FLOORS as FLOOR_ENTITIES};
 pub use ifc::{Isolation, MeshPool, mesh_task};
 pub use input::{FilePlacement, IngestOptions, MAX_MODEL_BYTES, MAX_SPACES, SourceFile};
 pub use progress::{Progress, Stage};
 pub use site_frame::SiteFrame;
+pub use stairs::{RISER_HEIGHTS_M, SETS as STAIR_SETS, TREAD_LENGTHS_M};
 
 use ifc::GeometryStatus;
 use merge::{FileModel, Merged};

@@ -9,13 +9,13 @@ use ifc::{Diagnostic, DiagnosticCode, Element, PropertyValue, Severity};
 use messages::{NONE, SiteBuilder, StairRecord, stair_flags};
 
 /// Property sets with the measures of stairs and flights.
-const SETS: [&str; 2] = ["Pset_StairCommon", "Pset_StairFlightCommon"];
+pub const SETS: [&str; 2] = ["Pset_StairCommon", "Pset_StairFlightCommon"];
 
 /// Minimum and maximum height of a riser, in metres.
-const RISER_HEIGHTS_M: [f64; 2] = [0.05, 0.40];
+pub const RISER_HEIGHTS_M: [f64; 2] = [0.05, 0.40];
 
 /// Shortest and longest tread that is still part of a flight, in metres.
-const TREAD_LENGTHS_M: [f64; 2] = [0.10, 1.50];
+pub const TREAD_LENGTHS_M: [f64; 2] = [0.10, 1.50];
 
 /// Share by which a figure of the file may differ from the body: noses and rounding.
 const TOLERANCE: f64 = 0.15;

@@ -2,6 +2,7 @@
 
 pub mod archives;
 pub mod configuration;
+pub mod ids;
 pub mod ifc;
 pub mod map_file;
 pub mod schedule;
