@@ -17,7 +17,7 @@ fn root() -> PathBuf {
 }
 
 /// Crates of the workspace that each crate may depend on.
-const ALLOWED: [(&str, &[&str]); 46] = [
+const ALLOWED: [(&str, &[&str]); 49] = [
     ("diagnostics", &[]),
     ("input-files", &[]),
     ("frames", &[]),
@@ -52,6 +52,40 @@ const ALLOWED: [(&str, &[&str]); 46] = [
     ("deviations", &["frames", "geometry", "grid", "messages", "occupancy"]),
     ("answers", &["diagnostics", "export", "frames", "messages", "schedule", "waypoints"]),
     ("site-schedule", &["daemon", "messages", "schedule"]),
+    (
+        "site-answers",
+        &[
+            "answers",
+            "bus",
+            "daemon",
+            "frames",
+            "geometry",
+            "input-files",
+            "messages",
+            "raster",
+            "schedule",
+            "site-view",
+            "waypoints",
+        ],
+    ),
+    ("site-http", &["daemon", "input-files"]),
+    (
+        "ask",
+        &[
+            "answers",
+            "bus",
+            "daemon",
+            "diagnostics",
+            "frames",
+            "messages",
+            "schedule",
+            "site-answers",
+            "site-http",
+            "site-schedule",
+            "site-view",
+            "waypoints",
+        ],
+    ),
     ("ifc-ingest", &["bus", "daemon", "export", "ingest", "messages"]),
     ("schedule-eval", &["bus", "daemon", "diagnostics", "frames", "messages", "schedule", "tasks"]),
     ("rasterize", &["bus", "daemon", "grid", "messages", "raster"]),
@@ -104,10 +138,11 @@ const ALLOWED: [(&str, &[&str]); 46] = [
             "export",
             "frames",
             "grid",
-            "input-files",
             "messages",
             "raster",
             "schedule",
+            "site-answers",
+            "site-http",
             "site-schedule",
             "site-view",
             "world",
@@ -158,6 +193,7 @@ const ALLOWED: [(&str, &[&str]); 46] = [
             "ros",
             "safety",
             "schedule",
+            "site-answers",
             "site-files",
             "site-schedule",
             "site-view",
@@ -169,7 +205,7 @@ const ALLOWED: [(&str, &[&str]); 46] = [
 ];
 
 /// Foreign crates, and the crates that alone may name each.
-const FENCED: [(&str, &[&str]); 29] = [
+const FENCED: [(&str, &[&str]); 30] = [
     ("ifc-lite-core", &["ifc"]),
     ("ifc-lite-geometry", &["ifc"]),
     ("ifc-lite-processing", &["ifc"]),
@@ -184,7 +220,8 @@ const FENCED: [(&str, &[&str]); 29] = [
     ("mcap", &["groundplan"]),
     ("ros2-client", &["ros-bridge"]),
     ("foxglove", &["ros-bridge"]),
-    ("tokio", &["ros-bridge", "store", "web"]),
+    ("tokio", &["ask", "ros-bridge", "site-http", "store", "web"]),
+    ("rmcp", &["ask"]),
     ("object_store", &["store"]),
     ("reqwest", &["store"]),
     ("rustls", &["groundplan", "store"]),
@@ -194,10 +231,10 @@ const FENCED: [(&str, &[&str]); 29] = [
     ("ureq", &["groundplan"]),
     ("zenoh", &["fleet-link"]),
     ("zstd", &["replica"]),
-    ("axum", &["web"]),
-    ("axum-server", &["web"]),
-    ("hyper-util", &["web"]),
-    ("tower-service", &["web"]),
+    ("axum", &["ask", "site-http", "web"]),
+    ("axum-server", &["site-http"]),
+    ("hyper-util", &["site-http"]),
+    ("tower-service", &["site-http"]),
     ("flate2", &["web"]),
 ];
 

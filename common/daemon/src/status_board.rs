@@ -136,14 +136,15 @@ impl StatusBoard {
         serde_json::to_vec(&copy).unwrap_or_default()
     }
 
-    /// The processes of the site: those that are supervised by its configuration, and ros-bridge and groundplan-web where they run
-    /// without being in it (`groundplan up --ros`, `--web`).
+    /// The processes of the site: those that are supervised by its configuration, and ros-bridge, groundplan-web and
+    /// groundplan-ask where they run without being in it (`groundplan up --ros`, `--web`, `--ask`).
     pub fn processes(&self, config: &SiteConfig) -> impl Iterator<Item = SiteProcess> + use<> {
         let bridges = config
             .of_each_robot()
             .into_iter()
             .map(|robot| (robot.ros.enabled, SiteProcess::of(robot.robot_name, Daemon::RosBridge)));
-        let optional = bridges.chain([(config.web.enabled, Daemon::Web.into())]);
+        let of_site = [(config.web.enabled, Daemon::Web.into()), (config.ask.enabled, Daemon::Ask.into())];
+        let optional = bridges.chain(of_site);
         let unasked: Vec<SiteProcess> = optional
             .filter(|(is_asked, process)| !is_asked && self.is_alive(*process))
             .map(|(_, process)| process)

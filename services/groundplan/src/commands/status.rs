@@ -5,7 +5,7 @@ use crate::date_argument;
 use crate::failure::Failure;
 use crate::lag::{Lag, lags};
 use crate::run::{Outcome, Run};
-use crate::wait::{require_up, seen_process};
+use crate::wait::require_up;
 use answers::processes::{ProcessAnswer, ProcessHealth};
 use bus::Daemon;
 use daemon::facts::{
@@ -18,6 +18,7 @@ use jiff::Timestamp;
 use schemars::JsonSchema;
 use serde::Serialize;
 use serde::de::{DeserializeOwned, IgnoredAny};
+use site_answers::seen_process;
 use std::collections::BTreeMap;
 use std::fmt::Write;
 

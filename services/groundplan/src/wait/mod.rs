@@ -7,7 +7,6 @@ mod obstacles;
 mod reports;
 
 pub(crate) use expectation::Expectation;
-pub(crate) use reports::seen_process;
 
 use crate::failure::Failure;
 use crate::supervise::running;

@@ -5,13 +5,13 @@ use super::fleet;
 use super::shared_site::SharedSite;
 use super::slam_picture::{picture, place, sigmas};
 use answers::MapUse;
-use answers::processes::{ProcessAnswer, ProcessesAnswer, SeenProcess, SeenReport};
+use answers::processes::{ProcessAnswer, ProcessesAnswer};
 use bus::{CheckedSample, Daemon, Stamp, topics};
 use daemon::facts::RosBridgeFacts;
-use daemon::{Report, SiteConfig, SiteProcess, StatusBoard};
+use daemon::{Report, SiteConfig, StatusBoard};
 use messages::{DeviationVerdict, Deviations, Observation, PoseValidity, Site};
-use serde::de::IgnoredAny;
 use serde_json::{Map, Value, json};
+use site_answers::seen_process;
 use site_view::{Freshness, MapState, MapsInUse};
 use std::time::{SystemTime, UNIX_EPOCH};
 
@@ -122,23 +122,6 @@ fn tell_status(shared: &SharedSite, config: &SiteConfig, board: &StatusBoard, ma
 fn age_s(facts: &RosBridgeFacts) -> Option<f64> {
     let age = Stamp::now().since(Stamp(facts.robot_seen_ns?));
     Some((age.as_secs_f64() * 10.0).round() / 10.0)
-}
-
-/// A process for questions about the site.
-fn seen_process(board: &StatusBoard, process: SiteProcess) -> SeenProcess {
-    let report: Option<Report<IgnoredAny>> = board.report(process);
-    let report = report.map(|report| SeenReport {
-        age: report.age(),
-        is_overdue: report.is_silent(),
-        process_id: report.process_id,
-        restarts: report.restarts,
-        memory_bytes: report.memory_bytes,
-        busy: report.busy.as_ref().map(|busy| (busy.job.clone(), busy.duration())),
-        activity: report.activity,
-        error: report.error,
-        warning: report.warning,
-    });
-    SeenProcess { name: process.to_string(), is_alive: board.is_alive(process), report }
 }
 
 /// Elements that are not as planned, and those whose absence waits for a confirmation; `None` if they are of another site.

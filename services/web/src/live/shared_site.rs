@@ -2,7 +2,7 @@
 
 use super::content_names::{model_name, tiles_name};
 use super::live_answers;
-use super::{ControlError, Feed, LiveSite, control, fleet};
+use super::{ControlError, Feed, LiveSite, control};
 use crate::kept::Kept;
 use crate::question::Question;
 use crate::source::{Bytes, ContentName, Source, SourceError, TileAddress, json, locked};
@@ -232,7 +232,7 @@ impl LiveSite for SharedSite {
     }
 
     fn fleet(&self) -> Result<Option<Bytes>, Failure> {
-        Ok(fleet::document(&self.config)?.map(|document| json(&document)))
+        Ok(site_answers::fleet_document(&self.config)?.map(|document| json(&document)))
     }
 
     fn set_date(&self, at: &str) -> Result<(), ControlError> {
