@@ -20,8 +20,8 @@ pub struct AskConfig {
     #[serde(deserialize_with = "optional_robot_name")]
     #[schemars(with = "Option<String>")]
     pub robot: Option<RobotName>,
-    /// Names, without a port, by which clients may call this server, beside `localhost` and addresses as numbers: those of the machine
-    /// and of proxies before it.
+    /// Names, without a port, by which clients may call this server, beside `localhost` and addresses as numbers: those of the
+    /// machine and of proxies before it.
     pub hosts: Vec<String>,
     /// Certificate, a PEM file: it answers by https with it and `key`.
     pub certificate: Option<PathBuf>,

@@ -53,7 +53,8 @@ pub fn options_of(site: &Site<'_>, mission_plan: &MissionPlan<'_>) -> MissionPla
     MissionPlanOptions { lifts, drive: mission_plan.head.drive, ..MissionPlanOptions::default() }
 }
 
-/// True if it is known where the robot starts on maps of other dates, by the mission plan of those that are published: it has no start.
+/// True if it is known where the robot starts on maps of other dates, by the mission plan of those that are published: it has no
+/// start.
 pub fn start_is_known(mission_plan: &MissionPlan<'_>) -> bool {
     mission_plan.storeys.iter().all(|storey| storey.entry != StoreyEntry::Start)
 }

@@ -1,17 +1,17 @@
-//! Answers of a running site: of the maps that it publishes, of maps of other dates that are drawn for an answer, and when an answer
-//! changes. For the client, the page and the service of questions.
+//! Answers of a running site: of the maps that it publishes, of maps of other dates that are drawn for an answer, and when an
+//! answer changes. For the client, the page and the service of questions.
 //!
-//! `answers` makes an answer of archives that belong together; here are the archives: those of the bus with the circumstances that they
-//! come in ([`circumstances_of`], [`map_use`]), or maps that are drawn for an answer ([`Drawing`]). A question with a yes or a no
-//! ([`Question`]) is asked in the same way of either, and of model files.
+//! `answers` makes an answer of archives that belong together; here are the archives: those of the bus with the circumstances that
+//! they come in ([`circumstances_of`], [`map_use`]), or maps that are drawn for an answer ([`Drawing`]). A question with a yes or
+//! a no ([`Question`]) is asked in the same way of either, and of model files.
 //!
 //! # Guarantees
 //!
 //! - Nothing is published, and nothing is written.
-//! - An answer at another date is drawn with the robot, the resolution and the options of the mission plan that are in force; where one
-//!   of these is not known here, that is the answer ([`start_is_known`], `site-schedule`).
-//! - When an answer changes is searched at every later change of the schedule in turn. A search that is stopped says up to which change
-//!   it came.
+//! - An answer at another date is drawn with the robot, the resolution and the options of the mission plan that are in force;
+//!   where one of these is not known here, that is the answer ([`start_is_known`], `site-schedule`).
+//! - When an answer changes is searched at every later change of the schedule in turn. A search that is stopped says up to which
+//!   change it came.
 
 mod circumstances;
 mod dates;

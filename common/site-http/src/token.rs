@@ -25,8 +25,8 @@ pub enum TokenError {
     },
 }
 
-/// Who may look at what is served: the machine itself where nobody else reaches it, else whoever has the token whose hash is in a file.
-/// Without the file a token is made, and told this once.
+/// Who may look at what is served: the machine itself where nobody else reaches it, else whoever has the token whose hash is in a
+/// file. Without the file a token is made, and told this once.
 ///
 /// # Errors
 /// See [`TokenError`].

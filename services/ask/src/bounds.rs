@@ -1,7 +1,7 @@
 //! Bounds of what goes out: texts of files are data, as long as a name may be and without characters that do something.
 //!
-//! A document is cut where it is too long, and says what was cut. Characters that control terminals, hide text or turn its direction are
-//! replaced, wherever they are.
+//! A document is cut where it is too long, and says what was cut. Characters that control terminals, hide text or turn its
+//! direction are replaced, wherever they are.
 
 use schemars::JsonSchema;
 use serde::Serialize;

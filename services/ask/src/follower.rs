@@ -1,5 +1,5 @@
-//! Samples of a running site for a process that is started for one client, and reports nothing: from one generation of the bus to the
-//! next, until the process ends.
+//! Samples of a running site for a process that is started for one client, and reports nothing: from one generation of the bus to
+//! the next, until the process ends.
 
 use crate::site::Site;
 use crate::takers::Takers;

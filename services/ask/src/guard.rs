@@ -1,7 +1,7 @@
 //! Who may ask: hosts, origins, the token.
 //!
-//! A page from elsewhere reaches this server through a browser that runs on the machine or in its network: by its own origin, or by a name
-//! of its own that leads here (DNS rebinding). Both are refused before anything else is looked at.
+//! A page from elsewhere reaches this server through a browser that runs on the machine or in its network: by its own origin, or
+//! by a name of its own that leads here (DNS rebinding). Both are refused before anything else is looked at.
 
 use crate::problem::{Problem, ProblemKind};
 use axum::http::{HeaderMap, Uri, header};

@@ -2,21 +2,22 @@
 //!
 //! # Guarantees
 //!
-//! - Each question is declared once (`src/questions.rs`): its type of parameters is the tool of MCP, the resource and the path of HTTP with
-//!   their schemas, so that these cannot differ. `/openapi.json` is made of them.
-//! - What an answer is, is said by `answers`: of the maps that are published, or of maps of another date that are drawn for the answer with
-//!   the schedule, the robot and the options in force (`site-answers`). Of other dates nothing is said where one of these is not known.
-//! - Every document says what it is of: epochs, plan time, whether the maps may be used now, and when it was answered. Null is what is not
-//!   known, with the reason beside it.
+//! - Each question is declared once (`src/questions.rs`): its type of parameters is the tool of MCP, the resource and the path of
+//!   HTTP with their schemas, so that these cannot differ. `/openapi.json` is made of them.
+//! - What an answer is, is said by `answers`: of the maps that are published, or of maps of another date that are drawn for the
+//!   answer with the schedule, the robot and the options in force (`site-answers`). Of other dates nothing is said where one of
+//!   these is not known.
+//! - Every document says what it is of: epochs, plan time, whether the maps may be used now, and when it was answered. Null is
+//!   what is not known, with the reason beside it.
 //! - Nothing is changed: no request is sent to a daemon, nothing is published, and no file is written but the hash of the token. A
 //!   panic in an answer is that answer's alone.
-//! - Texts of models and schedules go out as values of JSON alone, never in a sentence for an assistant; within bounds, without characters
-//!   that control terminals or hide text (`src/bounds.rs`), below a notice that they are data.
-//! - Hosts and origins are checked before anything else; elsewhere than on the machine itself a token is asked for, in a header alone
-//!   (`src/guard.rs`). Requests, their bodies, names, questions at once, those that wait, the time of their turn and that of drawing have
-//!   bounds (`src/desk.rs`, `src/site.rs`, `site-http`). MCP has no sessions.
-//! - Samples are taken while questions are answered, and answers that maps are drawn for hold others than answers at once: these do not
-//!   wait for them. One answer is drawn at a time. A rasterizer of other dates is kept for five
+//! - Texts of models and schedules go out as values of JSON alone, never in a sentence for an assistant; within bounds, without
+//!   characters that control terminals or hide text (`src/bounds.rs`), below a notice that they are data.
+//! - Hosts and origins are checked before anything else; elsewhere than on the machine itself a token is asked for, in a header
+//!   alone (`src/guard.rs`). Requests, their bodies, names, questions at once, those that wait, the time of their turn and that of
+//!   drawing have bounds (`src/desk.rs`, `src/site.rs`, `site-http`). MCP has no sessions.
+//! - Samples are taken while questions are answered, and answers that maps are drawn for hold others than answers at once: these
+//!   do not wait for them. One answer is drawn at a time. A rasterizer of other dates is kept for five
 //!   minutes after the last such question.
 //!
 //! # Where

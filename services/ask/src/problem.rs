@@ -17,7 +17,8 @@ pub(crate) struct Problem {
     status: u16,
     /// What is wrong with this question, and what to do.
     detail: String,
-    /// Names that come nearest to one that there is not, or GlobalIds of the things that have it; data of the model, no instructions.
+    /// Names that come nearest to one that there is not, or GlobalIds of the things that have it; data of the model, no
+    /// instructions.
     nearest: Vec<String>,
 }
 

@@ -1,7 +1,7 @@
 //! The questions: one declaration of each, for HTTP and MCP alike.
 //!
-//! A question is a type of parameters: its fields with their sentences are the parameters of the path and of the tool, and its answer is a
-//! type of `answers`. Adding a question is adding a type and its line in [`QUESTIONS`].
+//! A question is a type of parameters: its fields with their sentences are the parameters of the path and of the tool, and its
+//! answer is a type of `answers`. Adding a question is adding a type and its line in [`QUESTIONS`].
 
 use crate::document::Document;
 use crate::problem::{Problem, ProblemKind};
@@ -170,8 +170,8 @@ struct Rooms {
     #[serde(default)]
     #[schemars(length(min = 1, max = MAX_NAME))]
     storey: Option<String>,
-    /// Date of the answer: a day (2024-04-15, throughout it) or an instant (2024-04-15T08:30:00) at the site; the maps that are shown now
-    /// if left out.
+    /// Date of the answer: a day (2024-04-15, throughout it) or an instant (2024-04-15T08:30:00) at the site; the maps that are
+    /// shown now if left out.
     #[serde(default)]
     #[schemars(regex(pattern = DATE))]
     date: Option<String>,
@@ -180,8 +180,8 @@ struct Rooms {
 impl Parameters for Rooms {
     const NAME: &str = "rooms";
     const TITLE: &str = "Which rooms may the robot enter";
-    const ABOUT: &str = "All rooms of the site, or of a storey: whether the schedule has each open, whether this robot gets there, and \
-        every reason why not.";
+    const ABOUT: &str = "All rooms of the site, or of a storey: whether the schedule has each open, whether this robot gets \
+        there, and every reason why not.";
     const PAGED: &[&str] = &["/rooms"];
     type Answer = RoomsAnswer;
 
@@ -206,8 +206,8 @@ struct Room {
     /// Number, name, long name or GlobalId of the room.
     #[schemars(length(min = 1, max = MAX_NAME))]
     room: String,
-    /// Date of the answer: a day (2024-04-15, throughout it) or an instant (2024-04-15T08:30:00) at the site; the maps that are shown now
-    /// if left out.
+    /// Date of the answer: a day (2024-04-15, throughout it) or an instant (2024-04-15T08:30:00) at the site; the maps that are
+    /// shown now if left out.
     #[serde(default)]
     #[schemars(regex(pattern = DATE))]
     date: Option<String>,
@@ -219,8 +219,8 @@ struct Room {
 impl Parameters for Room {
     const NAME: &str = "room";
     const TITLE: &str = "A room";
-    const ABOUT: &str = "Where a room is, whether this robot may enter it and why not, its states by the schedule, its doors, scans, \
-        tasks and findings.";
+    const ABOUT: &str = "Where a room is, whether this robot may enter it and why not, its states by the schedule, its doors, \
+        scans, tasks and findings.";
     type Answer = RoomAnswer;
 
     fn check(&self) -> Result<(), Problem> {
@@ -275,19 +275,20 @@ impl Parameters for Opening {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct Way {
-    /// Where it begins: a room by number, name, long name or GlobalId, or a point X,Y,STOREY in metres of the frame map, with the index or
-    /// name of a storey.
+    /// Where it begins: a room by number, name, long name or GlobalId, or a point X,Y,STOREY in metres of the frame map, with the
+    /// index or name of a storey.
     #[schemars(length(min = 1, max = MAX_NAME))]
     from: String,
     /// Where it ends, in the same words.
     #[schemars(length(min = 1, max = MAX_NAME))]
     to: String,
-    /// Date of the answer: a day (2024-04-15, throughout it) or an instant (2024-04-15T08:30:00) at the site; the maps that are shown now
-    /// if left out.
+    /// Date of the answer: a day (2024-04-15, throughout it) or an instant (2024-04-15T08:30:00) at the site; the maps that are
+    /// shown now if left out.
     #[serde(default)]
     #[schemars(regex(pattern = DATE))]
     date: Option<String>,
-    /// True to search when there is a way, if there is none, by drawing maps of later changes of the schedule in turn; it takes a while.
+    /// True to search when there is a way, if there is none, by drawing maps of later changes of the schedule in turn; it takes a
+    /// while.
     #[serde(default)]
     later: bool,
 }
@@ -295,8 +296,8 @@ struct Way {
 impl Parameters for Way {
     const NAME: &str = "way";
     const TITLE: &str = "The way from a place to another";
-    const ABOUT: &str = "The way of this robot from a room or point to another, over storeys, with its legs, doors and rooms; or what is \
-        missing on it. Nothing is moved by asking.";
+    const ABOUT: &str = "The way of this robot from a room or point to another, over storeys, with its legs, doors and rooms; \
+        or what is missing on it. Nothing is moved by asking.";
     type Answer = WayAnswer;
 
     fn check(&self) -> Result<(), Problem> {
@@ -321,8 +322,8 @@ struct Door {
     /// Name or GlobalId of the door.
     #[schemars(length(min = 1, max = MAX_NAME))]
     door: String,
-    /// Date of the answer: a day (2024-04-15, throughout it) or an instant (2024-04-15T08:30:00) at the site; the maps that are shown now
-    /// if left out.
+    /// Date of the answer: a day (2024-04-15, throughout it) or an instant (2024-04-15T08:30:00) at the site; the maps that are
+    /// shown now if left out.
     #[serde(default)]
     #[schemars(regex(pattern = DATE))]
     date: Option<String>,
@@ -334,8 +335,8 @@ struct Door {
 impl Parameters for Door {
     const NAME: &str = "door";
     const TITLE: &str = "A door";
-    const ABOUT: &str = "Where a door is, whether this robot can pass it, and every reason why not. Whether a way leads to it is the \
-        question `way`.";
+    const ABOUT: &str = "Where a door is, whether this robot can pass it, and every reason why not. Whether a way leads to it \
+        is the question `way`.";
     type Answer = DoorAnswer;
 
     fn check(&self) -> Result<(), Problem> {
@@ -367,8 +368,8 @@ struct Changes {
 impl Parameters for Changes {
     const NAME: &str = "changes";
     const TITLE: &str = "What changes between two dates";
-    const ABOUT: &str = "Elements that come and go between two dates, doors that this robot can pass at one of them alone, rooms that it \
-        reaches at one of them alone, and the tasks that cause it. The maps of both dates are drawn.";
+    const ABOUT: &str = "Elements that come and go between two dates, doors that this robot can pass at one of them alone, \
+        rooms that it reaches at one of them alone, and the tasks that cause it. The maps of both dates are drawn.";
     const PAGED: &[&str] = &["/elements_added", "/elements_removed", "/causes"];
     type Answer = Of<Difference<'static>>;
 
@@ -396,8 +397,8 @@ impl Parameters for Changes {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct States {
-    /// Date of the answer: a day (2024-04-15, throughout it) or an instant (2024-04-15T08:30:00) at the site; the plan time that is shown
-    /// now if left out.
+    /// Date of the answer: a day (2024-04-15, throughout it) or an instant (2024-04-15T08:30:00) at the site; the plan time that
+    /// is shown now if left out.
     #[serde(default)]
     #[schemars(regex(pattern = DATE))]
     date: Option<String>,
@@ -438,8 +439,8 @@ impl StateName {
 impl Parameters for States {
     const NAME: &str = "states";
     const TITLE: &str = "What stands at a date";
-    const ABOUT: &str = "The state of elements and rooms by the schedule and by what was observed, with the dates on which each element is \
-        built and removed.";
+    const ABOUT: &str = "The state of elements and rooms by the schedule and by what was observed, with the dates on which each \
+        element is built and removed.";
     const PAGED: &[&str] = &["/elements", "/rooms"];
     type Answer = StatesAnswer;
 
@@ -475,7 +476,8 @@ struct Tasks {
     #[serde(default)]
     #[schemars(length(min = 1, max = MAX_NAME))]
     task: Option<String>,
-    /// Date of the status of the tasks: 2024-04-15 (its midnight) or 2024-04-15T08:30:00; the plan time that is shown now if left out.
+    /// Date of the status of the tasks: 2024-04-15 (its midnight) or 2024-04-15T08:30:00; the plan time that is shown now if left
+    /// out.
     #[serde(default)]
     #[schemars(regex(pattern = DATE))]
     date: Option<String>,
@@ -484,8 +486,8 @@ struct Tasks {
 impl Parameters for Tasks {
     const NAME: &str = "tasks";
     const TITLE: &str = "The tasks of the schedule";
-    const ABOUT: &str = "The tasks with their dates and their status at a date, the elements and rooms that each acts on, and what is wrong \
-        with them.";
+    const ABOUT: &str = "The tasks with their dates and their status at a date, the elements and rooms that each acts on, and \
+        what is wrong with them.";
     const PAGED: &[&str] = &["/tasks"];
     type Answer = Of<TaskList<'static>>;
 
@@ -517,8 +519,8 @@ struct Scans {
     /// Number, name, long name or GlobalId of the room.
     #[schemars(length(min = 1, max = MAX_NAME))]
     room: String,
-    /// Date of the answer: a day (2024-04-15, throughout it) or an instant (2024-04-15T08:30:00) at the site; the maps that are shown now
-    /// if left out.
+    /// Date of the answer: a day (2024-04-15, throughout it) or an instant (2024-04-15T08:30:00) at the site; the maps that are
+    /// shown now if left out.
     #[serde(default)]
     #[schemars(regex(pattern = DATE))]
     date: Option<String>,
@@ -548,8 +550,8 @@ impl Parameters for Scans {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct Findings {
-    /// Date of the answer: a day (2024-04-15, throughout it) or an instant (2024-04-15T08:30:00) at the site; the maps that are shown now
-    /// if left out.
+    /// Date of the answer: a day (2024-04-15, throughout it) or an instant (2024-04-15T08:30:00) at the site; the maps that are
+    /// shown now if left out.
     #[serde(default)]
     #[schemars(regex(pattern = DATE))]
     date: Option<String>,
@@ -558,8 +560,8 @@ struct Findings {
 impl Parameters for Findings {
     const NAME: &str = "findings";
     const TITLE: &str = "What the converter found and assumed";
-    const ABOUT: &str = "Errors and warnings about model, schedule and waypoints, floors and widths that are assumed, boxes in place of \
-        bodies that could not be made, rooms and storeys on no map.";
+    const ABOUT: &str = "Errors and warnings about model, schedule and waypoints, floors and widths that are assumed, boxes in \
+        place of bodies that could not be made, rooms and storeys on no map.";
     const PAGED: &[&str] =
         &["/errors/list", "/warnings/list", "/assumptions/list", "/substitutions/list", "/left_out/list"];
     type Answer = FindingsAnswer;
@@ -597,8 +599,8 @@ struct SeenAnswer {
 impl Parameters for SeenByRobots {
     const NAME: &str = "deviations";
     const TITLE: &str = "What robots saw that differs from the plan";
-    const ABOUT: &str = "Elements that the robot saw late, early or displaced, what stands beside them and is no element of the model, and \
-        what other robots of the site tell.";
+    const ABOUT: &str = "Elements that the robot saw late, early or displaced, what stands beside them and is no element of the \
+        model, and what other robots of the site tell.";
     const PAGED: &[&str] = &["/seen/elements", "/seen/obstacles", "/robots"];
     type Answer = SeenAnswer;
 

@@ -52,8 +52,8 @@ impl Lane {
     pub(crate) const ALL: [Self; 2] = [Self::AtOnce, Self::Drawing];
 }
 
-/// Samples for answers of a lane. Whoever answers holds the newest of its moment; so that who takes samples of the bus does not wait for
-/// an answer, they come into `pending`.
+/// Samples for answers of a lane. Whoever answers holds the newest of its moment; so that who takes samples of the bus does not
+/// wait for an answer, they come into `pending`.
 #[derive(Default)]
 struct Samples {
     shown: Mutex<SiteSamples>,
@@ -256,8 +256,8 @@ impl Site {
     }
 }
 
-/// The options of the mission plan that are in force; `None` where they are not known here: on a robot that follows a server, and for
-/// users who cannot read the state folder.
+/// The options of the mission plan that are in force; `None` where they are not known here: on a robot that follows a server, and
+/// for users who cannot read the state folder.
 fn options_in_force(config: &SiteConfig) -> Option<MissionPlanOptions> {
     if config.follow.is_some() {
         return None;

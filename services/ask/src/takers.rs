@@ -1,5 +1,5 @@
-//! Subscriptions to what answers are made of, for each lane of its own: the samples of an answer that takes its time are not those of
-//! answers at once.
+//! Subscriptions to what answers are made of, for each lane of its own: the samples of an answer that takes its time are not those
+//! of answers at once.
 
 use crate::site::{Lane, Site};
 use bus::{Bus, GridSlot, RawSubscriber, TopicName};
