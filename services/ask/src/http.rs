@@ -126,8 +126,7 @@ async fn of_other_part(response: Response) -> Response {
     let told = to_bytes(body, MAX_DETAIL_BYTES).await.unwrap_or_default();
     let words = String::from_utf8_lossy(&told).into_owned();
     let kind = ProblemKind::of_status(head.status.as_u16());
-    let mut made =
-        problem(&Problem::of(kind, if words.is_empty() { "only GET is answered".to_owned() } else { words }));
+    let mut made = problem(&Problem::of(kind, if words.is_empty() { "see /openapi.json".to_owned() } else { words }));
     *made.status_mut() = head.status;
     for name in [header::ALLOW, header::CONNECTION, header::RETRY_AFTER] {
         if let Some(value) = head.headers.get(&name) {

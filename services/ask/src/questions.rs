@@ -17,7 +17,7 @@ use answers::{
 };
 use daemon::{FleetElement, StatusBoard, chain};
 use messages::ScheduleState;
-use schedule::{Period, find_task};
+use schedule::{EvaluateError, Period, find_task};
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -500,7 +500,11 @@ impl Parameters for Tasks {
         let site = &moment.views.site;
         let timeline = &moment.schedule()?.timeline;
         let wanted = self.task.as_deref().map(|task| find_task(site, task)).transpose();
-        let wanted = wanted.map_err(|why| Problem::of(ProblemKind::UnknownName, chain(&why)))?;
+        let wanted = wanted.map_err(|why| {
+            let is_one_of_several = matches!(why, EvaluateError::SeveralTasks { .. });
+            let kind = if is_one_of_several { ProblemKind::SeveralNames } else { ProblemKind::UnknownName };
+            Problem::of(kind, chain(&why))
+        })?;
         let asked_s = self.date.as_deref().map(|date| moment.instant_s(date)).transpose()?;
         let shown_s = moment.views.state.head.plan_time().map(|at| at.civil_seconds());
         let circumstances = match asked_s {
