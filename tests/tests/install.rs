@@ -133,6 +133,7 @@ fn systemd_finds_no_fault_in_the_units_and_little_exposure() {
             "groundplan-site-follow.service",
             "groundplan-site-server.service",
             "groundplan-web.service",
+            "groundplan-ask.service",
         ]
         .iter()
         .any(|u| unit.ends_with(u));

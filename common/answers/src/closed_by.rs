@@ -1,7 +1,9 @@
 //! Tasks, dates and work by which the schedule closes a room.
 
 use crate::named::{TaskRef, date_text};
-use crate::situation::Situation;
+use crate::situation::{Situation, task_called};
+use messages::{ScheduleState, Site};
+use schedule::Timeline;
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -18,23 +20,33 @@ pub struct ClosedBy {
 
 impl ClosedBy {
     /// Of a reason as schedule states have it: `task:GlobalId`, or a word.
-    pub(crate) fn of(situation: &Situation<'_>, why: &str) -> Self {
+    pub(crate) fn of(site: &Site<'_>, timeline: Option<&Timeline>, why: &str) -> Self {
         let Some(id) = why.strip_prefix("task:") else {
             return Self { code: why.to_owned(), task: None, until: None };
         };
-        let found = situation.task_called(id);
-        let dates = situation.timeline.zip(found).and_then(|(timeline, task)| timeline.task(task));
+        let found = task_called(site, id);
+        let dates = timeline.zip(found).and_then(|(timeline, task)| timeline.task(task));
         let unnamed = || TaskRef { global_id: id.to_owned(), identification: None, name: None };
         Self {
             code: "task".to_owned(),
-            task: Some(found.map_or_else(unnamed, |task| TaskRef::of(situation.site, task))),
+            task: Some(found.map_or_else(unnamed, |task| TaskRef::of(site, task))),
             until: dates.map(|dates| date_text(dates.finish_s)),
         }
     }
 
     /// Why a space is closed at the plan time; none if it is open.
     pub(crate) fn all_of(situation: &Situation<'_>, space: usize) -> Vec<Self> {
-        situation.schedule_state.why(space).map(|why| Self::of(situation, why)).collect()
+        Self::all_in(situation.site, situation.timeline, situation.schedule_state, space)
+    }
+
+    /// The same by a schedule state, without maps.
+    pub(crate) fn all_in(
+        site: &Site<'_>,
+        timeline: Option<&Timeline>,
+        schedule_state: &ScheduleState<'_>,
+        space: usize,
+    ) -> Vec<Self> {
+        schedule_state.why(space).map(|why| Self::of(site, timeline, why)).collect()
     }
 
     /// For people.

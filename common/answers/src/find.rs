@@ -19,6 +19,14 @@ pub enum FindError {
         /// Their GlobalIds, each with what tells it from the others.
         found: Vec<String>,
     },
+    /// A storey that there is not.
+    #[error("there is no storey {wanted:?}: name one of {storeys}")]
+    NoStorey {
+        /// What was asked for.
+        wanted: String,
+        /// All storeys.
+        storeys: String,
+    },
     /// A point without a storey, on a site of several.
     #[error("{wanted:?}: write X,Y,STOREY in metres of the frame map, with the index or name of a storey: {storeys}")]
     Storey {
@@ -105,6 +113,37 @@ pub fn find_door(site: &Site<'_>, wanted: &str) -> Result<usize, FindError> {
         let rooms = site.doors[door].spaces.iter().filter_map(|space| export::space_name(site, *space));
         let rooms: Vec<String> = rooms.collect();
         if rooms.is_empty() { "at no room".to_owned() } else { format!("at {}", rooms.join(" and ")) }
+    })
+}
+
+/// The element (its place among those of the site) with a GlobalId or name.
+///
+/// # Errors
+/// As [`find_room`].
+pub fn find_element(site: &Site<'_>, wanted: &str) -> Result<usize, FindError> {
+    let element = |(place, record): (usize, &messages::ElementRecord)| Found {
+        place,
+        global_id: site.text(record.global_id),
+        names: vec![site.text(record.name).to_owned()],
+    };
+    one_of("element", site.elements.iter().enumerate().map(element).collect(), wanted, |element| {
+        site.text(site.elements[element].ifc_type).to_owned()
+    })
+}
+
+/// The map storey with an index or name; case does not count.
+///
+/// # Errors
+/// None, with all storeys.
+pub fn find_storey(site: &Site<'_>, wanted: &str) -> Result<u32, FindError> {
+    let name = |storey: usize| site.text(site.map_storeys[storey].name);
+    let wanted = wanted.trim();
+    let mut storeys = 0..site.map_storeys.len();
+    let by_index = storeys.clone().find(|storey| storey.to_string() == wanted);
+    let found = by_index.or_else(|| storeys.find(|storey| name(*storey).to_lowercase() == wanted.to_lowercase()));
+    found.map(|storey| storey as u32).ok_or_else(|| {
+        let all = (0..site.map_storeys.len()).map(|storey| format!("{storey} {:?}", name(storey)));
+        FindError::NoStorey { wanted: wanted.to_owned(), storeys: all.collect::<Vec<_>>().join(", ") }
     })
 }
 

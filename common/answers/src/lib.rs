@@ -14,6 +14,9 @@
 //! | which scans a room has, what each sees, or why it has none | [`scans()`], [`ScansAnswer`] |
 //! | what was found wrong, assumed, replaced or left out | [`findings`] |
 //! | which processes of a site run, what they do and say, and whether its maps may be used | [`processes`] |
+//! | which rooms may this robot enter, and why not the others | [`rooms()`], [`RoomsAnswer`] |
+//! | when does a room open, by the schedule and for this robot | [`opening()`], [`OpeningAnswer`] |
+//! | what did a robot see that differs from the plan | [`deviations`] |
 //! | where is a door, can this robot pass it, when does that change | [`door()`], [`DoorAnswer`] |
 //!
 //! Rooms, doors and points are named as people name them ([`find_room`], [`find_door`], [`find_place`]); what is not found is an
@@ -24,6 +27,7 @@
 //! checked.
 
 pub mod changes;
+pub mod deviations;
 pub mod findings;
 pub mod processes;
 pub mod states;
@@ -38,8 +42,11 @@ mod find;
 mod later;
 mod missing;
 mod named;
+mod opening;
 mod room;
+mod room_access;
 mod room_text;
+mod rooms;
 mod scans;
 mod situation;
 mod way;
@@ -48,12 +55,15 @@ mod way_text;
 pub use circumstances::{AnswerBasis, Circumstances, Epochs, MapUse};
 pub use dated_task::DatedTask;
 pub use door::{DoorAnswer, DoorReason, RoomBeside, can_pass, door, passage_of};
-pub use find::{FindError, FoundPlace, find_door, find_place, find_room};
+pub use find::{FindError, FoundPlace, find_door, find_element, find_place, find_room, find_storey};
 pub use findings::Finding;
 pub use later::Later;
 pub use missing::Missing;
 pub use named::{ElementRef, RoomRef, StoreyRef, TaskRef, date_text, optional_date_text};
+pub use opening::{OpeningAnswer, opening};
 pub use room::{ClosedBy, DoorOfRoom, RoomAnswer, RoomPeriod, ScanOfRoom, may_enter, room, state_for_robot};
+pub use room_access::RoomAccess;
+pub use rooms::{RoomsAnswer, rooms};
 pub use scans::{ScanPose, ScansAnswer, scans};
 pub use situation::Situation;
 pub use way::{DoorOnWay, PlaceAnswer, WayAnswer, WayLegAnswer, way, way_exists};

@@ -5,6 +5,7 @@ use crate::dated_task::{DatedTask, tasks_of};
 use crate::findings::{Finding, findings_about};
 use crate::later::Later;
 use crate::named::{ElementRef, RoomRef, StoreyRef, date_text};
+use crate::room_access::{RoomAccess, room_access};
 use crate::scans::scans_in;
 use crate::situation::Situation;
 use export::rounded;
@@ -100,22 +101,9 @@ pub struct ScanOfRoom {
 
 /// The answer for a space of the site; when `may_enter` changes is for the caller to find out ([`may_enter`] at later times).
 pub fn room(situation: &Situation<'_>, space: usize) -> RoomAnswer {
-    let Situation { site, schedule_state, mission_plan, circumstances, .. } = *situation;
+    let Situation { site, mission_plan, circumstances, .. } = *situation;
     let record = &site.spaces[space];
-    let planned = &mission_plan.spaces[space];
-    let closed_by = ClosedBy::all_of(situation, space);
-    let may_enter = may_enter(mission_plan, space);
-    let words = || closed_by.iter().map(ClosedBy::text).collect::<Vec<_>>().join("; ");
-    let why_not = match planned.access.get() {
-        SpaceAccess::Reached => None,
-        SpaceAccess::Closed => Some(format!("it is closed by the schedule: {}", words())),
-        SpaceAccess::NoWay => Some(mission_plan.access_reason(space).to_owned()),
-        SpaceAccess::NotJudged => Some(format!("no way was looked for: {}", not_judged(mission_plan, space))),
-    };
-    let closed_door = (planned.door != NONE).then(|| {
-        let element = site.doors[planned.door as usize].element;
-        site.text(site.elements[element as usize].global_id).to_owned()
-    });
+    let RoomAccess { may_enter, why_not, state, closed_by, access, closed_door, .. } = room_access(situation, space);
     RoomAnswer {
         circumstances: circumstances.clone(),
         room: RoomRef::of(site, space),
@@ -125,10 +113,10 @@ pub fn room(situation: &Situation<'_>, space: usize) -> RoomAnswer {
         area_m2: rounded(record.area_m2),
         may_enter,
         why_not,
-        state: if schedule_state.is_blocked(space) { SpaceState::Blocked } else { SpaceState::Open }.name(),
+        state,
         closed_by,
-        access: planned.access.get().name(),
-        closed_door: closed_door.filter(|_| planned.access == SpaceAccess::NoWay),
+        access,
+        closed_door,
         periods: situation.timeline.map(|timeline| periods(situation, timeline, space)),
         changes: None,
         doors: doors(situation, space),
@@ -154,12 +142,8 @@ pub fn state_for_robot<'a>(by_schedule: &'a str, access: Option<&'a str>) -> &'a
     access.filter(|access| known.contains(access)).unwrap_or(by_schedule)
 }
 
-fn not_judged<'a>(mission_plan: &MissionPlan<'a>, space: usize) -> &'a str {
-    Some(mission_plan.reason(space)).filter(|reason| !reason.is_empty()).unwrap_or("its map storey has no map")
-}
-
 /// The states of a room over the whole schedule; those that are alike are one.
-fn periods(situation: &Situation<'_>, timeline: &Timeline, space: usize) -> Vec<RoomPeriod> {
+pub(crate) fn periods(situation: &Situation<'_>, timeline: &Timeline, space: usize) -> Vec<RoomPeriod> {
     let instants_s = timeline.instants_s();
     let before_s = instants_s.first().map_or(0, |first_s| first_s.saturating_sub(1));
     let mut changes: Vec<(i64, bool)> = vec![(before_s, timeline.is_blocked(space, before_s))];
@@ -176,7 +160,7 @@ fn periods(situation: &Situation<'_>, timeline: &Timeline, space: usize) -> Vec<
         closed_by: timeline
             .why(space, Period::instant(from_s))
             .iter()
-            .map(|why| ClosedBy::of(situation, why))
+            .map(|why| ClosedBy::of(situation.site, Some(timeline), why))
             .collect(),
     };
     changes.iter().enumerate().map(period).collect()

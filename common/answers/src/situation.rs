@@ -31,6 +31,13 @@ impl Situation<'_> {
         known(head.plan_until_s).map(|until_s| until_s - 1).or(known(head.plan_time_s))
     }
 
+    /// The first later instant at which the schedule closes a room; `None` if it never does, or is not known.
+    pub(crate) fn room_closes_s(&self, space: usize) -> Option<i64> {
+        let (timeline, at_s) = (self.timeline?, self.at_s()?);
+        let mut later = timeline.instants_s().iter().copied().filter(|instant_s| *instant_s > at_s);
+        later.find(|instant_s| timeline.is_blocked(space, *instant_s))
+    }
+
     /// The first later instant at which the schedule lets a room open; `None` if it never does, or is not known.
     pub(crate) fn room_opens_s(&self, space: usize) -> Option<i64> {
         let (timeline, at_s) = (self.timeline?, self.at_s()?);
@@ -48,10 +55,10 @@ impl Situation<'_> {
         let mut later = timeline.instants_s().iter().copied().filter(|instant_s| *instant_s > at_s);
         later.find(|instant_s| timeline.element(element, *instant_s) == ElementState::Built)
     }
+}
 
-    /// The task of the site with a GlobalId.
-    pub(crate) fn task_called(&self, global_id: &str) -> Option<usize> {
-        let schedule = &self.site.schedule;
-        schedule.tasks.iter().position(|task| schedule.text(task.global_id) == global_id)
-    }
+/// The task of a site with a GlobalId.
+pub(crate) fn task_called(site: &Site<'_>, global_id: &str) -> Option<usize> {
+    let schedule = &site.schedule;
+    schedule.tasks.iter().position(|task| schedule.text(task.global_id) == global_id)
 }

@@ -29,11 +29,13 @@ pub enum Daemon {
     SiteFollow = 9,
     /// Gives what a site has drawn to a store, for robots on other machines.
     SiteServer = 10,
+    /// Answers questions about the site over HTTP and MCP.
+    Ask = 11,
 }
 
 impl Daemon {
     /// All of them, in the order of their numbers.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 12] = [
         Self::IfcIngest,
         Self::ScheduleEval,
         Self::Rasterize,
@@ -45,6 +47,7 @@ impl Daemon {
         Self::Web,
         Self::SiteFollow,
         Self::SiteServer,
+        Self::Ask,
     ];
 
     /// Daemons that `groundplan up` starts and starts again, and without which there are no maps, where the site is drawn.
@@ -73,7 +76,8 @@ impl Daemon {
             | Self::Groundplan
             | Self::Web
             | Self::SiteFollow
-            | Self::SiteServer => false,
+            | Self::SiteServer
+            | Self::Ask => false,
         }
     }
 
@@ -91,6 +95,7 @@ impl Daemon {
             Self::Web => "groundplan-web",
             Self::SiteFollow => "site-follow",
             Self::SiteServer => "site-server",
+            Self::Ask => "groundplan-ask",
         }
     }
 

@@ -158,6 +158,7 @@ mod tests {
             Daemon::Web,
             Daemon::SiteFollow,
             Daemon::SiteServer,
+            Daemon::Ask,
         ];
         assert_eq!(of_site, expected);
         assert_eq!(OfRobot::new(lift, Daemon::Rasterize).command(), "robots/lift/command/rasterize");

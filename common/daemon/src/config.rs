@@ -1,5 +1,6 @@
 //! The configuration of a site: a TOML file that all its daemons read; `config/site.toml` explains every key.
 
+use crate::ask_config::AskConfig;
 use crate::robot_config::{AlignConfig, NamedRobotConfig, RobotConfig, WaypointConfig, check_robots, separate_bridges};
 use crate::ros_config::RosConfig;
 use crate::server_config::{
@@ -71,6 +72,9 @@ pub struct SiteConfig {
     /// The page for browsers.
     #[serde(default)]
     pub web: WebConfig,
+    /// Answers to questions over HTTP and MCP.
+    #[serde(default)]
+    pub ask: AskConfig,
     /// Gives what is drawn to a store, for robots on other machines.
     #[serde(default)]
     pub serve: Option<ServeConfig>,
@@ -292,6 +296,8 @@ impl SiteConfig {
             &mut config.ros.options,
             &mut config.web.certificate,
             &mut config.web.key,
+            &mut config.ask.certificate,
+            &mut config.ask.key,
             &mut config.clock.synchronised_while,
         ];
         let of_robots = config.robots.iter_mut().flat_map(NamedRobotConfig::paths);

@@ -40,6 +40,7 @@
 //! On the PC of a robot `sudo scripts/install` puts programs, manual pages, completions and the units of `config/systemd`
 //! in place, then `systemctl enable --now groundplan.target`. `groundplan doctor` tells what a machine lacks.
 
+mod ask_config;
 mod caller;
 mod client;
 mod committed;
@@ -98,6 +99,7 @@ mod web_config;
 mod whole_files;
 mod work_watch;
 
+pub use ask_config::AskConfig;
 pub use caller::Caller;
 pub use client::{Answer, Client, ClientError, OpenRequest, RequestTimeouts, ask};
 pub use committed::{Committed, Disk, StateFolder};
@@ -129,7 +131,7 @@ pub use replaced_file::{folder_of, replace_file, write_durably};
 pub use reported_progress::ReportedProgress;
 pub use request::{Published, Request, RequestError, parse_request};
 pub use requests::{
-    ActualsSource, AlignAnswer, AlignRequest, ComparisonState, Confirmations, Confirmed, ConfirmedElement,
+    ActualsSource, AlignAnswer, AlignRequest, AskRequest, ComparisonState, Confirmations, Confirmed, ConfirmedElement,
     FollowRequest, IngestAnswer, IngestRequest, ListedPose, MAX_RATE, MIN_RATE, RasterizeAnswer, RasterizeRequest,
     RateError, Revision, RevisionEffect, RosBridgeRequest, ScheduleAnswer, ScheduleRequest, ScheduleVerdict,
     SearchState, ServeRequest, WaypointAnswer, WaypointRequest, WebRequest, checked_rate,

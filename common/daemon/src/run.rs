@@ -96,8 +96,9 @@ fn own_config(daemon: Daemon, site: &SiteConfig, robot: Option<RobotName>) -> Re
         );
     }
     match (daemon, robot) {
-        // The page shows one robot.
+        // Page and answers are of one robot.
         (Daemon::Web, _) => Ok(site.of_robot(robot.or(site.web.robot))?),
+        (Daemon::Ask, _) => Ok(site.of_robot(robot.or(site.ask.robot))?),
         _ if daemon.is_of_robot() => Ok(site.of_robot(robot)?),
         (_, Some(_)) => Err("--robot-name: this daemon is there once for all robots of a site".into()),
         (_, None) => Ok(site.clone()),

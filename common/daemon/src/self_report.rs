@@ -208,9 +208,12 @@ fn output(daemon: Daemon) -> TopicName {
     match daemon {
         Daemon::IfcIngest => TopicName::Site,
         Daemon::ScheduleEval => TopicName::ScheduleState,
-        Daemon::Rasterize | Daemon::Groundplan | Daemon::Web | Daemon::SiteFollow | Daemon::SiteServer => {
-            TopicName::Grids
-        }
+        Daemon::Rasterize
+        | Daemon::Groundplan
+        | Daemon::Web
+        | Daemon::SiteFollow
+        | Daemon::SiteServer
+        | Daemon::Ask => TopicName::Grids,
         Daemon::WaypointGen => TopicName::MissionPlan,
         Daemon::SlamAlign => TopicName::Alignment,
         Daemon::Robot | Daemon::RosBridge => TopicName::SlamMap,

@@ -31,7 +31,9 @@ impl SiteProcess {
             daemons
         });
         let web = config.web.enabled.then_some(Self::Daemon(Daemon::Web));
-        std::iter::once(Self::Keeper).chain(of_site).chain(of_robots).chain(web).chain(std::iter::once(Self::Relay))
+        let ask = config.ask.enabled.then_some(Self::Daemon(Daemon::Ask));
+        let shown = web.into_iter().chain(ask);
+        std::iter::once(Self::Keeper).chain(of_site).chain(of_robots).chain(shown).chain(std::iter::once(Self::Relay))
     }
 
     /// A daemon as a robot has it.

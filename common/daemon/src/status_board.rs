@@ -161,7 +161,8 @@ impl StatusBoard {
             .of_each_robot()
             .into_iter()
             .map(|robot| (robot.ros.enabled, SiteProcess::of(robot.robot_name, Daemon::RosBridge)));
-        let optional = bridges.chain([(config.web.enabled, Daemon::Web.into())]);
+        let of_site = [(config.web.enabled, Daemon::Web.into()), (config.ask.enabled, Daemon::Ask.into())];
+        let optional = bridges.chain(of_site);
         let unasked: Vec<SiteProcess> = optional
             .filter(|(is_asked, process)| !is_asked && self.is_alive(*process))
             .map(|(_, process)| process)

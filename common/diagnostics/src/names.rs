@@ -1,6 +1,6 @@
 //! Things by the words of people: GlobalIds, names and long names.
 
-use crate::nearest_names::nearest_names_hint;
+use crate::nearest_names::{hint, nearest_names};
 
 /// What a thing may be called.
 pub trait Called {
@@ -13,14 +13,21 @@ pub trait Called {
 
 /// Nothing is called so.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("there is no {kind} {wanted:?}{nearest}")]
+#[error("there is no {kind} {wanted:?}{}", hint(nearest))]
 pub struct NothingCalled {
     /// What was looked for, e.g. `room`.
     pub kind: &'static str,
     /// The words.
     pub wanted: String,
-    /// The nearest names, as the end of the message; may be empty.
-    pub nearest: String,
+    /// The nearest names, the nearest first; may be empty.
+    pub nearest: Vec<String>,
+}
+
+impl NothingCalled {
+    /// The nearest names as the end of a message, e.g. `; nearest: "Lab 3", "Lab 2"`; empty if there is none.
+    pub fn nearest_hint(&self) -> String {
+        hint(&self.nearest)
+    }
 }
 
 /// The things that people mean by a word, in their order: the one with this GlobalId, else all with this name; spaces around it do
@@ -37,9 +44,10 @@ pub fn called<T: Called>(kind: &'static str, things: Vec<T>, wanted: &str) -> Re
     let is_by_id = things.iter().any(has_id);
     let is_meant = |thing: &T| if is_by_id { has_id(thing) } else { is_named(thing) };
     if !things.iter().any(is_meant) {
-        let near_name = nearest_names_hint(wanted, things.iter().flat_map(Called::names));
-        let near_id = || nearest_names_hint(wanted, things.iter().map(Called::global_id));
+        let near_name = nearest_names(wanted, things.iter().flat_map(Called::names));
+        let near_id = || nearest_names(wanted, things.iter().map(Called::global_id));
         let nearest = if near_name.is_empty() { near_id() } else { near_name };
+        let nearest = nearest.into_iter().map(str::to_owned).collect();
         return Err(NothingCalled { kind, wanted: wanted.to_owned(), nearest });
     }
     Ok(things.into_iter().filter(is_meant).collect())

@@ -34,7 +34,12 @@ pub fn nearest_names<'n>(wanted: &str, names: impl IntoIterator<Item = &'n str>)
 
 /// The nearest names as the end of an error message, e.g. `; nearest: "Lab 3", "Lab 2"`; empty if there is none.
 pub fn nearest_names_hint<'n>(wanted: &str, names: impl IntoIterator<Item = &'n str>) -> String {
-    let quoted: Vec<String> = nearest_names(wanted, names).into_iter().map(|name| format!("{name:?}")).collect();
+    hint(&nearest_names(wanted, names))
+}
+
+/// Names as the end of an error message; empty if there is none.
+pub(crate) fn hint(nearest: &[impl AsRef<str>]) -> String {
+    let quoted: Vec<String> = nearest.iter().map(|name| format!("{:?}", name.as_ref())).collect();
     if quoted.is_empty() { String::new() } else { format!("; nearest: {}", quoted.join(", ")) }
 }
 

@@ -1,9 +1,9 @@
 //! The command line: all commands. Arguments, help and work of each are in its own file.
 
 use crate::commands::{
-    actuals, align, changes, completions, confirm, convert, date, deviations, doctor, door, down, export, findings,
-    fleet, follow, keeper, key, link, load, log, man, metrics, monitor, record, relay, robot, room, scans, serve,
-    slam_map, states, status, tasks, topic, undo, up, view, way, waypoints,
+    actuals, align, ask, changes, completions, confirm, convert, date, deviations, doctor, door, down, export,
+    findings, fleet, follow, keeper, key, link, load, log, man, metrics, monitor, record, relay, robot, room, scans,
+    serve, slam_map, states, status, tasks, topic, undo, up, view, way, waypoints,
 };
 use crate::failure::Failure;
 use crate::run::{Outcome, Run};
@@ -85,6 +85,8 @@ pub enum Command {
     Export(export::Args),
     /// Show a site in the browser: models, maps, or the running daemons
     View(view::Args),
+    /// Answer questions about a site over HTTP and the Model Context Protocol, for programs and assistants
+    Ask(ask::Args),
     /// Run the daemons of a site, and give what they draw to a store, for robots on other machines
     Serve(serve::Args),
     /// Show on this robot what the server of its site has drawn
@@ -154,6 +156,7 @@ impl Command {
             Self::Undo(arguments) => arguments,
             Self::Export(arguments) => arguments,
             Self::View(arguments) => arguments,
+            Self::Ask(arguments) => arguments,
             Self::Serve(arguments) => arguments,
             Self::Follow(arguments) => arguments,
             Self::Fleet(arguments) => arguments,

@@ -6,8 +6,7 @@ use frames::{PlanTime, PlanTimeError, WrittenPlanTime};
 use jiff::tz::TimeZone;
 use messages::ScheduleStateHead;
 use schedule::Period;
-
-const DAY_S: i64 = 86_400;
+use site_answers::{PeriodError, end_s, period_of};
 
 /// An instant; a date without a time is its midnight, one with an offset is converted to the zone of the site.
 ///
@@ -54,9 +53,8 @@ pub(crate) fn instant_or_period(
         return Ok((period(date, until, site_zone)?, None));
     }
     let from = written(date, site_zone)?;
-    let at_s = from.at.civil_seconds();
-    let day = from.is_day.then(|| Period { from_s: at_s, until_s: Some(end_s(from)) });
-    Ok((Period::instant(at_s), day))
+    let day = from.is_day.then(|| period(date, None, site_zone)).transpose()?;
+    Ok((Period::instant(from.at.civil_seconds()), day))
 }
 
 /// What a map serves: an instant, a whole day, or all from `date` until the end of `until`.
@@ -64,16 +62,10 @@ pub(crate) fn instant_or_period(
 /// # Errors
 /// A text that is no date, an end that is not after the start.
 pub(crate) fn period(date: &str, until: Option<&str>, site_zone: Option<&TimeZone>) -> Result<Period, Failure> {
-    let from = written(date, site_zone)?;
-    let from_s = from.at.civil_seconds();
-    let until_s = match until {
-        Some(until) => Some(end_s(written(until, site_zone)?)),
-        None => from.is_day.then(|| end_s(from)),
-    };
-    if until_s.is_some_and(|until_s| until_s <= from_s) {
-        return Err(Failure::usage(format!("--until {} is not after --date {date}", until.unwrap_or_default())));
-    }
-    Ok(Period { from_s, until_s })
+    period_of(date, until, site_zone).map_err(|why| match why {
+        PeriodError::Order { from, until } => Failure::usage(format!("--until {until} is not after --date {from}")),
+        PeriodError::Date(why) => Failure::usage(why),
+    })
 }
 
 /// The end of a window: a date without a time is the end of its day.
@@ -82,12 +74,6 @@ pub(crate) fn period(date: &str, until: Option<&str>, site_zone: Option<&TimeZon
 /// A text that is no date, an offset where the zone of the site is not known.
 pub(crate) fn finish_s(text: &str, site_zone: Option<&TimeZone>) -> Result<i64, Failure> {
     Ok(end_s(written(text, site_zone)?))
-}
-
-/// As a finish: one without a time is the end of its day, on the last day of the calendar its last second.
-fn end_s(written: WrittenPlanTime) -> i64 {
-    let at_s = written.at.civil_seconds();
-    if written.is_day { (at_s + DAY_S).min(PlanTime::LAST.civil_seconds()) } else { at_s }
 }
 
 /// A plan time for people and JSON.

@@ -38,6 +38,12 @@ impl Failure {
     }
 }
 
+impl From<messages::ArchiveError> for Failure {
+    fn from(why: messages::ArchiveError) -> Self {
+        Self::work(why)
+    }
+}
+
 impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (Self::Usage(error) | Self::Work(error)) = self;

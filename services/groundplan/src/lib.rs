@@ -31,7 +31,6 @@ mod film;
 mod input_document;
 mod lag;
 mod load_progress;
-mod maps;
 mod monitor;
 mod progress_line;
 mod progress_record;

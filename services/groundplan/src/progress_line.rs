@@ -3,6 +3,7 @@
 use crate::progress_record::ProgressRecord;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use ingest::{Progress, Stage};
+use site_answers::DrawingProgress;
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
@@ -97,6 +98,17 @@ impl ProgressLine {
                 }
             }
         }
+    }
+}
+
+impl DrawingProgress for ProgressLine {
+    fn stage(&self, stage: &'static str) {
+        self.stage(stage);
+    }
+
+    fn step(&self, stage: &'static str, done: usize, total: usize) -> bool {
+        self.step(stage, done, total);
+        true
     }
 }
 

@@ -72,6 +72,9 @@ pub(crate) fn findings(config: &SiteConfig) -> Vec<ConfigFinding> {
     if config.web.enabled && (config.web.robot.is_some() || config.robots.len() > 1) {
         found.of("web.robot", config.of_robot(config.web.robot));
     }
+    if config.ask.enabled && (config.ask.robot.is_some() || config.robots.len() > 1) {
+        found.of("ask.robot", config.of_robot(config.ask.robot));
+    }
     schedule(&mut found, config);
     server(&mut found, config);
     let world = config.world.options.as_deref();

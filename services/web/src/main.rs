@@ -25,9 +25,9 @@
 //!   belongs together, and handed on as server-sent events, the newest of each kind.
 //! - A request names a date, a storey or a hash, never a path; a manifest cannot lead out of its folder. On 127.0.0.1 only
 //!   names of the own machine are answered; elsewhere a token is asked for, of which only the sha256 is stored. Heads and
-//!   bodies of requests have their time, connections and viewers their number (`src/server/connections.rs`); one too many is
+//!   bodies of requests have their time, connections and viewers their number (`site-http`); one too many is
 //!   answered so.
-//! - An address that cannot be had is no reason to end: `src/live/listening.rs` tries again at every tick, and the heartbeat
+//! - An address that cannot be had is no reason to end: `site-http` tries again at every tick, and the heartbeat
 //!   has the reason. `src/live/watchdog.rs` tells viewers when the service itself does not look at its daemons. Everything is
 //!   read-only but the plan time and confirmations, with `allow_control` alone.
 //! - `page/` has the page's sources, `page/bundle` what `scripts/build_page` makes of them with Leaflet and three.js; it is
@@ -62,7 +62,8 @@ use daemon::{Failure, StopSignal, chain};
 use documents::TasksDocument;
 use files::SiteOfFiles;
 use live::WebService;
-use server::{MAX_VIEWERS, ServeError, Served, Server, ServerSettings};
+use server::{MAX_VIEWERS, Served, router};
+use site_http::{ServeError, Server, ServerSettings};
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::Duration;
@@ -108,7 +109,8 @@ fn show_folder(arguments: &FolderArguments, with_stdin: bool) -> Result<(), Fail
         access: Arc::new(access),
         viewers: Arc::new(Semaphore::new(MAX_VIEWERS)),
     };
-    let server = Server::bind(ServerSettings::of(arguments.listen, tls), served).map_err(|why| match why {
+    let router = router(served, tls.is_some());
+    let server = Server::bind(ServerSettings::of(arguments.listen, tls), router).map_err(|why| match why {
         ServeError::Listen { .. } => format!("{}: name another address with --listen", chain(&why)).into(),
         why => Failure::from(why),
     })?;

@@ -3,13 +3,16 @@
 use super::list::{CauseJson, Causes};
 use crate::named::date_text;
 use messages::{DoorPassageRecord, Grids, MissionPlan, NONE, RobotProfile, ScheduleState, Site};
+use schemars::JsonSchema;
 use serde::Serialize;
 use std::fmt::Write;
 
 /// What differs between two dates.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub struct Difference<'s> {
+    /// The first date.
     from: String,
+    /// The second date.
     to: String,
     /// Elements that stand or are worked on at the second date only.
     elements_added: Vec<Named<'s>>,
@@ -31,25 +34,35 @@ pub struct Difference<'s> {
     causes: Vec<Causes<'s>>,
 }
 
-#[derive(Debug, Clone, Copy, Serialize)]
+/// An element or space.
+#[derive(Debug, Clone, Copy, Serialize, JsonSchema)]
+#[schemars(rename = "NamedThing")]
 struct Named<'s> {
+    /// GlobalId.
     global_id: &'s str,
-    /// `None` if it has none.
+    /// Name; null if it has none.
     name: Option<&'s str>,
 }
 
-#[derive(Debug, Serialize)]
+/// A door with its passage for the robot.
+#[derive(Debug, Serialize, JsonSchema)]
+#[schemars(rename = "ChangedDoor")]
 struct Door<'s> {
     #[serde(flatten)]
     id: Named<'s>,
+    /// Its passage at the first date, as `passage` of a door.
     before: &'static str,
+    /// The same at the second date.
     after: &'static str,
 }
 
-#[derive(Debug, Serialize)]
+/// A space without a waypoint.
+#[derive(Debug, Serialize, JsonSchema)]
+#[schemars(rename = "UnreachableSpace")]
 struct Unreachable<'s> {
     #[serde(flatten)]
     id: Named<'s>,
+    /// Why it has none.
     reason: String,
 }
 

@@ -3,6 +3,7 @@
 use crate::named::{TaskRef, date_text};
 use messages::{ElementState, Site, SpaceState};
 use schedule::{Cause, Change, Timeline};
+use schemars::JsonSchema;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -17,9 +18,11 @@ pub struct Changes<'s> {
 }
 
 /// The tasks that make a change.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub struct Causes<'s> {
+    /// When.
     pub(crate) at: String,
+    /// The tasks.
     pub(crate) tasks: Vec<CauseJson<'s>>,
 }
 
@@ -31,14 +34,20 @@ impl Causes<'_> {
 }
 
 /// A task that starts or finishes, and what changes with it.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
+#[schemars(rename = "Cause")]
 pub(crate) struct CauseJson<'s> {
+    /// GlobalId.
     pub(crate) global_id: &'s str,
+    /// Identification; empty if it has none.
     pub(crate) identification: &'s str,
+    /// Name; empty if it has none.
     pub(crate) name: &'s str,
     /// `starts` or `finishes`.
     pub(crate) event: &'static str,
+    /// GlobalIds of elements that it acts on.
     pub(crate) elements: Vec<&'s str>,
+    /// GlobalIds of spaces that it closes or opens.
     pub(crate) spaces: Vec<&'s str>,
 }
 

@@ -3,6 +3,7 @@
 //! A service makes its facts after every event and request; its loop writes them to the [`crate::StatusBoard`].
 
 mod align;
+mod ask;
 mod ingest;
 mod rasterize;
 mod ros_bridge;
@@ -12,6 +13,7 @@ mod waypoints;
 mod web;
 
 pub use align::{AlignFacts, AlignmentSummary, Pose, PoseHolds};
+pub use ask::AskFacts;
 pub use ingest::{IngestFacts, ModelFile};
 pub use rasterize::{RasterizeFacts, RobotSummary};
 pub use ros_bridge::{RosBridgeFacts, RosPeers};

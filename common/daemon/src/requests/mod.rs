@@ -1,6 +1,7 @@
 //! The requests of each daemon, with their answers.
 
 mod align;
+mod ask;
 mod ingest;
 mod rasterize;
 mod ros_bridge;
@@ -12,6 +13,7 @@ mod web;
 pub use align::{
     AlignAnswer, AlignRequest, ComparisonState, Confirmations, Confirmed, ConfirmedElement, ListedPose, SearchState,
 };
+pub use ask::AskRequest;
 pub use ingest::{IngestAnswer, IngestRequest, Revision, RevisionEffect};
 pub use rasterize::{RasterizeAnswer, RasterizeRequest};
 pub use ros_bridge::RosBridgeRequest;

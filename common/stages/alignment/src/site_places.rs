@@ -172,10 +172,10 @@ impl SitePlaces {
             return Err(UnknownPlace::NoSite);
         }
         let portals = called("stair, ramp or lift", self.portals.iter().collect(), wanted);
-        let unknown = |NothingCalled { wanted, nearest, .. }| UnknownPlace::Portal {
-            wanted,
+        let unknown = |nothing: NothingCalled| UnknownPlace::Portal {
             among: counted(self.portals.len(), "portal"),
-            nearest,
+            nearest: nothing.nearest_hint(),
+            wanted: nothing.wanted,
         };
         let area = |portal: &Portal| {
             let [lo, hi] = portal.bounds_m;

@@ -3,15 +3,11 @@
 use crate::args::{ModelArgs, RobotArgs, ScheduleArgs, ScheduleInput, with_timeline};
 use crate::date_argument;
 use crate::failure::Failure;
-use crate::maps::{MapInputs, with_maps};
-use crate::progress_line::ProgressLine;
 use crate::run::{Outcome, Run};
-use answers::changes::{self, Side, difference, revision};
-use daemon::Robot;
-use messages::{ScheduleState, Site};
-use raster::Rasterizer;
-use schedule::{Period, Timeline};
+use answers::AnswerBasis;
+use answers::changes::{self, revision};
 use serde::Serialize;
+use site_answers::{Drawing, KeptRasterizer, difference_between};
 use std::path::PathBuf;
 use waypoints::MissionPlanOptions;
 
@@ -85,33 +81,22 @@ impl Run for Args {
                     Ok(changes::text(site, timeline, &changes).into())
                 };
             };
-            progress.stage("slicing");
-            let mut rasterizer = Rasterizer::new(site, &robot.profile, self.robot.resolution).map_err(Failure::work)?;
-            let sides = [from_s, to_s].map(|at_s| side_at(site, timeline, &mut rasterizer, &robot, at_s, progress));
-            let [before, after] = sides;
-            let between = from_s.min(to_s) + 1..=from_s.max(to_s);
-            let changes = timeline.changes().into_iter().filter(|c| between.contains(&c.at_s));
-            let causes = changes.map(|change| changes::causes_of(site, timeline, &change)).filter(|c| !c.is_empty());
-            let difference = difference(site, &before?, &after?, causes.collect());
+            let drawing = Drawing {
+                site,
+                timeline: Some(timeline),
+                robot: &robot,
+                resolution_m: self.robot.resolution,
+                options: &MissionPlanOptions::centres_only(),
+                basis: AnswerBasis::Models,
+                only_now: None,
+                progress,
+            };
+            let kept = &mut KeptRasterizer::default();
+            let difference =
+                difference_between(&drawing, site, timeline, [from_s, to_s], kept).map_err(Failure::work)?;
             if self.json { json(&difference) } else { Ok(difference.text().into()) }
         })
     }
-}
-
-/// Draws and plans the maps of one of the two dates.
-fn side_at(
-    site: &Site<'_>,
-    timeline: &Timeline,
-    rasterizer: &mut Rasterizer,
-    robot: &Robot,
-    at_s: i64,
-    progress: &ProgressLine,
-) -> Result<Side, Failure> {
-    let schedule_state = timeline.schedule_state(Period::instant(at_s)).finish();
-    let schedule_state = ScheduleState::open(schedule_state.bytes()).map_err(Failure::work)?;
-    let options = MissionPlanOptions::centres_only();
-    let inputs = MapInputs { site, schedule_state: &schedule_state, robot, options: &options, progress };
-    with_maps(&inputs, rasterizer, |maps| Ok(Side::of(site, at_s, &schedule_state, maps.index, maps.mission_plan)))
 }
 
 fn json(value: &impl Serialize) -> Result<Outcome, Failure> {

@@ -1,12 +1,9 @@
 //! `groundplan door`: where a door is, whether this robot can pass it, and when that changes.
 
 use crate::failure::Failure;
-use crate::question::{Answer, Question, QuestionArgs};
+use crate::question::QuestionArgs;
 use crate::run::{Outcome, Run};
-use answers::{Circumstances, DoorAnswer, FindError, Later, Situation, find_door};
-use messages::Site;
-use std::collections::BTreeSet;
-use waypoints::MissionPlanOptions;
+use site_answers::DoorQuestion;
 
 /// Arguments of `door`.
 #[derive(Debug, Clone, clap::Args)]
@@ -44,57 +41,6 @@ impl Run for Args {
     /// # Errors
     /// Bad arguments, models that cannot be read, a door that does not exist, no daemons.
     fn run(&self) -> Result<Outcome, Failure> {
-        self.of.answer(self)
-    }
-}
-
-impl Question for Args {
-    type Found = usize;
-    type Answer = DoorAnswer;
-
-    fn command(&self) -> Vec<&str> {
-        vec!["door", &self.door]
-    }
-
-    fn find(&self, site: &Site<'_>) -> Result<usize, FindError> {
-        find_door(site, &self.door)
-    }
-
-    fn options(&self, _: &Site<'_>, _: &usize, options: MissionPlanOptions) -> MissionPlanOptions {
-        MissionPlanOptions { kinds: BTreeSet::new(), ..options }
-    }
-
-    fn depends_on_start(&self) -> bool {
-        false
-    }
-
-    fn answer(&self, situation: &Situation<'_>, door: &usize) -> DoorAnswer {
-        answers::door(situation, *door)
-    }
-
-    fn verdict(&self, situation: &Situation<'_>, door: &usize) -> Option<bool> {
-        answers::can_pass(situation, *door)
-    }
-}
-
-impl Answer for DoorAnswer {
-    fn verdict(&self) -> Option<bool> {
-        self.can_pass
-    }
-
-    fn wants_later(&self) -> bool {
-        true
-    }
-
-    fn set_changes(&mut self, changes: Later) {
-        self.changes = Some(changes);
-    }
-
-    fn circumstances(&self) -> &Circumstances {
-        &self.circumstances
-    }
-
-    fn text(&self) -> String {
-        self.text()
+        self.of.answer(&DoorQuestion { door: self.door.clone() }, &["door", &self.door])
     }
 }

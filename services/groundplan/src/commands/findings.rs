@@ -1,12 +1,9 @@
 //! `groundplan findings`: what model, schedule and mission plan lack: errors, warnings, assumptions, substitutions, omissions.
 
 use crate::failure::Failure;
-use crate::question::{Answer, Question, QuestionArgs};
+use crate::question::QuestionArgs;
 use crate::run::{Outcome, Run};
-use answers::findings::{FindingsAnswer, findings};
-use answers::{Circumstances, FindError, Situation};
-use messages::Site;
-use waypoints::MissionPlanOptions;
+use site_answers::FindingsQuestion;
 
 /// Arguments of `findings`.
 #[derive(Debug, Clone, clap::Args)]
@@ -37,49 +34,6 @@ impl Run for Args {
     /// # Errors
     /// Bad arguments, models that cannot be read, no daemons.
     fn run(&self) -> Result<Outcome, Failure> {
-        self.of.answer(self)
-    }
-}
-
-impl Question for Args {
-    type Found = ();
-    type Answer = FindingsAnswer;
-
-    fn command(&self) -> Vec<&str> {
-        vec!["findings"]
-    }
-
-    fn find(&self, _: &Site<'_>) -> Result<(), FindError> {
-        Ok(())
-    }
-
-    fn options(&self, _: &Site<'_>, (): &(), options: MissionPlanOptions) -> MissionPlanOptions {
-        options
-    }
-
-    fn depends_on_start(&self) -> bool {
-        true
-    }
-
-    fn answer(&self, situation: &Situation<'_>, (): &()) -> FindingsAnswer {
-        findings(situation)
-    }
-
-    fn verdict(&self, situation: &Situation<'_>, (): &()) -> Option<bool> {
-        Answer::verdict(&self.answer(situation, &()))
-    }
-}
-
-impl Answer for FindingsAnswer {
-    fn verdict(&self) -> Option<bool> {
-        Some(self.is_well())
-    }
-
-    fn circumstances(&self) -> &Circumstances {
-        &self.circumstances
-    }
-
-    fn text(&self) -> String {
-        self.text()
+        self.of.answer(&FindingsQuestion, &["findings"])
     }
 }

@@ -1,11 +1,9 @@
 //! `groundplan room`: where a room is, whether this robot may enter it, when that changes, and what is in it.
 
 use crate::failure::Failure;
-use crate::question::{Answer, Question, QuestionArgs};
+use crate::question::QuestionArgs;
 use crate::run::{Outcome, Run};
-use answers::{Circumstances, FindError, Later, RoomAnswer, Situation, find_room};
-use messages::Site;
-use waypoints::MissionPlanOptions;
+use site_answers::RoomQuestion;
 
 /// Arguments of `room`.
 #[derive(Debug, Clone, clap::Args)]
@@ -41,59 +39,6 @@ impl Run for Args {
     /// # Errors
     /// Bad arguments, models that cannot be read, a room that does not exist, no daemons.
     fn run(&self) -> Result<Outcome, Failure> {
-        self.of.answer(self)
-    }
-}
-
-impl Question for Args {
-    type Found = usize;
-    type Answer = RoomAnswer;
-
-    fn command(&self) -> Vec<&str> {
-        vec!["room", &self.room]
-    }
-
-    fn find(&self, site: &Site<'_>) -> Result<usize, FindError> {
-        find_room(site, &self.room)
-    }
-
-    fn options(&self, site: &Site<'_>, space: &usize, options: MissionPlanOptions) -> MissionPlanOptions {
-        // Scans are planned in this room alone.
-        let spaces = vec![site.text(site.spaces[*space].global_id).to_owned()];
-        MissionPlanOptions { spaces, ..options }
-    }
-
-    fn depends_on_start(&self) -> bool {
-        true
-    }
-
-    fn answer(&self, situation: &Situation<'_>, space: &usize) -> RoomAnswer {
-        answers::room(situation, *space)
-    }
-
-    fn verdict(&self, situation: &Situation<'_>, space: &usize) -> Option<bool> {
-        answers::may_enter(situation.mission_plan, *space)
-    }
-}
-
-impl Answer for RoomAnswer {
-    fn verdict(&self) -> Option<bool> {
-        self.may_enter
-    }
-
-    fn wants_later(&self) -> bool {
-        self.may_enter.is_some()
-    }
-
-    fn set_changes(&mut self, changes: Later) {
-        self.changes = Some(changes);
-    }
-
-    fn circumstances(&self) -> &Circumstances {
-        &self.circumstances
-    }
-
-    fn text(&self) -> String {
-        self.text()
+        self.of.answer(&RoomQuestion { room: self.room.clone() }, &["room", &self.room])
     }
 }

@@ -1,11 +1,9 @@
 //! `groundplan scans`: where the robot scans in a room, what each scan sees, or why there is none.
 
 use crate::failure::Failure;
-use crate::question::{Answer, Question, QuestionArgs};
+use crate::question::QuestionArgs;
 use crate::run::{Outcome, Run};
-use answers::{Circumstances, FindError, ScansAnswer, Situation, find_room};
-use messages::Site;
-use waypoints::MissionPlanOptions;
+use site_answers::ScansQuestion;
 
 /// Arguments of `scans`.
 #[derive(Debug, Clone, clap::Args)]
@@ -40,49 +38,6 @@ impl Run for Args {
     /// # Errors
     /// Bad arguments, models that cannot be read, a room that does not exist, no daemons.
     fn run(&self) -> Result<Outcome, Failure> {
-        self.of.answer(self)
-    }
-}
-
-impl Question for Args {
-    type Found = usize;
-    type Answer = ScansAnswer;
-
-    fn command(&self) -> Vec<&str> {
-        vec!["scans", &self.room]
-    }
-
-    fn find(&self, site: &Site<'_>) -> Result<usize, FindError> {
-        find_room(site, &self.room)
-    }
-
-    fn options(&self, _: &Site<'_>, _: &usize, options: MissionPlanOptions) -> MissionPlanOptions {
-        options
-    }
-
-    fn depends_on_start(&self) -> bool {
-        true
-    }
-
-    fn answer(&self, situation: &Situation<'_>, space: &usize) -> ScansAnswer {
-        answers::scans(situation, *space)
-    }
-
-    fn verdict(&self, situation: &Situation<'_>, space: &usize) -> Option<bool> {
-        Answer::verdict(&self.answer(situation, space))
-    }
-}
-
-impl Answer for ScansAnswer {
-    fn verdict(&self) -> Option<bool> {
-        Some(!self.scans.is_empty())
-    }
-
-    fn circumstances(&self) -> &Circumstances {
-        &self.circumstances
-    }
-
-    fn text(&self) -> String {
-        self.text()
+        self.of.answer(&ScansQuestion { room: self.room.clone() }, &["scans", &self.room])
     }
 }

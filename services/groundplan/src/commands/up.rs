@@ -24,6 +24,10 @@ pub struct Args {
     #[arg(long)]
     web: bool,
 
+    /// Also answer questions over HTTP and MCP, as with [ask] enabled = true in the site's configuration
+    #[arg(long)]
+    ask: bool,
+
     /// The site.
     #[command(flatten)]
     site: SiteArgs,
@@ -40,6 +44,7 @@ impl Run for Args {
         let of_robots = config.robots.iter_mut().map(|robot| &mut robot.ros);
         std::iter::once(&mut config.ros).chain(of_robots).for_each(|ros| ros.enabled |= self.ros);
         config.web.enabled |= self.web;
+        config.ask.enabled |= self.ask;
         run_site(config)
     }
 }

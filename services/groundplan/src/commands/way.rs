@@ -1,12 +1,9 @@
 //! `groundplan way`: the way from a place to another over storeys, or what is missing.
 
 use crate::failure::Failure;
-use crate::question::{Answer, Question, QuestionArgs};
+use crate::question::QuestionArgs;
 use crate::run::{Outcome, Run};
-use answers::{Circumstances, FindError, FoundPlace, Later, Situation, WayAnswer, find_place};
-use messages::Site;
-use std::collections::BTreeSet;
-use waypoints::MissionPlanOptions;
+use site_answers::WayQuestion;
 
 /// Arguments of `way`.
 #[derive(Debug, Clone, clap::Args)]
@@ -52,57 +49,6 @@ impl Run for Args {
     /// # Errors
     /// Bad arguments, models that cannot be read, rooms or storeys that do not exist, no daemons.
     fn run(&self) -> Result<Outcome, Failure> {
-        self.of.answer(self)
-    }
-}
-
-impl Question for Args {
-    type Found = [FoundPlace; 2];
-    type Answer = WayAnswer;
-
-    fn command(&self) -> Vec<&str> {
-        vec!["way", &self.from, &self.to]
-    }
-
-    fn find(&self, site: &Site<'_>) -> Result<Self::Found, FindError> {
-        Ok([find_place(site, &self.from)?, find_place(site, &self.to)?])
-    }
-
-    fn options(&self, _: &Site<'_>, _: &Self::Found, options: MissionPlanOptions) -> MissionPlanOptions {
-        MissionPlanOptions { kinds: BTreeSet::new(), ..options }
-    }
-
-    fn depends_on_start(&self) -> bool {
-        false
-    }
-
-    fn answer(&self, situation: &Situation<'_>, [from, to]: &Self::Found) -> WayAnswer {
-        answers::way(situation, from, to)
-    }
-
-    fn verdict(&self, situation: &Situation<'_>, [from, to]: &Self::Found) -> Option<bool> {
-        Some(answers::way_exists(situation, from.end, to.end))
-    }
-}
-
-impl Answer for WayAnswer {
-    fn verdict(&self) -> Option<bool> {
-        Some(self.exists)
-    }
-
-    fn wants_later(&self) -> bool {
-        !self.exists
-    }
-
-    fn set_changes(&mut self, changes: Later) {
-        self.changes = Some(changes);
-    }
-
-    fn circumstances(&self) -> &Circumstances {
-        &self.circumstances
-    }
-
-    fn text(&self) -> String {
-        self.text()
+        self.of.answer(&WayQuestion { from: self.from.clone(), to: self.to.clone() }, &["way", &self.from, &self.to])
     }
 }

@@ -1,38 +1,16 @@
-//! The robots of a site, as its server knows them: its document, and what viewers see of it.
+//! The robots of a site, as viewers see them.
 
-use bus::Daemon;
+use daemon::SiteConfig;
 use daemon::facts::Pose;
-use daemon::{FLEET_FILE, Failure, FleetDocument, Report, SiteConfig, StatusBoard};
-use input_files::read_regular_file;
-use serde::de::IgnoredAny;
 use serde_json::{Value, json};
-
-/// A larger document is none of a fleet.
-const MAX_BYTES: u64 = 64 << 20;
-
-/// The document of the fleet; `None` for a site without a link with robots. Where its server does not run, it says so.
-///
-/// # Errors
-/// A document that cannot be read, or is not there yet.
-pub(super) fn document(config: &SiteConfig) -> Result<Option<FleetDocument>, Failure> {
-    if config.serve.as_ref().is_none_or(|serve| serve.link.is_none()) {
-        return Ok(None);
-    }
-    let bytes = read_regular_file(&config.site_state.join(FLEET_FILE), MAX_BYTES)?;
-    let mut document: FleetDocument = serde_json::from_slice(&bytes)?;
-    let report: Option<Report<IgnoredAny>> = StatusBoard::of_own(config).report(Daemon::SiteServer);
-    if report.is_none_or(|report| report.is_silent()) {
-        document.error = Some("site-server does not run: this is of before".to_owned());
-    }
-    Ok(Some(document))
-}
+use site_answers::fleet_document;
 
 /// What viewers see of it; null without a link.
 pub(super) fn event(config: &SiteConfig) -> Value {
-    let document = match document(config) {
+    let document = match fleet_document(config) {
         Ok(Some(document)) => document,
         Ok(None) => return Value::Null,
-        Err(why) => return json!({ "error": daemon::chain(why.as_ref()), "robots": [] }),
+        Err(why) => return json!({ "error": daemon::chain(&why), "robots": [] }),
     };
     let robots = document.robots.iter().map(|(name, robot)| {
         let place = robot.report.as_ref().and_then(|report| report.place);

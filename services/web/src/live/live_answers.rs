@@ -2,10 +2,10 @@
 
 use crate::question::Question;
 use crate::source::SourceError;
-use answers::{Circumstances, Epochs, MapUse, Situation};
-use bus::CheckedSample;
+use answers::MapUse;
 use schedule::Timeline;
-use site_view::{SiteSet, SiteViews};
+use site_answers::{circumstances_of, situation_of};
+use site_view::SiteSet;
 
 /// The answer of a set of maps.
 ///
@@ -18,17 +18,7 @@ pub(super) fn answer(
     maps: MapUse,
 ) -> Result<Vec<u8>, SourceError> {
     let views = set.views().map_err(|why| SourceError::Live(why.into()))?;
-    let SiteViews { site, state, index, grids, mission_plan } = &views;
-    let mission_plan = mission_plan.as_ref().ok_or(SourceError::NotYet)?;
-    let epochs = Epochs {
-        site: set.site.bytes().header().epoch,
-        schedule_state: set.state.bytes().header().epoch,
-        grids: set.index.bytes().header().epoch,
-        mission_plan: set.mission_plan.map(CheckedSample::bytes).map_or(0, |sample| sample.header().epoch),
-    };
-    let resolution_m = grids.first().map(|grid| grid.spec().resolution_m());
-    let circumstances = Circumstances::of_running(site, state, index, resolution_m, (epochs, maps));
-    let situation =
-        Situation { site, schedule_state: state, index, grids, mission_plan, timeline, circumstances: &circumstances };
+    let circumstances = circumstances_of(set, &views, maps);
+    let situation = situation_of(&views, timeline, &circumstances).ok_or(SourceError::NotYet)?;
     Ok(question.answer(&situation)?)
 }

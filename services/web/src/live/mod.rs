@@ -3,7 +3,6 @@
 mod content_names;
 mod control;
 mod fleet;
-mod listening;
 mod live_answers;
 mod live_documents;
 mod overlays;

@@ -2,17 +2,19 @@
 
 use super::listening::Listening;
 use super::live_documents::{MadeSite, date_documents, site_documents};
+use super::live_documents::{MadeSite, date_document, site_documents};
 use super::overlays::{self, Overlays};
 use super::shared_site::SharedSite;
 use super::watchdog;
-use crate::server::{Access, MAX_VIEWERS, Served, ServerSettings};
-use crate::token::access_of;
+use crate::server::{MAX_VIEWERS, Served, router};
+use crate::token;
 use answers::optional_date_text;
 use bus::{Bus, CheckedSample, GridSlot, RawSubscriber, TopicName};
 use daemon::facts::WebFacts;
 use daemon::{Asked, CurrentActivity, Done, Event, Failure, Service, SiteConfig, Standing, WebRequest};
 use messages::{Activity, ContentHash};
 use serde_json::json;
+use site_http::{Access, Listening, ListeningFor, ServerSettings, tls_of};
 use site_view::{SiteSample, SiteSet};
 use std::sync::Arc;
 use tokio::sync::Semaphore;
@@ -56,8 +58,8 @@ impl WebService {
     /// A token that cannot be read.
     pub(crate) fn new(config: &SiteConfig, activity: CurrentActivity) -> Result<Self, Failure> {
         let web = &config.web;
-        let tls = web.certificate.clone().zip(web.key.clone());
-        let access: Access = access_of(web.listen, &config.site_state, tls.is_some())?;
+        let tls = tls_of("web", web.certificate.as_deref(), web.key.as_deref())?;
+        let access: Access = token::access_of(web.listen, &config.site_state, tls.is_some())?;
         let shared = Arc::new(SharedSite::of(config));
         let viewers = Arc::new(Semaphore::new(MAX_VIEWERS));
         let served = Served {
@@ -66,7 +68,9 @@ impl WebService {
             access: Arc::new(access),
             viewers: Arc::clone(&viewers),
         };
-        let listening = Listening::of(ServerSettings::of(web.listen, tls), served);
+        let whose = ListeningFor { service: "groundplan-web", what: "page" };
+        let router = router(served, tls.is_some());
+        let listening = Listening::of(whose, ServerSettings::of(web.listen, tls), router);
         watchdog::watch(config, &shared)?;
         Ok(Self {
             config: config.clone(),

@@ -246,7 +246,7 @@ impl LiveSite for SharedSite {
     }
 
     fn fleet(&self) -> Result<Option<Bytes>, Failure> {
-        Ok(fleet::document(&self.config)?.map(|document| json(&document)))
+        Ok(site_answers::fleet_document(&self.config)?.map(|document| json(&document)))
     }
 
     fn set_date(&self, at: &str) -> Result<(), ControlError> {

@@ -1,58 +1,39 @@
 //! Admission of viewers: users of the machine itself, or holders of the token.
 
 use axum::extract::{Request, State};
-use axum::http::uri::Authority;
 use axum::http::{HeaderMap, HeaderValue, StatusCode, Uri, header};
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
-use sha2::{Digest, Sha256};
+use site_http::{Access, bearer_token, host_of, is_own_name};
 use std::sync::Arc;
 
 /// Name of the cookie that carries the token.
 const COOKIE: &str = "groundplan_token";
 
-/// Who may look.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) enum Access {
-    /// Whoever reaches the address of this machine alone. Names of other machines that lead to it are refused, so that a page
-    /// from elsewhere cannot read the site through a browser that runs here.
-    OwnMachine,
-    /// Whoever has the token with this sha256.
-    Token([u8; 32]),
-}
-
-impl Access {
-    /// Sha256 of a token.
-    pub(crate) fn hash_of(token: &str) -> [u8; 32] {
-        Sha256::digest(token.as_bytes()).into()
-    }
-
-    fn allows(&self, uri: &Uri, headers: &HeaderMap) -> Verdict {
-        match self {
-            Self::OwnMachine if is_own_name(uri, headers) => Verdict::Allowed,
-            Self::OwnMachine => Verdict::Refused("this address serves its own machine alone"),
-            Self::Token(hash) => {
-                let of_query = uri.query().into_iter().flat_map(|query| query.split('&'));
-                if let Some(token) = of_query.filter_map(|pair| pair.strip_prefix("token=")).next() {
-                    return if is_equal(&Self::hash_of(token), hash) {
-                        Verdict::Welcome(token.to_owned())
-                    } else {
-                        Verdict::Refused("this is not the token")
-                    };
-                }
-                let cookies = headers.get_all(header::COOKIE).iter().filter_map(|value| value.to_str().ok());
-                let mut tokens = cookies
-                    .flat_map(|cookie| cookie.split(';'))
-                    .filter_map(|pair| pair.trim().strip_prefix(COOKIE)?.strip_prefix('='));
-                let bearer = headers.get(header::AUTHORIZATION).and_then(|value| value.to_str().ok());
-                let bearer = bearer.and_then(|value| value.strip_prefix("Bearer "));
-                if tokens.any(|token| is_equal(&Self::hash_of(token), hash))
-                    || bearer.is_some_and(|token| is_equal(&Self::hash_of(token), hash))
-                {
-                    Verdict::Allowed
+/// What becomes of a request.
+fn verdict_of(access: &Access, uri: &Uri, headers: &HeaderMap) -> Verdict {
+    match access {
+        Access::OwnMachine if host_of(uri, headers).is_some_and(is_own_name) => Verdict::Allowed,
+        Access::OwnMachine => Verdict::Refused("this address serves its own machine alone"),
+        Access::Token(_) => {
+            let of_query = uri.query().into_iter().flat_map(|query| query.split('&'));
+            if let Some(token) = of_query.filter_map(|pair| pair.strip_prefix("token=")).next() {
+                return if access.is_token(token) {
+                    Verdict::Welcome(token.to_owned())
                 } else {
-                    Verdict::Refused("open the address with ?token= and the token that was printed when it was made")
-                }
+                    Verdict::Refused("this is not the token")
+                };
+            }
+            let cookies = headers.get_all(header::COOKIE).iter().filter_map(|value| value.to_str().ok());
+            let mut tokens = cookies
+                .flat_map(|cookie| cookie.split(';'))
+                .filter_map(|pair| pair.trim().strip_prefix(COOKIE)?.strip_prefix('='));
+            if tokens.any(|token| access.is_token(token))
+                || bearer_token(headers).is_some_and(|token| access.is_token(token))
+            {
+                Verdict::Allowed
+            } else {
+                Verdict::Refused("open the address with ?token= and the token that was printed when it was made")
             }
         }
     }
@@ -77,7 +58,7 @@ pub(super) struct Door {
 /// Lets a request through, or refuses it.
 pub(super) async fn check(State(door): State<Door>, request: Request, next: Next) -> Response {
     let Door { access, is_encrypted } = door;
-    match access.allows(request.uri(), request.headers()) {
+    match verdict_of(&access, request.uri(), request.headers()) {
         Verdict::Allowed => next.run(request).await,
         Verdict::Welcome(token) => {
             // A browser sends it back encrypted alone, where it came encrypted.
@@ -109,23 +90,6 @@ fn refused(why: &'static str) -> Response {
     (StatusCode::FORBIDDEN, [(header::CONTENT_TYPE, "text/plain; charset=utf-8")], why).into_response()
 }
 
-/// True if the request names this machine by an address or name that leads nowhere else.
-fn is_own_name(uri: &Uri, headers: &HeaderMap) -> bool {
-    // HTTP/2 has the name in the address.
-    let of_uri = uri.authority().map(Authority::as_str);
-    let Some(host) = of_uri.or_else(|| headers.get(header::HOST)?.to_str().ok()) else { return false };
-    let name = match host.strip_prefix('[') {
-        Some(rest) => rest.split(']').next().unwrap_or_default(),
-        None => host.rsplit_once(':').map_or(host, |(name, _)| name),
-    };
-    name == "localhost" || name.parse().is_ok_and(|address: std::net::IpAddr| address.is_loopback())
-}
-
-/// Compares all bytes, however early they differ.
-fn is_equal(a: &[u8; 32], b: &[u8; 32]) -> bool {
-    a.iter().zip(b).fold(0, |difference, (a, b)| difference | (a ^ b)) == 0
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -133,7 +97,7 @@ mod tests {
     fn verdict(access: &Access, uri: &str, name: header::HeaderName, value: &str) -> Verdict {
         let mut headers = HeaderMap::new();
         headers.insert(name, HeaderValue::from_str(value).unwrap());
-        access.allows(&uri.parse().unwrap(), &headers)
+        verdict_of(access, &uri.parse().unwrap(), &headers)
     }
 
     #[test]
@@ -149,7 +113,8 @@ mod tests {
 
     #[test]
     fn the_name_in_the_address_counts_where_there_is_one() {
-        let of = |uri: &str| Access::OwnMachine.allows(&uri.parse().unwrap(), &HeaderMap::new()) == Verdict::Allowed;
+        let of =
+            |uri: &str| verdict_of(&Access::OwnMachine, &uri.parse().unwrap(), &HeaderMap::new()) == Verdict::Allowed;
         assert!(of("https://localhost:8642/") && !of("https://evil.example/") && !of("/"));
     }
 

@@ -5,15 +5,12 @@
 
 mod access;
 mod compression;
-mod connections;
 mod control;
 mod events;
 mod headers;
 mod paths;
-mod request_body;
 mod served;
 
-pub(crate) use access::Access;
 pub(crate) use served::{MAX_VIEWERS, Served};
 
 use crate::page::{FILES, INDEX, PageFile};
@@ -26,155 +23,12 @@ use axum::http::{HeaderMap, StatusCode, Uri, header};
 use axum::middleware;
 use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
-use axum_server::tls_rustls::RustlsAcceptor;
-use axum_server::tls_rustls::RustlsConfig;
-use connections::ConnectionLimit;
 use headers::{Caching, document, not_found};
-use hyper_util::rt::TokioTimer;
-use input_files::{MAX_CONFIGURATION_BYTES, read_regular_file};
-use request_body::REQUEST_TIMEOUT;
-use std::net::{SocketAddr, TcpListener};
-use std::path::PathBuf;
+use site_http::{BodyLimit, read_whole, tell_one_too_many};
 use std::sync::Arc;
-use std::time::Duration;
-use tokio::runtime::Runtime;
 
-/// Requests that are worked on at the same time; others wait.
-const N_WORKERS: usize = 4;
-/// Interval at which an idle connection of HTTP/2 is asked whether its other end is there.
-const PING_INTERVAL: Duration = Duration::from_secs(20);
-/// Connections at the same time: six, which a browser opens, for each viewer, and some.
-const MAX_CONNECTIONS: usize = 400;
-
-/// Where and how to serve.
-#[derive(Debug, Clone)]
-pub(crate) struct ServerSettings {
-    /// Address and port; port 0 takes a free one.
-    pub(crate) listen: SocketAddr,
-    /// Certificate and private key, PEM files.
-    pub(crate) tls: Option<(PathBuf, PathBuf)>,
-    /// Connections at the same time.
-    pub(crate) n_connections: usize,
-}
-
-impl ServerSettings {
-    /// For as many connections as its viewers need.
-    pub(crate) fn of(listen: SocketAddr, tls: Option<(PathBuf, PathBuf)>) -> Self {
-        Self { listen, tls, n_connections: MAX_CONNECTIONS }
-    }
-}
-
-/// A server that listens.
-pub(crate) struct Server {
-    listener: TcpListener,
-    settings: ServerSettings,
-    served: Served,
-    runtime: Runtime,
-    tls: Option<RustlsConfig>,
-}
-
-/// Why nothing can be served.
-#[derive(Debug, thiserror::Error)]
-pub(crate) enum ServeError {
-    /// The address is taken, or not one of this machine.
-    #[error("cannot listen on {address}, which another program may use")]
-    Listen {
-        /// The address.
-        address: SocketAddr,
-        /// Why.
-        source: std::io::Error,
-    },
-    /// A certificate or key that cannot be read.
-    #[error("{} cannot be read", path.display())]
-    Pem {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        source: std::io::Error,
-    },
-    /// Certificate or key that cannot be used.
-    #[error("certificate {} with key {}", certificate.display(), key.display())]
-    Certificate {
-        /// The certificate.
-        certificate: PathBuf,
-        /// The key.
-        key: PathBuf,
-        /// Why.
-        source: std::io::Error,
-    },
-    /// The server ended.
-    #[error("the server ended")]
-    Ended(#[source] std::io::Error),
-}
-
-/// The bytes of a certificate or key.
-fn read_pem(path: &std::path::Path) -> Result<Vec<u8>, ServeError> {
-    let failed = |source| ServeError::Pem { path: path.to_owned(), source };
-    read_regular_file(path, MAX_CONFIGURATION_BYTES).map_err(failed)
-}
-
-impl Server {
-    /// Listens.
-    ///
-    /// # Errors
-    /// An address that cannot be had, a certificate that cannot be used, a machine that gives no threads.
-    pub(crate) fn bind(settings: ServerSettings, served: Served) -> Result<Self, ServeError> {
-        let runtime = tokio::runtime::Builder::new_multi_thread()
-            .worker_threads(1)
-            .max_blocking_threads(N_WORKERS)
-            .thread_name("web")
-            .enable_all()
-            .build()
-            .map_err(ServeError::Ended)?;
-        let tls = settings.tls.as_ref().map(|(certificate, key)| {
-            let failed =
-                |source| ServeError::Certificate { certificate: certificate.clone(), key: key.clone(), source };
-            let [chain, secret] = [read_pem(certificate)?, read_pem(key)?];
-            runtime.block_on(RustlsConfig::from_pem(chain, secret)).map_err(failed)
-        });
-        let tls = tls.transpose()?;
-        let listen = |source| ServeError::Listen { address: settings.listen, source };
-        let listener = TcpListener::bind(settings.listen).map_err(listen)?;
-        listener.set_nonblocking(true).map_err(listen)?;
-        Ok(Self { listener, settings, served, runtime, tls })
-    }
-
-    /// The address of the page.
-    pub(crate) fn url(&self) -> String {
-        let address = self.listener.local_addr().unwrap_or(self.settings.listen);
-        let scheme = if self.tls.is_some() { "https" } else { "http" };
-        format!("{scheme}://{address}/")
-    }
-
-    /// Serves until the process ends.
-    ///
-    /// # Errors
-    /// The listener is of no use.
-    pub(crate) fn run(self) -> Result<(), ServeError> {
-        let Self { listener, settings, served, runtime, tls } = self;
-        let limit = ConnectionLimit::of(settings.n_connections);
-        let service = router(served, tls.is_some()).into_make_service_with_connect_info::<SocketAddr>();
-        runtime.block_on(async {
-            let server = axum_server::from_tcp(listener).map_err(ServeError::Ended)?;
-            match tls {
-                None => with_time_limits(server.acceptor(limit)).serve(service).await,
-                Some(tls) => {
-                    let encrypted = server.acceptor(RustlsAcceptor::new(tls).acceptor(limit));
-                    with_time_limits(encrypted).serve(service).await
-                }
-            }
-            .map_err(ServeError::Ended)
-        })
-    }
-}
-
-fn with_time_limits<A>(server: axum_server::Server<SocketAddr, A>) -> axum_server::Server<SocketAddr, A> {
-    let mut server = server.first_request_timeout(REQUEST_TIMEOUT);
-    server.http_builder().http1().timer(TokioTimer::new()).header_read_timeout(REQUEST_TIMEOUT);
-    let http2 = server.http_builder();
-    http2.http2().timer(TokioTimer::new()).keep_alive_interval(PING_INTERVAL).keep_alive_timeout(REQUEST_TIMEOUT);
-    server
-}
+/// Longest body of a request.
+const MAX_REQUEST_BYTES: usize = 4096;
 
 /// All paths.
 pub(crate) fn router(served: Served, is_encrypted: bool) -> Router {
@@ -200,9 +54,9 @@ pub(crate) fn router(served: Served, is_encrypted: bool) -> Router {
         .route("/data/control/date", post(control::set_date))
         .route("/data/control/confirm", post(control::confirm))
         .fallback(|_: Uri| async { not_found() })
-        .layer(middleware::from_fn(request_body::read_whole))
+        .layer(middleware::from_fn_with_state(BodyLimit(MAX_REQUEST_BYTES), read_whole))
         .layer(middleware::from_fn_with_state(door, access::check))
-        .layer(middleware::from_fn(connections::tell_one_too_many))
+        .layer(middleware::from_fn(tell_one_too_many))
         .layer(middleware::from_fn(headers::with_security_headers))
         .with_state(served)
 }

@@ -1,8 +1,8 @@
 //! State of the request handlers: documents, the running site, admission, places of viewers.
 
-use super::access::Access;
 use crate::live::LiveSite;
 use crate::source::Source;
+use site_http::Access;
 use std::sync::Arc;
 use tokio::sync::Semaphore;
 

@@ -1,7 +1,9 @@
 use super::*;
 use crate::source::{Source, TileAddress};
+use site_http::{Access, MAX_CONNECTIONS, Server, ServerSettings};
 use std::io::{Read, Write};
-use std::net::TcpStream;
+use std::net::{SocketAddr, TcpStream};
+use std::time::Duration;
 use tokio::sync::Semaphore;
 
 /// For what must happen by itself.
@@ -66,7 +68,7 @@ fn content(access: Access) -> Served {
 
 fn served_to(access: Access, n_connections: usize) -> SocketAddr {
     let settings = ServerSettings { listen: "127.0.0.1:0".parse().unwrap(), tls: None, n_connections };
-    let server = Server::bind(settings, content(access)).unwrap();
+    let server = Server::bind(settings, router(content(access), false)).unwrap();
     let address = server.url().trim_start_matches("http://").trim_end_matches('/').parse().unwrap();
     std::thread::spawn(move || server.run());
     address
@@ -271,7 +273,7 @@ fn a_certificate_that_is_a_pipe_or_has_no_end_is_refused_at_once_and_named() {
     {
         let tls = Some((tls.0.clone(), tls.1.clone()));
         let settings = ServerSettings::of("127.0.0.1:0".parse().unwrap(), tls);
-        let why = Server::bind(settings, content(Access::OwnMachine)).err().unwrap();
+        let why = Server::bind(settings, router(content(Access::OwnMachine), false)).err().unwrap();
         assert!(why.to_string().starts_with(&named.display().to_string()), "{why}");
     }
 }

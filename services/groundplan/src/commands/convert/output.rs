@@ -6,7 +6,6 @@ use crate::args::report_set_aside;
 use crate::date_argument;
 use crate::failure::Failure;
 use crate::film::{Facts, Film, FilmTime};
-use crate::maps::{MapInputs, Maps, with_maps, with_maps_once};
 use crate::progress_line::ProgressLine;
 use crate::recording::FinishedRecording;
 use daemon::Robot;
@@ -14,6 +13,7 @@ use export::{DatedFolder, ExportInput, FolderBeside, OutputFolder, ProbabilityIn
 use messages::{ArchiveBuffer, ChosenGrids, ScheduleState, Site};
 use raster::Rasterizer;
 use schedule::{Period, Timeline};
+use site_answers::{MapInputs, Maps, with_maps, with_maps_once};
 use site_files::OptionalFiles;
 use std::collections::BTreeMap;
 use std::path::PathBuf;

@@ -21,7 +21,7 @@ const UNSENT_TIMEOUT: Duration = Duration::from_secs(30);
 
 /// Gives places to connections.
 #[derive(Clone)]
-pub(super) struct ConnectionLimit {
+pub(crate) struct ConnectionLimit {
     places: Arc<Semaphore>,
     told: Arc<Semaphore>,
 }
@@ -32,7 +32,7 @@ struct OneTooMany;
 
 impl ConnectionLimit {
     /// So many at the same time.
-    pub(super) fn of(n_connections: usize) -> Self {
+    pub(crate) fn of(n_connections: usize) -> Self {
         Self { places: Arc::new(Semaphore::new(n_connections)), told: Arc::new(Semaphore::new(MAX_TOLD)) }
     }
 }
@@ -58,7 +58,7 @@ impl<S> Accept<TcpStream, S> for ConnectionLimit {
 
 /// The service of a connection, which holds its place.
 #[derive(Clone)]
-pub(super) struct OfConnection<S> {
+pub(crate) struct OfConnection<S> {
     service: S,
     is_one_too_many: bool,
     _place: Arc<OwnedSemaphorePermit>,
@@ -82,7 +82,7 @@ impl<S: Service<axum::http::Request<B>>, B> Service<axum::http::Request<B>> for 
 }
 
 /// Answers whoever has no place, and closes the connection.
-pub(super) async fn tell_one_too_many(request: Request, next: Next) -> Response {
+pub async fn tell_one_too_many(request: Request, next: Next) -> Response {
     if request.extensions().get::<OneTooMany>().is_none() {
         return next.run(request).await;
     }
@@ -91,6 +91,6 @@ pub(super) async fn tell_one_too_many(request: Request, next: Next) -> Response 
         (header::RETRY_AFTER, HeaderValue::from_static("10")),
         (header::CONTENT_TYPE, HeaderValue::from_static("text/plain; charset=utf-8")),
     ];
-    let text = "there are too many connections to this page: try again when somebody has left";
+    let text = "there are too many connections: try again when somebody has left";
     (StatusCode::SERVICE_UNAVAILABLE, headers, text).into_response()
 }

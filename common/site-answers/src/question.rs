@@ -1,26 +1,16 @@
-//! Traits of a question and its answer, and the outcome of a command whose result is an answer.
+//! Traits of a question and its answer.
 
-use crate::failure::Failure;
-use crate::run::Outcome;
 use answers::{Circumstances, FindError, Later, Situation};
 use messages::Site;
 use serde::Serialize;
 use waypoints::MissionPlanOptions;
 
-/// Exit code of an answer that is no.
-const NO: u8 = 3;
-/// Exit code of an answer of maps that may not be used.
-const MAPS_NOT_USABLE: u8 = 4;
-
 /// A question that has a yes or a no at every plan time.
-pub(crate) trait Question: Sync {
+pub trait Question: Sync {
     /// What it is about.
     type Found: Sync;
     /// Its answer.
     type Answer: Answer;
-
-    /// The command that asks it, with what it is about.
-    fn command(&self) -> Vec<&str>;
 
     /// Finds what it is about in a site.
     ///
@@ -42,7 +32,7 @@ pub(crate) trait Question: Sync {
 }
 
 /// An answer of a question.
-pub(crate) trait Answer: Serialize {
+pub trait Answer: Serialize {
     /// Yes or no; `None` if that is not known.
     fn verdict(&self) -> Option<bool>;
 
@@ -56,21 +46,4 @@ pub(crate) trait Answer: Serialize {
 
     /// What it is made of.
     fn circumstances(&self) -> &Circumstances;
-
-    /// For people.
-    fn text(&self) -> String;
-}
-
-/// The outcome of a command whose result is an answer.
-///
-/// # Errors
-/// An answer that cannot be written as JSON.
-pub(super) fn outcome_of(answer: &impl Answer, json: bool) -> Result<Outcome, Failure> {
-    let outcome = if json { Outcome::json(answer)? } else { Outcome::from(answer.text()) };
-    let exit_code = match answer.verdict() {
-        _ if !answer.circumstances().may_be_used() => MAPS_NOT_USABLE,
-        Some(true) => 0,
-        Some(false) | None => NO,
-    };
-    Ok(Outcome { exit_code, ..outcome })
 }

@@ -1,26 +1,28 @@
-//! Draws the grids of a schedule state, their index and the mission plan, for commands without daemons.
+//! Draws the grids of a schedule state, their index and the mission plan, without daemons.
 
-use crate::failure::Failure;
-use crate::progress_line::ProgressLine;
+use crate::progress::DrawingProgress;
 use daemon::Robot;
 use geometry::LazyFootprint;
-use messages::{ArchiveBuffer, Grid, Grids, HeldGrid, MapGrids, MissionPlan, ScheduleState, Site};
+use messages::{ArchiveBuffer, ArchiveError, Grid, Grids, HeldGrid, MapGrids, MissionPlan, ScheduleState, Site};
 use raster::Rasterizer;
 use waypoints::{MissionPlanInput, MissionPlanOptions, MissionPlanner, Start};
 
 /// Maps of all storeys at a schedule state.
-pub(crate) struct Maps<'a> {
-    pub(crate) grids: &'a dyn MapGrids,
-    pub(crate) index: &'a Grids<'a>,
-    pub(crate) mission_plan: &'a MissionPlan<'a>,
-    /// By map storey.
-    pub(crate) footprints: &'a [&'a [(u32, LazyFootprint)]],
+pub struct Maps<'a> {
+    /// The grids.
+    pub grids: &'a dyn MapGrids,
+    /// Their index.
+    pub index: &'a Grids<'a>,
+    /// The mission plan of them.
+    pub mission_plan: &'a MissionPlan<'a>,
+    /// Footprints by map storey.
+    pub footprints: &'a [&'a [(u32, LazyFootprint)]],
     rasterizer: &'a Rasterizer,
 }
 
 impl Maps<'_> {
     /// Unites the footprints on all threads, for files that have all of them.
-    pub(crate) fn unite_footprints(&self, site: &Site<'_>) {
+    pub fn unite_footprints(&self, site: &Site<'_>) {
         self.rasterizer.unite_footprints(site);
     }
 
@@ -28,7 +30,7 @@ impl Maps<'_> {
     ///
     /// # Errors
     /// Why it cannot, and where it can.
-    pub(crate) fn check_start(
+    pub fn check_start(
         &self,
         site: &Site<'_>,
         schedule_state: &ScheduleState<'_>,
@@ -42,12 +44,17 @@ impl Maps<'_> {
 
 /// What the maps of a schedule state are drawn and planned with.
 #[derive(Clone, Copy)]
-pub(crate) struct MapInputs<'a> {
-    pub(crate) site: &'a Site<'a>,
-    pub(crate) schedule_state: &'a ScheduleState<'a>,
-    pub(crate) robot: &'a Robot,
-    pub(crate) options: &'a MissionPlanOptions,
-    pub(crate) progress: &'a ProgressLine,
+pub struct MapInputs<'a> {
+    /// The site.
+    pub site: &'a Site<'a>,
+    /// Its states.
+    pub schedule_state: &'a ScheduleState<'a>,
+    /// The robot.
+    pub robot: &'a Robot,
+    /// What is planned.
+    pub options: &'a MissionPlanOptions,
+    /// Takes what is done.
+    pub progress: &'a dyn DrawingProgress,
 }
 
 /// Grids of more cells in total are packed when maps are drawn once: all of them together would take 7 bytes a cell.
@@ -57,15 +64,15 @@ const MAX_CELLS_OPEN: usize = 8_000_000;
 ///
 /// # Errors
 /// Those of the work, and archives that cannot be.
-pub(crate) fn with_maps<T>(
+pub fn with_maps<T, E: From<ArchiveError>>(
     inputs: &MapInputs<'_>,
     rasterizer: &mut Rasterizer,
-    work: impl FnOnce(&Maps<'_>) -> Result<T, Failure>,
-) -> Result<T, Failure> {
+    work: impl FnOnce(&Maps<'_>) -> Result<T, E>,
+) -> Result<T, E> {
     inputs.progress.stage("drawing");
     rasterizer.draw(inputs.site, inputs.schedule_state);
     let grids: Vec<Grid<'_>> =
-        rasterizer.drawn().map(|grid| Grid::open(grid.archive)).collect::<Result<_, _>>().map_err(Failure::work)?;
+        rasterizer.drawn().map(|grid| Grid::open(grid.archive)).collect::<Result<_, ArchiveError>>()?;
     planned(inputs, rasterizer, &grids, work)
 }
 
@@ -73,34 +80,34 @@ pub(crate) fn with_maps<T>(
 ///
 /// # Errors
 /// Those of the work, and archives that cannot be.
-pub(crate) fn with_maps_once<T>(
+pub fn with_maps_once<T, E: From<ArchiveError>>(
     inputs: &MapInputs<'_>,
     rasterizer: &mut Rasterizer,
-    work: impl FnOnce(&Maps<'_>) -> Result<T, Failure>,
-) -> Result<T, Failure> {
+    work: impl FnOnce(&Maps<'_>) -> Result<T, E>,
+) -> Result<T, E> {
     inputs.progress.stage("drawing");
     let is_large = rasterizer.n_cells() > MAX_CELLS_OPEN;
     let keep = |archive: ArchiveBuffer| if is_large { HeldGrid::packed(archive) } else { HeldGrid::open(archive) };
     let grids = rasterizer.draw_once(inputs.site, inputs.schedule_state, keep);
-    let grids: Vec<HeldGrid> = grids.into_iter().collect::<Result<_, _>>().map_err(Failure::work)?;
+    let grids: Vec<HeldGrid> = grids.into_iter().collect::<Result<_, _>>()?;
     let grids: Vec<&HeldGrid> = grids.iter().collect();
     planned(inputs, rasterizer, &grids, work)
 }
 
 /// Plans on the grids that were drawn last and works on all maps.
-fn planned<T>(
+fn planned<T, E: From<ArchiveError>>(
     inputs: &MapInputs<'_>,
     rasterizer: &Rasterizer,
     grids: &dyn MapGrids,
-    work: impl FnOnce(&Maps<'_>) -> Result<T, Failure>,
-) -> Result<T, Failure> {
+    work: impl FnOnce(&Maps<'_>) -> Result<T, E>,
+) -> Result<T, E> {
     let MapInputs { site, schedule_state, robot, options, progress } = *inputs;
     let index = rasterizer.index(site, schedule_state, &robot.name, &robot.footprint_m, &robot.safety).finish();
-    let index = Grids::open(index.bytes()).map_err(Failure::work)?;
+    let index = Grids::open(index.bytes())?;
     let input = MissionPlanInput { site, schedule_state, index: &index, grids, options };
     progress.stage("planning");
     let mission_plan = MissionPlanner::default().plan(&input);
-    let mission_plan = MissionPlan::open(mission_plan.bytes()).map_err(Failure::work)?;
+    let mission_plan = MissionPlan::open(mission_plan.bytes())?;
     let footprints: Vec<_> = (0..grids.count()).map(|k| rasterizer.footprints(k)).collect();
     work(&Maps { grids, index: &index, mission_plan: &mission_plan, footprints: &footprints, rasterizer })
 }
