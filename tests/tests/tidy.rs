@@ -17,13 +17,14 @@ fn root() -> PathBuf {
 }
 
 /// Crates of the workspace that each crate may depend on.
-const ALLOWED: [(&str, &[&str]); 46] = [
+const ALLOWED: [(&str, &[&str]); 47] = [
     ("diagnostics", &[]),
     ("input-files", &[]),
     ("frames", &[]),
     ("geometry", &["frames"]),
     ("convex", &["frames", "geometry"]),
     ("ifc", &["diagnostics", "frames"]),
+    ("as-built", &["frames"]),
     ("schedule-files", &["diagnostics", "frames"]),
     ("grid", &["frames", "geometry"]),
     ("messages", &["diagnostics", "frames", "geometry", "grid"]),
@@ -138,6 +139,7 @@ const ALLOWED: [(&str, &[&str]); 46] = [
         "groundplan",
         &[
             "alignment",
+            "as-built",
             "answers",
             "bus",
             "cloud",
@@ -175,7 +177,7 @@ const FENCED: [(&str, &[&str]); 29] = [
     ("ifc-lite-processing", &["ifc"]),
     ("i_overlay", &["geometry"]),
     ("i_triangle", &["convex", "geometry"]),
-    ("nalgebra", &["alignment", "deviations", "frames", "ifc"]),
+    ("nalgebra", &["alignment", "as-built", "deviations", "frames", "ifc"]),
     ("parry3d-f64", &["convex", "geometry"]),
     ("image", &["alignment", "occupancy"]),
     ("rustfft", &["alignment"]),

@@ -2,6 +2,7 @@
 
 pub mod actuals;
 pub mod align;
+pub mod as_built;
 pub mod changes;
 pub mod completions;
 pub mod confirm;

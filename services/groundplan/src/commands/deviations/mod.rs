@@ -9,6 +9,7 @@ mod report;
 use crate::failure::Failure;
 use crate::run::{Outcome, Run};
 pub use args::Args;
+pub(crate) use live::with_newest;
 
 impl Run for Args {
     /// Compares, or takes what the daemon compared, and writes files of it.
