@@ -27,6 +27,7 @@
 //!   in its storey.
 //! - Owner histories of what is added and changed, by a person and an application of our own. What has none keeps none where the
 //!   schema lets it have none.
+//! - Files of planners ([`updated_xer`], [`updated_pmxml`]): status, actual dates, per cent and remaining duration of tasks.
 
 mod additional;
 mod change_list;
@@ -35,6 +36,9 @@ mod global_id;
 mod observations;
 mod owner_history;
 mod placement;
+mod planner_pmxml;
+mod planner_update;
+mod planner_xer;
 mod property_set;
 mod step_file;
 mod step_text;
@@ -46,6 +50,9 @@ pub use change_list::{ChangeList, FileEntry, LineChange, LineChangeKind, NotWrit
 pub use observations::{
     AdditionalElement, ElementFinding, ElementObservation, Observations, Provenance, TaskObservation,
 };
+pub use planner_pmxml::updated_pmxml;
+pub use planner_update::{PlannerFileError, TaskUpdate, TaskUpdates};
+pub use planner_xer::updated_xer;
 pub use property_set::PROPERTY_SET;
 pub use write::{AsBuilt, sha256_hex, write};
 

@@ -52,6 +52,11 @@ impl ScheduleArgs {
         !self.schedule_file.is_empty()
     }
 
+    /// The planner's schedules.
+    pub(crate) fn files(&self) -> &[PathBuf] {
+        &self.schedule_file
+    }
+
     /// The files that are read.
     pub(crate) fn inputs(&self) -> impl Iterator<Item = &Path> {
         let single = [&self.schedule, &self.link, &self.actuals].into_iter().flatten();

@@ -25,7 +25,7 @@ const POLL_INTERVAL: Duration = Duration::from_millis(50);
 pub(super) fn take(arguments: &Args) -> Result<String, Failure> {
     let (bus, mut waiter) = join(&arguments.site.config()?)?;
     with_newest(&bus, &mut waiter, |site, schedule_state, found| {
-        write(arguments, site, schedule_state, found, None, &[])
+        write(arguments, site, schedule_state, found, None, (&[], &[]))
     })
 }
 

@@ -4,6 +4,7 @@ mod args;
 mod files;
 mod goals;
 mod live;
+mod planner_files;
 mod report;
 
 use crate::failure::Failure;
