@@ -60,6 +60,11 @@ impl<'f, 'a> Editor<'f, 'a> {
         }
     }
 
+    /// How much was changed and added so far.
+    pub(crate) fn n_changes(&self) -> usize {
+        self.changed.values().map(std::collections::BTreeMap::len).sum::<usize>() + self.added.len()
+    }
+
     /// Adds an instance; its id.
     pub(crate) fn add(&mut self, entity: &str, arguments: &[String]) -> u64 {
         let id = self.first_new + self.added.len() as u64;

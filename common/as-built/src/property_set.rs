@@ -59,6 +59,7 @@ impl KnownSets {
     ) {
         let file = editor.file;
         if let Some(set) = self.of.get(&object).and_then(|id| file.instance(*id)) {
+            let before = editor.n_changes();
             let known: Vec<_> = file.references(&set, 4).into_iter().filter_map(|id| file.instance(id)).collect();
             let mut all: Vec<u64> = known.iter().map(|property| property.id).collect();
             for property in properties {
@@ -73,7 +74,9 @@ impl KnownSets {
                 }
             }
             editor.set(&set, 4, list(&all));
-            owner.mark_changed(editor, &set);
+            if editor.n_changes() > before {
+                owner.mark_changed(editor, &set);
+            }
             return;
         }
         let all: Vec<u64> = properties.iter().map(|property| added(editor, property)).collect();

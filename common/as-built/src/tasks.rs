@@ -4,7 +4,7 @@
 use crate::editor::Editor;
 use crate::global_id::global_id_of;
 use crate::owner_history::OwnerHistory;
-use crate::step_file::{Instance, Schema};
+use crate::step_file::{Instance, Schema, StepFile};
 use crate::step_text::{date_text, list, real, reference, text};
 use frames::PlanTime;
 
@@ -34,9 +34,13 @@ impl Progress {
     }
 }
 
-/// Places of attributes of IfcTask: those that all schemas share, and TaskTime of IFC4.
-const STATUS: usize = 7;
+/// Place of TaskTime in IfcTask of IFC4.
 const TASK_TIME: usize = 11;
+
+/// Place of Status in IfcTask: IFC2X3 has no LongDescription before it.
+fn status_place(schema: Schema) -> usize {
+    if schema == Schema::Ifc2x3 { 6 } else { 7 }
+}
 
 /// Attributes of the time of a task, by their places.
 struct TimeAttributes {
@@ -80,14 +84,17 @@ pub(crate) fn write_task(
     task: &Instance<'_>,
     progress: &Progress,
 ) -> Result<(), String> {
+    let before = editor.n_changes();
     match editor.file.schema {
         Schema::Ifc2x3 => in_time_control(editor, owner, task, progress)?,
         Schema::Ifc4 | Schema::Ifc4x3 => in_task_time(editor, task, progress)?,
     }
     if let Some(status) = progress.status() {
-        editor.set(task, STATUS, text(status));
+        editor.set(task, status_place(editor.file.schema), text(status));
     }
-    owner.mark_changed(editor, task);
+    if editor.n_changes() > before {
+        owner.mark_changed(editor, task);
+    }
     Ok(())
 }
 
@@ -111,7 +118,7 @@ fn in_task_time(editor: &mut Editor<'_, '_>, task: &Instance<'_>, progress: &Pro
         let copy = added_time(editor, time.entity, kept, attributes, progress);
         editor.set(task, TASK_TIME, reference(copy));
     } else {
-        for (k, value) in values(editor, attributes, progress) {
+        for (k, value) in values(editor, attributes, progress, Some(&time)) {
             editor.set(&time, k, value);
         }
     }
@@ -144,10 +151,13 @@ fn in_time_control(
             let relation = relation.map_or(id, |relation| relation.id);
             return Err(format!("its time #{id} (by #{relation}) is that of {sharers} tasks"));
         }
-        for (k, value) in values(editor, attributes, progress) {
+        let before = editor.n_changes();
+        for (k, value) in values(editor, attributes, progress, Some(&time)) {
             editor.set(&time, k, value);
         }
-        owner.mark_changed(editor, &time);
+        if editor.n_changes() > before {
+            owner.mark_changed(editor, &time);
+        }
         return Ok(());
     }
     let global_id = file.global_id(task).unwrap_or_default();
@@ -162,17 +172,40 @@ fn in_time_control(
     Ok(())
 }
 
-/// What is set of a time, by place.
-fn values(editor: &mut Editor<'_, '_>, attributes: &TimeAttributes, progress: &Progress) -> Vec<(usize, String)> {
+/// What is set of a time, by place; a date that it has already is left alone.
+fn values(
+    editor: &mut Editor<'_, '_>,
+    attributes: &TimeAttributes,
+    progress: &Progress,
+    current: Option<&Instance<'_>>,
+) -> Vec<(usize, String)> {
     let dates = [
         (attributes.actual_start, progress.start),
         (attributes.actual_finish, progress.finish),
         (attributes.status_time, progress.at),
     ];
-    let dates = dates.into_iter().filter_map(|(k, at)| Some((k, at?)));
-    let mut values: Vec<(usize, String)> = dates.map(|(k, at)| (k, date(editor, at))).collect();
+    let mut values = Vec::new();
+    for (k, at) in dates.into_iter().filter_map(|(k, at)| Some((k, at?))) {
+        if !current.is_some_and(|current| has_date(editor.file, current, k, at)) {
+            values.push((k, date(editor, at)));
+        }
+    }
     values.extend(progress.completion().map(|done| (attributes.completion, done)));
     values
+}
+
+/// True if a time of IFC2X3 has this date already.
+fn has_date(file: &StepFile<'_>, time: &Instance<'_>, k: usize, at: PlanTime) -> bool {
+    let found = file.referred(time, k).filter(|date| date.is("IFCDATEANDTIME"));
+    let parts = found.and_then(|date| Some((file.referred(&date, 0)?, file.referred(&date, 1)?)));
+    parts.is_some_and(|(day, clock)| {
+        let civil = at.0;
+        let numbers =
+            [0, 1, 2].map(|k| file.number(&day, k)).into_iter().chain([0, 1, 2].map(|k| file.number(&clock, k)));
+        let [days, months, years] = [i16::from(civil.day()), i16::from(civil.month()), civil.year()];
+        let [hours, minutes, seconds] = [civil.hour(), civil.minute(), civil.second()].map(i16::from);
+        numbers.eq([days, months, years, hours, minutes, seconds].map(|number| Some(f64::from(number))))
+    })
 }
 
 fn added_time(
@@ -182,7 +215,7 @@ fn added_time(
     attributes: &TimeAttributes,
     progress: &Progress,
 ) -> u64 {
-    for (k, value) in values(editor, attributes, progress) {
+    for (k, value) in values(editor, attributes, progress, None) {
         arguments[k] = value;
     }
     editor.add(entity, &arguments)
