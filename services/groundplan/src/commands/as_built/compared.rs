@@ -19,7 +19,8 @@ pub(super) struct ComparedStorey {
 #[derive(Debug, Clone, Deserialize)]
 pub(super) struct ComparedElement {
     pub(super) observation: String,
-    pub(super) judgement: String,
+    #[serde(rename = "judgement")]
+    pub(super) verdict: String,
     pub(super) displacement_m: Option<[f64; 2]>,
     pub(super) deviation_m: f64,
     pub(super) absent_parts: Vec<AbsentStretch>,
@@ -28,7 +29,8 @@ pub(super) struct ComparedElement {
 /// A stretch of an element that is absent.
 #[derive(Debug, Clone, Deserialize)]
 pub(super) struct AbsentStretch {
-    pub(super) judgement: String,
+    #[serde(rename = "judgement")]
+    pub(super) verdict: String,
     pub(super) from_m: f64,
     pub(super) to_m: f64,
 }

@@ -192,7 +192,7 @@ impl Collected<'_, '_> {
             let is_confirmed = confirm.contains(id);
             let known = self.elements.get(id.as_str()).copied();
             let is_reported = known.is_some_and(|k| self.reported.contains(&k));
-            for part in element.absent_parts.iter().filter(|part| part.judgement == "late") {
+            for part in element.absent_parts.iter().filter(|part| part.verdict == "late") {
                 let stretch = format!("from {:.2} to {:.2} m of its axis it is absent", part.from_m, part.to_m);
                 self.refuse(
                     (source, id.clone()),
@@ -200,7 +200,7 @@ impl Collected<'_, '_> {
                     &format!("{stretch}: an element is there or not, not in part"),
                 );
             }
-            let what = match (element.observation.as_str(), element.judgement.as_str()) {
+            let what = match (element.observation.as_str(), element.verdict.as_str()) {
                 ("observed", "early") if !is_reported => match at {
                     None => {
                         self.refuse(
