@@ -17,7 +17,7 @@ fn root() -> PathBuf {
 }
 
 /// Crates of the workspace that each crate may depend on.
-const ALLOWED: [(&str, &[&str]); 50] = [
+const ALLOWED: [(&str, &[&str]); 51] = [
     ("diagnostics", &[]),
     ("input-files", &[]),
     ("frames", &[]),
@@ -25,6 +25,7 @@ const ALLOWED: [(&str, &[&str]); 50] = [
     ("convex", &["frames", "geometry"]),
     ("ifc", &["diagnostics", "frames"]),
     ("ids", &["ifc"]),
+    ("as-built", &["frames"]),
     ("schedule-files", &["diagnostics", "frames"]),
     ("grid", &["frames", "geometry"]),
     ("messages", &["diagnostics", "frames", "geometry", "grid"]),
@@ -174,6 +175,7 @@ const ALLOWED: [(&str, &[&str]); 50] = [
         "groundplan",
         &[
             "alignment",
+            "as-built",
             "answers",
             "bus",
             "cloud",
@@ -212,7 +214,7 @@ const FENCED: [(&str, &[&str]); 30] = [
     ("ifc-lite-processing", &["ifc"]),
     ("i_overlay", &["geometry"]),
     ("i_triangle", &["convex", "geometry"]),
-    ("nalgebra", &["alignment", "deviations", "frames", "ifc"]),
+    ("nalgebra", &["alignment", "as-built", "deviations", "frames", "ifc"]),
     ("parry3d-f64", &["convex", "geometry"]),
     ("image", &["alignment", "occupancy"]),
     ("rustfft", &["alignment"]),

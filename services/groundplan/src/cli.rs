@@ -1,7 +1,7 @@
 //! The command line: all commands. Arguments, help and work of each are in its own file.
 
 use crate::commands::{
-    actuals, align, ask, changes, completions, confirm, convert, date, deviations, doctor, door, down, export,
+    actuals, align, as_built, ask, changes, completions, confirm, convert, date, deviations, doctor, door, down, export,
     findings, fleet, follow, keeper, key, link, load, log, man, metrics, monitor, record, relay, robot, room, scans,
     serve, slam_map, states, status, tasks, topic, undo, up, view, way, waypoints,
 };
@@ -67,6 +67,8 @@ pub enum Command {
     SlamMap(slam_map::Args),
     /// Compare a robot's map with the planned site: what stands, is missing or has moved
     Deviations(deviations::Args),
+    /// Write what was reported, observed and confirmed back into a model, and nothing else
+    AsBuilt(as_built::Args),
     /// Confirm the pose or the revision of the model that waits, or that elements are absent
     Confirm(confirm::Args),
     /// List what happened to a site: revisions, dates, progress, confirmations, with who asked for it
@@ -147,6 +149,7 @@ impl Command {
             Self::Waypoints(arguments) => arguments,
             Self::SlamMap(arguments) => arguments,
             Self::Deviations(arguments) => arguments,
+            Self::AsBuilt(arguments) => arguments,
             Self::Confirm(arguments) => arguments,
             Self::Log(arguments) => arguments,
             Self::Metrics(arguments) => arguments,

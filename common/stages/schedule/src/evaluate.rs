@@ -1,11 +1,12 @@
 //! Evaluates site and rules into a timeline.
 
+use crate::as_built::{ElementReports, as_built_reports};
 use crate::clock::Calendars;
 use crate::closures::{self, closures};
 use crate::diagnostics::{Entity, ScheduleDiagnostics};
 use crate::element_timeline::{ElementTimeline, element_timelines};
 use crate::error::EvaluateError;
-use crate::overrides::{ABSENT, Actual, ObservationConflict, Overrides, find_task, reported_date, task_names};
+use crate::overrides::{ABSENT, Actual, Delay, ObservationConflict, Overrides, find_task, reported_date, task_names};
 use crate::probability::{Network, Samples};
 use crate::property_dates::{ScheduleProperties, schedule_properties};
 use crate::rules::{Rules, RulesMode};
@@ -27,37 +28,49 @@ use std::collections::BTreeMap;
 /// Dates that can be read in two ways, overrides of unknown tasks or elements; see [`EvaluateError`]. Problems of
 /// single tasks, elements or dates are diagnostics of the timeline and do not stop the evaluation.
 pub fn evaluate(site: &Site<'_>, rules: &Rules, overrides: &Overrides) -> Result<Timeline, EvaluateError> {
-    let effective = evaluate_once(site, rules, overrides)?;
-    if !overrides.has_reports() {
-        return Ok(effective);
-    }
-    let planned = evaluate_once(site, rules, &Overrides { delays: overrides.delays.clone(), ..Overrides::default() })?;
-    Ok(effective.with_planned_states(planned))
-}
-
-fn evaluate_once(site: &Site<'_>, rules: &Rules, overrides: &Overrides) -> Result<Timeline, EvaluateError> {
     let mut diagnostics = ScheduleDiagnostics::new(site);
     let properties = schedule_properties(site, rules, &mut diagnostics)?;
     let reports = Reports::of(site, rules, overrides, &mut diagnostics)?;
+    let is_planned = !overrides.has_reports() && reports.elements.is_empty();
+    let effective = evaluate_once(site, rules, overrides, (&properties, &reports), diagnostics)?;
+    if is_planned {
+        return Ok(effective);
+    }
+    Ok(effective.with_planned_states(planned(site, rules, &overrides.delays)?))
+}
+
+/// Evaluates the schedule of a site as it is planned: without progress, also that of an as-built model.
+///
+/// # Errors
+/// As [`evaluate`].
+pub fn planned(site: &Site<'_>, rules: &Rules, delays: &[Delay]) -> Result<Timeline, EvaluateError> {
+    let overrides = Overrides { delays: delays.to_vec(), ..Overrides::default() };
+    let mut diagnostics = ScheduleDiagnostics::new(site);
+    let properties = schedule_properties(site, rules, &mut diagnostics)?;
+    evaluate_once(site, rules, &overrides, (&properties, &Reports::default()), diagnostics)
+}
+
+fn evaluate_once<'s>(
+    site: &'s Site<'s>,
+    rules: &Rules,
+    overrides: &Overrides,
+    (properties, reports): (&ScheduleProperties, &Reports),
+    mut diagnostics: ScheduleDiagnostics<'s>,
+) -> Result<Timeline, EvaluateError> {
     let TaskSchedule { dates, floats } = match rules.mode {
-        RulesMode::Standard => task_schedule(site, rules, overrides, &reports, &mut diagnostics)?,
+        RulesMode::Standard => task_schedule(site, rules, overrides, reports, &mut diagnostics)?,
         RulesMode::Paper => {
             TaskSchedule { dates: vec![None; site.schedule.tasks.len()], floats: vec![None; site.schedule.tasks.len()] }
         }
     };
     let task_effects = task_effects(site, &dates, rules.inputs);
     let element_timelines = match rules.mode {
-        RulesMode::Standard => element_timelines(
-            site,
-            rules,
-            &task_effects,
-            &properties,
-            &reports.effects(&task_effects),
-            &mut diagnostics,
-        ),
-        RulesMode::Paper => paper_element_timelines(site, &properties),
+        RulesMode::Standard => {
+            element_timelines(site, rules, &task_effects, properties, &reports.effects(&task_effects), &mut diagnostics)
+        }
+        RulesMode::Paper => paper_element_timelines(site, properties),
     };
-    let closures = closures(site, rules, &task_effects, &properties, &mut diagnostics);
+    let closures = closures(site, rules, &task_effects, properties, &mut diagnostics);
     Ok(timeline(site, rules, TimelineParts { dates, floats, element_timelines, closures, diagnostics }))
 }
 
@@ -175,7 +188,33 @@ fn is_gone(site: &Site<'_>, elements: &BTreeMap<&str, usize>, id: &str) -> bool 
 struct Reports {
     tasks: BTreeMap<usize, [Option<WrittenDate>; 2]>,
     /// `None` for an element that is absent.
-    elements: BTreeMap<usize, Option<[Option<WrittenDate>; 2]>>,
+    elements: ElementReports,
+}
+
+/// What tables of progress say of a site: start and finish in civil seconds.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct ReportedDates {
+    /// By task.
+    pub tasks: BTreeMap<usize, [Option<i64>; 2]>,
+    /// By element; `None` for one that is absent.
+    pub elements: BTreeMap<usize, Option<[Option<i64>; 2]>>,
+}
+
+impl ReportedDates {
+    /// What the overrides say, and the model where it is an as-built one; reports rank before observations, and both before the model.
+    ///
+    /// # Errors
+    /// Rows that cannot be used.
+    pub fn of(site: &Site<'_>, rules: &Rules, overrides: &Overrides) -> Result<Self, EvaluateError> {
+        let Reports { tasks, elements } = Reports::of(site, rules, overrides, &mut ScheduleDiagnostics::new(site))?;
+        let dates = |[start, finish]: [Option<WrittenDate>; 2]| {
+            [start.map(WrittenDate::start_s), finish.map(WrittenDate::finish_s)]
+        };
+        Ok(Self {
+            tasks: tasks.into_iter().map(|(task, written)| (task, dates(written))).collect(),
+            elements: elements.into_iter().map(|(element, written)| (element, written.map(dates))).collect(),
+        })
+    }
 }
 
 impl Reports {
@@ -185,7 +224,7 @@ impl Reports {
         overrides: &Overrides,
         diagnostics: &mut ScheduleDiagnostics<'_>,
     ) -> Result<Self, EvaluateError> {
-        let mut reports = Self::default();
+        let mut reports = Self { elements: as_built_reports(site, rules, diagnostics), tasks: BTreeMap::new() };
         if !overrides.has_reports() {
             return Ok(reports);
         }

@@ -8,8 +8,8 @@
 //!
 //! # Sources of dates
 //!
-//! In order of rank, for each element: reported progress, tasks (actual, scheduled, early or computed dates), property
-//! sets, construction phases, status. Tasks, times, sequences with lags and calendars are those of IFC2X3, IFC4 and
+//! In order of rank, for each element: reported progress (of as-built models the property set `Groundplan_AsBuilt`, before
+//! which other reports rank), tasks (actual, scheduled, early or computed dates), property sets, construction phases, status. Tasks, times, sequences with lags and calendars are those of IFC2X3, IFC4 and
 //! IFC4X3; dates that are missing are computed by a forward pass, with floats.
 //!
 //! Rules of property dates, construction phases (models name them, but do not date them), closed rooms, time zone and
@@ -72,6 +72,7 @@
 //! - tasks: targets, and the tasks of a change: `src/task_targets.rs`
 //! - tasks: that span others (level of effort, WBS summary): `src/tasks/span.rs`
 
+mod as_built;
 mod clock;
 mod closures;
 mod construction_phases;
@@ -91,8 +92,9 @@ mod tasks;
 mod timeline;
 mod working_time;
 
+pub use as_built::AS_BUILT_SET;
 pub use error::{AmbiguousDates, EvaluateError};
-pub use evaluate::evaluate;
+pub use evaluate::{ReportedDates, evaluate, planned};
 pub use frames::written_date::DateOrder;
 pub use overrides::{ABSENT, Actual, Delay, ObservationConflict, OverrideError, Overrides, find_task, parse_actuals};
 pub use probability::{ElementProbability, Probabilities, SafeDay, UNCERTAIN, Uncertainty};

@@ -75,6 +75,13 @@ pub struct Actual {
     pub(crate) line: u64,
 }
 
+impl Actual {
+    /// Line of the table, from 1.
+    pub fn line(&self) -> u64 {
+        self.line
+    }
+}
+
 /// The start of an element that is not there.
 pub const ABSENT: &str = "absent";
 

@@ -6,7 +6,7 @@ use crate::progress_line::ProgressLine;
 use input_files::{MAX_CONFIGURATION_BYTES, read_regular_file, read_regular_text};
 use jiff::tz::TimeZone;
 use messages::{ArchiveBuffer, Site, Tasks};
-use schedule::{Delay, Overrides, Probabilities, Rules, Timeline, parse_actuals};
+use schedule::{Actual, Delay, Overrides, Probabilities, Rules, Timeline, parse_actuals};
 use std::path::{Path, PathBuf};
 use tasks::{LinkRules, Links, MAX_SCHEDULE_FILE_BYTES, ScheduleFile, TableLink};
 
@@ -37,6 +37,11 @@ pub struct ScheduleArgs {
 }
 
 impl ScheduleArgs {
+    /// Rules and reported progress alone.
+    pub(crate) fn of_progress(schedule: Option<PathBuf>, actuals: Option<PathBuf>) -> Self {
+        Self { schedule, actuals, schedule_file: Vec::new(), link: None, delay: Vec::new() }
+    }
+
     /// True if dates are not those of the models and rules alone.
     pub(crate) fn changes_dates(&self) -> bool {
         !self.delay.is_empty() || self.actuals.is_some()
@@ -45,6 +50,11 @@ impl ScheduleArgs {
     /// True if a planner's schedule is given.
     pub(crate) fn has_files(&self) -> bool {
         !self.schedule_file.is_empty()
+    }
+
+    /// The planner's schedules.
+    pub(crate) fn files(&self) -> &[PathBuf] {
+        &self.schedule_file
     }
 
     /// The files that are read.
@@ -130,6 +140,11 @@ impl ScheduleInput {
             rules: self.rules.clone(),
             overrides: Overrides { actuals, is_of_earlier_revision: true, ..Overrides::default() },
         })
+    }
+
+    /// The rules, and the progress that was reported.
+    pub(crate) fn into_rules_and_actuals(self) -> (Rules, Vec<Actual>) {
+        (self.rules, self.overrides.actuals)
     }
 
     /// Base names of the schedule files.

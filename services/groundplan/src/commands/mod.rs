@@ -3,6 +3,7 @@
 pub mod actuals;
 pub mod align;
 pub mod ask;
+pub mod as_built;
 pub mod changes;
 pub mod completions;
 pub mod confirm;

@@ -108,7 +108,7 @@ impl Forms {
 /// The largest power of ten in a number.
 fn trailing(number: u64) -> u64 {
     let powers = std::iter::successors(Some(1_u64), |power| power.checked_mul(10));
-    powers.take_while(|power| number > 0 && number % power == 0).last().unwrap_or(1)
+    powers.take_while(|power| number > 0 && number.is_multiple_of(*power)).last().unwrap_or(1)
 }
 
 fn form_bits(form: &Form) -> f64 {

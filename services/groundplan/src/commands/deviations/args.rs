@@ -24,7 +24,8 @@ pub struct Args {
     pub(super) allow_boxes: bool,
 
     /// Folder for deviations.json, actuals.csv (for --actuals), deviations.bcfzip (BCF 2.1) and deviations.png;
-    /// with --schedule-file also progress.csv and progress.xml (MS Project XML), for the planner
+    /// with --schedule-file also progress.csv and progress.xml (MS Project XML), for the planner, and XER and P6 XML files as they
+    /// are but for the progress (progress-NAME)
     #[arg(short, long, value_name = "OUT")]
     pub(super) out: Option<PathBuf>,
 

@@ -55,7 +55,7 @@ pub(super) fn compare(arguments: &Args, slam: &Path) -> Result<String, Failure> 
         let goals = goals.map(|path| carried(path, pose.map_storey, &LocalTransform::of(&input))).transpose()?;
         let found = deviations(&input);
         let found = Deviations::open(found.bytes()).map_err(Failure::work)?;
-        write(arguments, site, &schedule_state, &found, goals, &schedule.task_uids())
+        write(arguments, site, &schedule_state, &found, goals, (&schedule.task_uids(), arguments.schedule.files()))
     })
 }
 

@@ -7,6 +7,7 @@ use crate::failure::Failure;
 use crate::wait::{ask, join};
 use bus::{Bus, PortError, Waiter, topics};
 use daemon::{AlignAnswer, AlignRequest, ComparisonState, Published, Request};
+use messages::{Deviations, ScheduleState, Site};
 use site_view::SiteSetReader;
 use std::time::{Duration, Instant};
 
@@ -22,11 +23,25 @@ const POLL_INTERVAL: Duration = Duration::from_millis(50);
 /// No daemons; no map, no site or no pose in effect, which is told at once; a folder that cannot be written.
 pub(super) fn take(arguments: &Args) -> Result<String, Failure> {
     let (bus, mut waiter) = join(&arguments.site.config()?)?;
+    with_newest(&bus, &mut waiter, |site, schedule_state, found| {
+        write(arguments, site, schedule_state, found, None, (&[], &[]))
+    })
+}
+
+/// Works with the deviations of the newest site, schedule state and map; waits only while they are on their way.
+///
+/// # Errors
+/// No map, no site or no pose in effect, which is told at once; those of the work.
+pub(crate) fn with_newest<T>(
+    bus: &Bus,
+    waiter: &mut Waiter,
+    work: impl FnOnce(&Site<'_>, &ScheduleState<'_>, &Deviations<'_>) -> Result<T, Failure>,
+) -> Result<T, Failure> {
     let deviations = match bus.command_client(AlignRequest::DAEMON) {
-        Err(PortError::ViewOnly { .. }) => published_to_viewers(&bus, &mut waiter)?,
-        _ => compared(&bus, &mut waiter)?,
+        Err(PortError::ViewOnly { .. }) => published_to_viewers(bus, waiter)?,
+        _ => compared(bus, waiter)?,
     };
-    let mut states = SiteSetReader::of_states(&bus).map_err(Failure::work)?;
+    let mut states = SiteSetReader::of_states(bus).map_err(Failure::work)?;
     let founds = bus.subscriber(topics::Deviations).map_err(Failure::work)?;
     let mut found = None;
     let begun = Instant::now();
@@ -43,7 +58,7 @@ pub(super) fn take(arguments: &Args) -> Result<String, Failure> {
             let sample = sample.check().map_err(Failure::work)?;
             let found = sample.view();
             found.check_site(&site).map_err(Failure::work)?;
-            return write(arguments, &site, &schedule_state, &found, None, &[]);
+            return work(&site, &schedule_state, &found);
         }
         if begun.elapsed() > PUBLISHED_TIMEOUT {
             return Err(Failure::work(

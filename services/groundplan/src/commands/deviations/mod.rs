@@ -4,11 +4,13 @@ mod args;
 mod files;
 mod goals;
 mod live;
+mod planner_files;
 mod report;
 
 use crate::failure::Failure;
 use crate::run::{Outcome, Run};
 pub use args::Args;
+pub(crate) use live::with_newest;
 
 impl Run for Args {
     /// Compares, or takes what the daemon compared, and writes files of it.

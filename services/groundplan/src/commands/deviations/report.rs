@@ -1,6 +1,7 @@
 //! Deviations as files, JSON and text.
 
 use super::args::Args;
+use super::planner_files::planner_files;
 use crate::args::report_set_aside;
 use crate::date_argument;
 use crate::failure::Failure;
@@ -9,9 +10,10 @@ use frames::PlanTime;
 use messages::{DeviationVerdict, Deviations, Observation, ScheduleState, ScheduleStateHead, Site};
 use serde_json::json;
 use std::fmt::Write;
+use std::path::PathBuf;
 
 /// Writes the files that are asked for, with goals if there are any, and the progress of tasks with these identities in their
-/// schedule files; what is to be printed.
+/// schedule files, `plans`; what is to be printed.
 ///
 /// # Errors
 /// A folder that cannot be written.
@@ -21,7 +23,7 @@ pub(super) fn write(
     schedule_state: &ScheduleState<'_>,
     found: &Deviations<'_>,
     goals: Option<ExportFile>,
-    uids: &[&str],
+    (uids, plans): (&[&str], &[PathBuf]),
 ) -> Result<String, Failure> {
     // Topics have a creation date; a comparison without a date has only that of the machine.
     let now = || PlanTime::from_civil_seconds(jiff::Timestamp::now().as_second());
@@ -30,7 +32,8 @@ pub(super) fn write(
     let input = DeviationExport { site, schedule_state, deviations: found, created };
     if let Some(folder) = &arguments.out {
         let folder = arguments.overwrite.folder_at(folder)?;
-        let files = deviation_files(&input).into_iter().chain(progress_mspdi(&input, uids)).chain(goals).collect();
+        let files = deviation_files(&input).into_iter().chain(progress_mspdi(&input, uids));
+        let files = files.chain(planner_files(&input, uids, plans)?).chain(goals).collect();
         let manifest = json!({
             "plan_time": date_argument::optional_text(found.head.plan_time_s),
             "slam_map_hash": found.head.slam_map_hash.to_string(),
