@@ -27,7 +27,7 @@ export function areasBlock() {
     h(
       "table",
       { class: "areas" },
-      h("thead", {}, h("tr", {}, h("th", { scope: "col" }, ""), h("th", { scope: "col" }, storeyName(state.storey)), h("th", { scope: "col" }, t("areaSum")))),
+      h("thead", {}, h("tr", {}, ["", storeyName(state.storey), t("areaSum")].map((text) => h("th", { scope: "col" }, text)))),
       h(
         "tbody",
         {},

@@ -12,7 +12,14 @@ const GLOBAL_ID = /^[0-9A-Za-z_$]{22}$/;
 /** A container that is too large. */
 export class TooMany extends Error {}
 
-/** @typedef {{title: string, description: string, link: string | null, viewpoint: import("./bcf_write.js").Viewpoint | null, picture: Uint8Array | null}} ReadTopic */
+/**
+ * @typedef {object} ReadTopic
+ * @property {string} title
+ * @property {string} description
+ * @property {string | null} link
+ * @property {import("./bcf_write.js").Viewpoint | null} viewpoint
+ * @property {Uint8Array | null} picture
+ */
 
 /**
  * @param {Uint8Array} bytes

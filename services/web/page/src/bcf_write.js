@@ -14,7 +14,7 @@ import { strToU8, zipSync } from "fflate";
  * @property {[number, number, number]} up
  * @property {number | null} fieldOfView degrees, of a camera with perspective
  * @property {number | null} height metres that are seen from below to above, of one without
- * @property {{at: [number, number, number], direction: [number, number, number]} | null} clip what lies in this direction is cut away
+ * @property {{at: [number, number, number], direction: [number, number, number]} | null} clip what is cut away, and where
  */
 
 /**
@@ -79,12 +79,12 @@ function markup({ title, description, link, files, viewpoint, picture }, guid, v
     leaf("CreationAuthor", "groundplan"),
     leaf("Description", description),
   );
-  const views =
-    viewpoint === null
-      ? ""
-      : tag("Viewpoints", { Guid: view }, leaf("Viewpoint", "viewpoint.bcfv"), picture === null ? "" : leaf("Snapshot", "snapshot.png"));
+  const snapshot = picture === null ? "" : leaf("Snapshot", "snapshot.png");
+  const views = viewpoint === null ? "" : tag("Viewpoints", { Guid: view }, leaf("Viewpoint", "viewpoint.bcfv"), snapshot);
   return tag("Markup", {}, sources.length > 0 ? tag("Header", {}, ...sources) : "", head, views);
 }
+
+const plane = ({ at, direction }) => tag("ClippingPlane", {}, vector("Location", at), vector("Direction", direction));
 
 function visualization(viewpoint, guid) {
   const { selection, visible, exceptions, eye, direction, up, fieldOfView, height, clip } = viewpoint;
@@ -102,6 +102,6 @@ function visualization(viewpoint, guid) {
     fieldOfView === null
       ? tag("OrthogonalCamera", {}, ...camera, leaf("ViewToWorldScale", rounded(height)))
       : tag("PerspectiveCamera", {}, ...camera, leaf("FieldOfView", rounded(fieldOfView))),
-    clip === null ? "" : tag("ClippingPlanes", {}, tag("ClippingPlane", {}, vector("Location", clip.at), vector("Direction", clip.direction))),
+    clip === null ? "" : tag("ClippingPlanes", {}, plane(clip)),
   );
 }

@@ -221,7 +221,13 @@ function kindBlock(kind, elements) {
   return h(
     "details",
     { class: "block", open: true, "data-kind": kind },
-    h("summary", {}, h("span", { class: `key key-${kind}` }), t(`ch_${kind}`), h("span", { class: "count" }, String(elements.length))),
+    h(
+      "summary",
+      {},
+      h("span", { class: `key key-${kind}` }),
+      t(`ch_${kind}`),
+      h("span", { class: "count" }, String(elements.length)),
+    ),
     [...byTask(elements)].map(([task, list]) => taskBlock(task, list)),
   );
 }

@@ -73,7 +73,12 @@ function taskLink(id) {
   const task = taskOf(id);
   return h(
     "button",
-    { type: "button", class: "link inline", "data-task": id, onclick: () => update({ task: id, tab: "tasks", sheet: state.sheet && "tasks" }) },
+    {
+      type: "button",
+      class: "link inline",
+      "data-task": id,
+      onclick: () => update({ task: id, tab: "tasks", sheet: state.sheet && "tasks" }),
+    },
     task ? labelOf(task) : taskName(id),
   );
 }

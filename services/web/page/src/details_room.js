@@ -53,11 +53,17 @@ export function roomDetails(id) {
 function closingTasks(id) {
   const tasks = tasksOfRoom(id).map(taskOf);
   if (tasks.length === 0) return null;
-  const dates = ({ start, finish }) => (start === null || finish === null ? t("noDates") : t("k_both", { from: shortDate(start), to: shortDate(finish) }));
+  const dates = ({ start, finish }) =>
+    start === null || finish === null ? t("noDates") : t("k_both", { from: shortDate(start), to: shortDate(finish) });
   const row = (task) =>
     h(
       "button",
-      { type: "button", class: "link", "data-task": task.global_id, onclick: () => update({ task: task.global_id, tab: "tasks", sheet: state.sheet && "tasks" }) },
+      {
+        type: "button",
+        class: "link",
+        "data-task": task.global_id,
+        onclick: () => update({ task: task.global_id, tab: "tasks", sheet: state.sheet && "tasks" }),
+      },
       h("span", { class: "link-name" }, labelOf(task), h("span", { class: "link-note" }, dates(task))),
     );
   return [h("h3", {}, t("roomTasks")), h("ul", { class: "links" }, tasks.map((task) => h("li", {}, row(task))))];

@@ -4,7 +4,7 @@ import { h, show, byId } from "./dom.js";
 import { hasLayer, onChange, state } from "./state.js";
 import { featuresOf, roomState } from "./site.js";
 import { inkOf } from "./draw_live.js";
-import { ROOM_INKS } from "./draw_site.js";
+import { COMPARED_INKS, ROOM_INKS } from "./draw_site.js";
 import { t, word } from "./texts.js";
 import { waypointKinds } from "./waypoint_kinds.js";
 
@@ -64,7 +64,7 @@ function entries() {
   if (hasLayer("graph")) list.push(["graph", t("l_usable"), "line"], ["graph-unusable", t("l_unusable"), "dashline"]);
   if (state.from !== null && state.to !== null) list.push(["way", t("l_way"), "line"]);
   if (state.compare !== null)
-    list.push(["came", t("l_came")], ["went", t("l_went")], ["changed", t("l_state")], ["opened", t("l_opened")], ["closed", t("l_closed")]);
+    list.push(...Object.entries(COMPARED_INKS).map(([kind, ink]) => [ink, t(`l_${kind}`)]));
   else if (state.site.dates.length > 1) list.push(["changed", t("l_changed"), "halo"]);
   if (state.task !== null) list.push(["task", t("l_task"), "halo"]);
   if (state.slam && state.slamShown) list.push(["slam", t("slam")]);

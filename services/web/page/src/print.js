@@ -119,10 +119,11 @@ function scaleBar(scale) {
   const metres = BAR_STEPS_M.findLast((m) => (1000 * m) / scale <= BAR_MM_MAX) ?? BAR_STEPS_M[0];
   const mm = (1000 * metres) / scale;
   const part = (k) => svg("rect", { class: k % 2 === 0 ? "bar-dark" : "bar-light", x: 20 * k, y: 0, width: 20, height: 8 });
+  const drawn = { height: "2.4mm", viewBox: "0 0 100 8", preserveAspectRatio: "none", role: "img" };
   return h(
     "div",
     { class: "scale-bar", "data-metres": metres, "data-mm": mm },
-    svg("svg", { width: `${mm}mm`, height: "2.4mm", viewBox: "0 0 100 8", preserveAspectRatio: "none", role: "img", "aria-label": t("scaleBar") }, [0, 1, 2, 3, 4].map(part)),
+    svg("svg", { ...drawn, width: `${mm}mm`, "aria-label": t("scaleBar") }, [0, 1, 2, 3, 4].map(part)),
     h("span", {}, `${metres} m`),
   );
 }

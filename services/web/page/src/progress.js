@@ -56,7 +56,9 @@ function ofDates(start, finish, source) {
 export function progressOfElement(id) {
   const { schedule } = state.site.elements[id];
   const progress = state.tasks?.progress ?? null;
-  const inForce = ofDates(schedule?.start ?? schedule?.removal_start ?? null, schedule?.finish ?? schedule?.removal_finish ?? null, schedule?.source);
+  const start = schedule?.start ?? schedule?.removal_start ?? null;
+  const finish = schedule?.finish ?? schedule?.removal_finish ?? null;
+  const inForce = ofDates(start, finish, schedule?.source);
   if (progress === null) return inForce;
   const own = progress.elements[id];
   const ofTask = tasksOfElement(id).map((task) => progress.tasks[task]).find((task) => task?.reported);
@@ -84,4 +86,4 @@ export function progressTable({ planned, reported, observed }, completion = null
 
 /** Where the dates in force of a task come from. */
 export const noteOfSource = ({ start, finish, dates_from: from }) =>
-  start === null ? "" : `${t("inForce")}: ${shortDate(start)} – ${finish === null ? t("openEnd") : shortDate(finish)} (${word("f", from)})`;
+  start === null ? "" : `${t("inForce")}: ${text({ start, finish })} (${word("f", from)})`;

@@ -9,7 +9,8 @@ const SUMMARY_DELAY_MS = 150; // dates that are passed in play are not counted
 
 let wanted = false;
 let loads = 0;
-/** @type {{tasks: Map<string, import("./types.js").Task>, children: Map<string, string[]>, byElement: Map<string, string[]>, byRoom: Map<string, string[]>} | null} */
+/** @typedef {Map<string, string[]>} Lists of GlobalIds of tasks */
+/** @type {{tasks: Map<string, import("./types.js").Task>, children: Lists, byElement: Lists, byRoom: Lists} | null} */
 let index = null;
 
 export function createTaskStore() {

@@ -100,12 +100,14 @@ function rows(tasks, window) {
     : [dated.map((task) => task.start).sort()[0], dated.map((task) => task.finish).sort().at(-1)];
   const shown = list.slice(0, LISTED);
   return [
-    window ? h("p", { class: "quiet note" }, t("lookFrom", { from: shortDate(window.from), to: shortDate(window.to), n: list.length })) : null,
+    window ? h("p", { class: "quiet note" }, t("lookFrom", span(window, list.length))) : null,
     list.length === 0 && window ? h("p", {}, t("lookNone")) : null,
     h("ul", { class: "links tasks" }, shown.map((task) => h("li", {}, row(task, window, first, last)))),
     list.length > shown.length ? h("p", { class: "quiet" }, t("tasksMore", { n: list.length - shown.length })) : null,
   ];
 }
+
+const span = ({ from, to }, n) => ({ from: shortDate(from), to: shortDate(to), n });
 
 function row(task, window, first, last) {
   const status = summaryNow()?.tasks[task.global_id] ?? null;
@@ -164,7 +166,9 @@ function roomsIn({ from, to }) {
     h(
       "ul",
       { class: "links" },
-      changes.slice(0, LISTED).map(({ id, at, after }) => h("li", {}, link(id, nameOf(id), word("s", after), after, shortDate(at)))),
+      changes
+        .slice(0, LISTED)
+        .map(({ id, at, after }) => h("li", {}, link(id, nameOf(id), word("s", after), after, shortDate(at)))),
     ),
   );
 }
@@ -179,7 +183,11 @@ function details(task) {
     h(
       "div",
       { class: "row" },
-      h("button", { type: "button", class: "button small", id: "tasks-back", onclick: () => update({ task: null }) }, t("tasksBack")),
+      h(
+        "button",
+        { type: "button", class: "button small", id: "tasks-back", onclick: () => update({ task: null }) },
+        t("tasksBack"),
+      ),
       h(
         "button",
         {

@@ -100,7 +100,8 @@ function visibility() {
   if (!isFiltering()) return { visible: true, exceptions: [] };
   const all = [...Object.keys(state.site.elements), ...Object.keys(state.site.spaces)];
   const hidden = all.filter((id) => !isShown(id));
-  return 2 * hidden.length < all.length ? { visible: true, exceptions: hidden } : { visible: false, exceptions: all.filter(isShown) };
+  if (2 * hidden.length < all.length) return { visible: true, exceptions: hidden };
+  return { visible: false, exceptions: all.filter(isShown) };
 }
 
 function bytesOf(png) {
@@ -118,7 +119,9 @@ function pictureOfPlan() {
   ctx.fillStyle = getComputedStyle(container).backgroundColor;
   ctx.fillRect(0, 0, canvas.width, canvas.height);
   ctx.imageSmoothingEnabled = false;
-  for (const part of /** @type {NodeListOf<HTMLImageElement | HTMLCanvasElement>} */ (container.querySelectorAll("img.leaflet-tile, canvas"))) {
+  /** @type {NodeListOf<HTMLImageElement | HTMLCanvasElement>} */
+  const parts = container.querySelectorAll("img.leaflet-tile, canvas");
+  for (const part of parts) {
     const { left, top, width, height } = part.getBoundingClientRect();
     if (width > 0 && (!(part instanceof HTMLImageElement) || part.naturalWidth > 0))
       ctx.drawImage(part, left - frame.left, top - frame.top, width, height);

@@ -14,6 +14,7 @@ const FILE_BYTES_MAX = 64e6;
 const VIEWS_MAX = 200;
 const NAME_MAX = 120;
 const LINK_MAX = 20000;
+const FILES = ".json,.bcf,.bcfzip,.zip";
 
 /** @type {{name: string, link: string}[]} */
 let views = [];
@@ -28,17 +29,17 @@ export function createViews() {
   show(
     byId("panel-views"),
     h("h2", {}, t("savedViews")),
-    h("input", { id: "view-name", class: "text-field", maxlength: NAME_MAX, "aria-label": t("viewName"), placeholder: t("viewName"), onkeydown: onEnter(saveView) }),
+    nameField("view-name", t("viewName"), saveView),
     h("div", { class: "row" }, button("save-view", t("saveView"), saveView), button("save-views", t("saveFile"), saveFile)),
     h("ul", { class: "links", id: "view-list" }),
     h("h3", {}, t("topics")),
-    h("input", { id: "topic-title", class: "text-field", maxlength: NAME_MAX, "aria-label": t("topicTitle"), placeholder: t("topicTitle"), onkeydown: onEnter(saveTopic) }),
+    nameField("topic-title", t("topicTitle"), saveTopic),
     h("div", { class: "row" }, button("save-topic", t("saveTopic"), saveTopic)),
     h(
       "label",
       { class: "button file-button" },
       t("readFile"),
-      h("input", { type: "file", id: "read-file", "aria-label": t("readFile"), accept: ".json,.bcf,.bcfzip,.zip", onchange: readFile }),
+      h("input", { type: "file", id: "read-file", "aria-label": t("readFile"), accept: FILES, onchange: readFile }),
     ),
     h("ul", { class: "links", id: "topic-list" }),
   );
@@ -46,9 +47,12 @@ export function createViews() {
   showViews();
 }
 
-const onEnter = (action) => (event) => {
-  if (event.key === "Enter") action();
-};
+function nameField(id, name, save) {
+  const onkeydown = (event) => {
+    if (event.key === "Enter") save();
+  };
+  return h("input", { id, class: "text-field", maxlength: NAME_MAX, "aria-label": name, placeholder: name, onkeydown });
+}
 
 const button = (id, text, onclick) => h("button", { type: "button", class: "button small", id, onclick }, text);
 
@@ -88,7 +92,7 @@ function showViews() {
       "li",
       { class: "saved" },
       h("button", { type: "button", class: "link", "data-saved": k }, h("span", { class: "link-name" }, name)),
-      h("button", { type: "button", class: "tool", "data-remove": k, "aria-label": t("remove", { name }), title: t("remove", { name }) }, icon("close")),
+      h("button", { type: "button", class: "tool", "data-remove": k, "aria-label": t("remove", { name }) }, icon("close")),
     );
   show(
     byId("view-list"),
@@ -145,7 +149,8 @@ function saveTopic() {
   const { viewpoint, picture } = viewpointNow();
   const description = [state.site.title, storeyName(state.storey), `${t("printDate")}: ${longDate(at)}`].join("\n");
   const files = state.site.sources.map((source) => source.file);
-  const bytes = writeBcf({ title, description, link: `${location.href.split("#")[0]}${toFragment()}`, files, viewpoint, picture }, new Date());
+  const link = `${location.href.split("#")[0]}${toFragment()}`;
+  const bytes = writeBcf({ title, description, link, files, viewpoint, picture }, new Date());
   const file = fileName(title, ".bcf");
   download(file, bytes, "application/octet-stream");
   field.value = "";
@@ -200,13 +205,14 @@ function pictureAddress(picture) {
 }
 
 function topicRow(topic) {
+  const note = topic.description ? h("span", { class: "link-note" }, topic.description) : null;
   return h(
     "li",
     {},
     h(
       "button",
       { type: "button", class: "link topic", onclick: () => goTo(topic) },
-      h("span", { class: "link-name" }, topic.title, topic.description ? h("span", { class: "link-note" }, topic.description) : null),
+      h("span", { class: "link-name" }, topic.title, note),
     ),
     topic.address === null ? null : h("img", { class: "topic-picture", src: topic.address, alt: topic.title }),
   );

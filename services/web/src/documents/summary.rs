@@ -89,7 +89,9 @@ mod tests {
         let external = json!({"state": "open", "storey": 0, "area_m2": 99.0, "external": true});
         let groups = json!({"state": "open", "storey": 0, "area_m2": 99.0, "metadata_only": true});
         let published = Published {
-            semantic: json!({"spaces": {"a": space(10.004, 0), "b": space(5.5, 0), "c": space(7.0, 1), "d": external, "e": groups}}),
+            semantic: json!({"spaces": {
+                "a": space(10.004, 0), "b": space(5.5, 0), "c": space(7.0, 1), "d": external, "e": groups,
+            }}),
             waypoints: json!({"spaces": {"a": {"access": "reached"}, "b": {"access": "no_way"}, "c": {"access": "reached"}}}),
             ..Published::default()
         };

@@ -156,8 +156,12 @@ mod tests {
 
     #[test]
     fn tasks_of_elements_have_the_dates_and_elements_of_all_that_name_them() {
-        let element = |task: &str, start: &str, finish: &str| json!({"schedule": {"task": task, "task_name": "Doors", "start": start, "finish": finish, "source": "task_schedule"}});
-        let gone = json!({"schedule": {"task": "9", "finish": null, "removal_start": "2024-02-01T08:00:00", "removal_finish": "2024-02-03T17:00:00"}});
+        let element = |task: &str, start: &str, finish: &str| {
+            let source = "task_schedule";
+            json!({"schedule": {"task": task, "task_name": "Doors", "start": start, "finish": finish, "source": source}})
+        };
+        let gone = json!({"schedule": {"task": "9", "finish": null, "removal_start": "2024-02-01T08:00:00",
+            "removal_finish": "2024-02-03T17:00:00"}});
         let semantic = json!({"elements": {"a": element("3.1", "2024-03-04T08:00:00", "2024-03-08T17:00:00"),
             "b": element("3.1", "2024-03-02T08:00:00", "2024-03-05T17:00:00"), "c": {"schedule": {"source": "none"}}, "d": gone}});
         let document = TasksDocument::of_elements(&semantic);
