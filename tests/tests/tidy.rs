@@ -17,7 +17,7 @@ fn root() -> PathBuf {
 }
 
 /// Crates of the workspace that each crate may depend on.
-const ALLOWED: [(&str, &[&str]); 46] = [
+const ALLOWED: [(&str, &[&str]); 48] = [
     ("diagnostics", &[]),
     ("input-files", &[]),
     ("frames", &[]),
@@ -27,6 +27,7 @@ const ALLOWED: [(&str, &[&str]); 46] = [
     ("schedule-files", &["diagnostics", "frames"]),
     ("grid", &["frames", "geometry"]),
     ("messages", &["diagnostics", "frames", "geometry", "grid"]),
+    ("bcf", &[]),
     ("bus", &["messages"]),
     ("site-view", &["bus", "messages"]),
     ("daemon", &["bus", "diagnostics", "input-files", "messages", "site-view"]),
@@ -34,7 +35,7 @@ const ALLOWED: [(&str, &[&str]); 46] = [
     ("store", &[]),
     ("fleet-link", &[]),
     ("safety", &["frames", "geometry", "grid", "messages"]),
-    ("export", &["diagnostics", "frames", "geometry", "grid", "input-files", "messages", "safety"]),
+    ("export", &["bcf", "diagnostics", "frames", "geometry", "grid", "input-files", "messages", "safety"]),
     ("world", &["convex", "diagnostics", "export", "frames", "geometry", "grid", "messages"]),
     ("cloud", &["export", "frames", "geometry", "grid", "messages"]),
     ("fleet", &["export", "frames", "geometry", "grid", "messages", "safety"]),
@@ -51,6 +52,7 @@ const ALLOWED: [(&str, &[&str]); 46] = [
     ("alignment", &["diagnostics", "frames", "geometry", "grid", "messages", "occupancy", "raster"]),
     ("deviations", &["frames", "geometry", "grid", "messages", "occupancy"]),
     ("answers", &["diagnostics", "export", "frames", "messages", "schedule", "waypoints"]),
+    ("model-check", &["answers", "bcf", "diagnostics", "export", "frames", "geometry", "grid", "messages"]),
     ("site-schedule", &["daemon", "messages", "schedule"]),
     ("ifc-ingest", &["bus", "daemon", "export", "ingest", "messages"]),
     ("schedule-eval", &["bus", "daemon", "diagnostics", "frames", "messages", "schedule", "tasks"]),
@@ -139,6 +141,7 @@ const ALLOWED: [(&str, &[&str]); 46] = [
         &[
             "alignment",
             "answers",
+            "bcf",
             "bus",
             "cloud",
             "daemon",
@@ -152,6 +155,7 @@ const ALLOWED: [(&str, &[&str]); 46] = [
             "ingest",
             "input-files",
             "messages",
+            "model-check",
             "occupancy",
             "raster",
             "replica",

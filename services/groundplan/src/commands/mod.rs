@@ -3,6 +3,7 @@
 pub mod actuals;
 pub mod align;
 pub mod changes;
+pub mod check;
 pub mod completions;
 pub mod confirm;
 pub mod convert;
