@@ -193,7 +193,7 @@ class Building:
             return (a0, c0, a1, c1, z0, z1) if along_x else (c0, a0, c1, a1, z0, z1)
 
         across = thickness / 2 + 0.8 if fault == "opening_beside_wall" else 0.0
-        beyond = 60.0 if fault == "opening_beyond_wall" else 0.0
+        beyond = 45.0 if fault == "opening_beyond_wall" else 0.0
         hole = box(DOOR, thickness + 0.2, beyond, across, lift, lift + DOOR_HEIGHT)
         beside = 1.25 if fault == "door_beside_opening" else 0.0
         leaf = box(DOOR, LEAF, beside, 0.0, lift, lift + DOOR_HEIGHT)
@@ -311,9 +311,9 @@ def building(arguments):
                 truth["elements"] = [guid(f"{key} again")]
         # Slabs: under everything, with the stair's hole on the upper floor.
         flight = (hall0 + 1.0, CORRIDOR - FLIGHT, hall0 + 1.0 + (RISERS - 1) * TREAD, CORRIDOR)
-        plates = [(-OUTER, -OUTER, hall1 + OUTER, north1 + OUTER)]
+        plates = [(-OUTER, -OUTER, hall1 + OUTER, CORRIDOR + OUTER), (-OUTER, CORRIDOR + OUTER, length + OUTER, north1 + OUTER)]
         if s == 1 and fault != "storeys_apart":
-            plates = cut(plates[0], flight)
+            plates = [piece for plate in plates for piece in cut(plate, flight)]
         if on_floor and here:
             box = room_box(at_room)
             if fault == "floor_hole":
@@ -327,7 +327,8 @@ def building(arguments):
             plates = [piece for plate in plates for piece in cut(plate, hole)]
             inside = (max(hole[0], box[0]), max(hole[1], box[1]), min(hole[2], box[2]), min(hole[3], box[3]))
             truth["elements"] = truth["rooms"] = [guid(f"{name}.{at_room + 1} room")]
-            truth["area_m2"] = area(inside)
+            # Behind a crack the rest of the room is out of reach, too.
+            truth["area_m2"] = area(inside) if fault != "floor_crack" else None
         b.slab(f"{name} slab", s, plates)
         # Rooms and their doors.
         for k in range(n):
@@ -358,7 +359,7 @@ def building(arguments):
             b.door(door, s, middle, (x, CORRIDOR + INNER / 2), True, INNER, own)
             if own:
                 truth["elements"] = truth["doors"] = [guid(door)]
-            if own in ("door_without_opening", "opening_beside_wall", "opening_beyond_wall", "door_obstructed", "door_above_floor"):
+            if own in ("door_without_opening", "opening_beyond_wall", "door_obstructed", "door_above_floor"):
                 truth["unreachable"], truth["area_m2"] = [guid(room)], area(box)
         b.space(f"{name}.10 corridor", s, (0.0, 0.0, length, CORRIDOR))
         b.space(f"{name}.11 stairs", s, (hall0, 0.0, hall1, CORRIDOR))
@@ -378,7 +379,7 @@ def building(arguments):
         truth["elements"] = [guid("storey 1")]
     if fault == "element_out_of_reach":
         kind = () if b.is_old else ("$",)
-        far = 40000.0 + draw.uniform(0, 100)
+        far = 400000.0 + draw.uniform(0, 100)
         b.element("IFCFURNISHINGELEMENT", "desk", 0, [(far, far, far + 1.4, far + 0.7, 0.0, 0.75)])
         truth["elements"] = [guid("desk")]
     truth.update(fault=fault, code=FAULTS.get(fault))

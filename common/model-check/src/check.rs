@@ -36,13 +36,13 @@ pub fn check(situation: &Situation<'_>) -> ModelCheck {
     all.extend(elements::on_other_storeys(site));
     all.extend(input_faults::input_faults(situation));
     all.extend(input_faults::missing_data(situation));
-    let unreachable = rooms::unreachable(situation);
+    let unreachable = rooms::unreachable(situation, &regions);
     let mut groups = grouped(all);
     let explained = rooms::reach(&mut groups, &regions, &unreachable);
     // A room without floor is told as that.
     let told: BTreeSet<u32> = groups.iter().filter(|g| tells_of_rooms(g.code)).flat_map(|g| g.found.iter().flat_map(|f| f.rooms.clone())).collect();
     let rest = &(&unreachable - &explained) - &told;
-    groups.extend(grouped(rooms::left_over(situation, &rest)));
+    groups.extend(grouped(rooms::left_over(situation, &regions, &rest)));
     groups.sort_by(|a, b| b.weight().partial_cmp(&a.weight()).unwrap_or(std::cmp::Ordering::Equal));
     let issues = |is_wanted: &dyn Fn(&Group) -> bool| {
         groups.iter().filter(|group| is_wanted(group)).map(|group| group.issue(site)).collect::<Vec<_>>()

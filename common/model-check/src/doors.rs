@@ -5,7 +5,9 @@ use crate::evidence::{Found, Subject};
 use crate::regions::{Join, Regions, box_metres};
 use answers::Situation;
 use geometry::{OrientedBox, Point};
-use messages::{ClearWidth, DoorPassage, DoorPassageRecord, NONE, OpeningRecord, Site, element_flags, space_flags};
+use messages::{
+    BoxRecord, ClearWidth, DoorPassage, DoorPassageRecord, DoorRecord, NONE, OpeningRecord, Site, element_flags, space_flags,
+};
 
 /// A doorway that begins higher above its floor, in tenths of a millimetre, has no sill that people build.
 const MAX_SILL: i32 = 2_500;
@@ -13,8 +15,8 @@ const MAX_SILL: i32 = 2_500;
 const MIN_SHARE_IN_OPENING: f64 = 0.5;
 /// A door whose middle lies farther from that of its opening, through the wall, stands beside it: 0.6 m.
 const MAX_OFF_THROUGH_WALL: f64 = 6_000.0;
-/// An opening of which less lies in its wall, along it or in height, misses it.
-const MIN_SHARE_IN_WALL: f64 = 0.5;
+/// An opening that is farther from its wall, along it or in height, misses it: 0.05 m. One that is nearer may have cut the end off.
+const OFF_WALL: f64 = 500.0;
 
 /// What is found of all doors and openings.
 pub(crate) fn doors(situation: &Situation<'_>, storeys: &[Regions]) -> Vec<Found> {
@@ -42,7 +44,11 @@ fn closed_doors(situation: &Situation<'_>, storeys: &[Regions]) -> Vec<Found> {
             all.extend(one_sided(situation, passage));
             continue;
         };
-        let words = export::reason_text(site, robot, passage, reason);
+        let misses = site.openings.get(door.opening as usize).and_then(|opening| how_it_misses(site, opening));
+        let words = match misses.filter(|_| code == IssueCode::OpeningMissesWall) {
+            Some(how) => format!("its opening {}: {how}", site.text(site.openings[door.opening as usize].global_id)),
+            None => export::reason_text(site, robot, passage, reason),
+        };
         let assumed = code == IssueCode::DoorTooNarrow && door.clear_width_from.get() == ClearWidth::Assumed;
         let text = if assumed {
             format!("{words}; it is {:.2} m wide overall, 0.10 m less is assumed to be clear", door.overall_width_m)
@@ -62,12 +68,12 @@ fn cause_of(situation: &Situation<'_>, passage: &DoorPassageRecord) -> Option<(I
     let site = situation.site;
     let reasons: Vec<DoorPassage> = passage.closed_by().collect();
     let door = &site.doors[passage.door as usize];
+    let misses = !reasons.is_empty() && misses_wall(site, door.opening);
     let code = |reason: &DoorPassage| {
         let code = match reason {
             DoorPassage::InProgress => IssueCode::DoorInWork,
-            DoorPassage::NoOpening | DoorPassage::WallUncut if misses_wall(site, door.opening) => {
-                IssueCode::OpeningMissesWall
-            }
+            // Whatever lies where the opening is: the door is not there.
+            _ if misses => IssueCode::OpeningMissesWall,
             DoorPassage::NoOpening => IssueCode::DoorWithoutOpening,
             DoorPassage::WallUncut => IssueCode::WallNotCut,
             DoorPassage::NoFloor => IssueCode::DoorWithoutFloor,
@@ -109,11 +115,26 @@ fn rise(site: &Site<'_>, passage: &DoorPassageRecord) -> i32 {
 
 /// The parts of floor on the two sides of a door.
 fn joined_by(situation: &Situation<'_>, storeys: &[Regions], passage: &DoorPassageRecord) -> Option<Join> {
+    let site = situation.site;
     let grid = situation.grids.heads().position(|head| head.map_storey == passage.map_storey)?;
-    let mut parts = storeys[grid].beside(&passage.way);
+    let door = &site.doors[passage.door as usize];
+    // An opening elsewhere leads nowhere: what counts is where the door stands.
+    let way = if misses_wall(site, door.opening) { own_way(site, door)? } else { passage.way };
+    let mut parts = storeys[grid].beside(&way);
     parts.sort_unstable();
     parts.dedup();
     (parts.len() > 1).then_some(Join { grid, parts })
+}
+
+/// The plan of a door's own body, along its width.
+fn own_way(site: &Site<'_>, door: &DoorRecord) -> Option<BoxRecord> {
+    let element = &site.elements[door.element as usize];
+    let points: Vec<Point> =
+        site.element_meshes(element).flat_map(|mesh| mesh.vertices.iter().map(|v| [v[0], v[1]])).collect();
+    let body = OrientedBox::smallest_around(&points)?;
+    let is_along = body.half[0] >= body.half[1];
+    let [axis, half] = if is_along { [body.axis, body.half] } else { [body.across(), [body.half[1], body.half[0]]] };
+    Some(BoxRecord { centre: body.centre, axis, half })
 }
 
 /// A door between two rooms that has floor on one side alone.
@@ -142,7 +163,7 @@ fn beside_its_opening(site: &Site<'_>, k: usize) -> Option<Found> {
     let door = &site.doors[k];
     let element = &site.elements[door.element as usize];
     let opening = site.openings.get(door.opening as usize).filter(|opening| opening.plan.half[0] > 0.0)?;
-    if element.n_parts == 0 || element.has(element_flags::BOUNDING_BOX) {
+    if element.n_parts == 0 || element.has(element_flags::BOUNDING_BOX) || how_it_misses(site, opening).is_some() {
         return None;
     }
     let plan = opening.plan.to_box();
@@ -206,8 +227,7 @@ fn how_it_misses(site: &Site<'_>, opening: &OpeningRecord) -> Option<&'static st
     }
     let [bottom, top] = [wall.min_tenths[2], wall.max_tenths[2]];
     let in_height = top.min(opening.top_z_tenths) - bottom.max(opening.bottom_z_tenths);
-    let height = opening.top_z_tenths - opening.bottom_z_tenths;
-    if f64::from(in_height) < MIN_SHARE_IN_WALL * f64::from(height.min(top - bottom)) {
+    if f64::from(in_height) < -OFF_WALL {
         return Some("it lies above or below its wall");
     }
     let points: Vec<Point> =
@@ -222,8 +242,7 @@ fn how_it_misses(site: &Site<'_>, opening: &OpeningRecord) -> Option<&'static st
             let wall = OrientedBox::around(points, plan.axis)?;
             let off = [plan.centre[0] - wall.centre[0], plan.centre[1] - wall.centre[1]];
             let along = (off[0] * plan.axis[0] + off[1] * plan.axis[1]).abs();
-            let shared = (wall.half[0] + plan.half[0] - along).min(2.0 * plan.half[0].min(wall.half[0]));
-            (shared < MIN_SHARE_IN_WALL * 2.0 * plan.half[0]).then_some("it lies beyond the end of its wall")
+            (along - wall.half[0] - plan.half[0] > OFF_WALL).then_some("it lies beyond the end of its wall")
         }
     }
 }
@@ -260,13 +279,8 @@ fn missed_wall(situation: &Situation<'_>, storeys: &[Regions], opening: &Opening
             let subject = Subject::Named([id, "IfcOpeningElement".to_owned(), format!("of wall {name}")]);
             let mut found = Found::of(IssueCode::OpeningMissesWall, subject, text);
             found.place = crate::evidence::place_of_element(site, opening.host as usize);
-            // Above the robot's height walls are no obstacle: a window that is missing changes what a lidar sees, no way.
-            let robot_top = |floor: i32| floor + frames::tenths(situation.index.head.robot.height_m).unwrap_or(0);
-            let floors = site.levels().map(|(_, storey)| storey.floor_z_tenths);
-            let is_way = floors.into_iter().any(|floor| {
-                opening.bottom_z_tenths <= floor + MAX_SILL && opening.top_z_tenths >= robot_top(floor) && floor <= opening.top_z_tenths
-            });
-            Some(if filling.is_none() && is_way { found } else { found.without_effect_on_maps() })
+            // What was to be open stays closed: a room that cannot be reached for that is told itself.
+            Some(found.without_effect_on_maps())
         }
     }
 }

@@ -81,7 +81,7 @@ pub(crate) fn gaps(
         found.area_m2 = area_m2;
         found.rooms = rooms.into_iter().collect();
         found.place = Some(place_of(grid, &cells));
-        found.joins.extend(joined_over(at, &spec, regions, &cells));
+        found.joins.extend(joined_over(at, grid, regions, &cells));
         all.push(found);
     }
     all
@@ -194,7 +194,8 @@ fn holes_of(site: &Site<'_>, element: usize, floor_z: i32) -> geometry::MultiPol
 }
 
 /// The parts of floor around a gap.
-fn joined_over(at: usize, spec: &GridSpec, regions: &Regions, cells: &[usize]) -> Option<Join> {
+fn joined_over(at: usize, grid: &Grid<'_>, regions: &Regions, cells: &[usize]) -> Option<Join> {
+    let spec = grid.spec();
     // The keep-out margin lies between a gap and where the robot stands.
     let reach = libm::ceil(0.8 / spec.resolution_m()) as isize;
     let (width, height) = (spec.width as isize, spec.height as isize);
@@ -203,8 +204,10 @@ fn joined_over(at: usize, spec: &GridSpec, regions: &Regions, cells: &[usize]) -
         let (x, y) = (cell as isize % width, cell as isize / width);
         for (dx, dy) in [(reach, 0), (-reach, 0), (0, reach), (0, -reach), (reach / 2, 0), (-reach / 2, 0), (0, reach / 2), (0, -reach / 2)] {
             let (x, y) = (x + dx, y + dy);
-            if 0 <= x && x < width && 0 <= y && y < height {
-                around.insert(regions.part((y * width + x) as usize));
+            let beside = (y * width + x) as usize;
+            // Not through walls.
+            if 0 <= x && x < width && 0 <= y && y < height && grid.space[beside] == grid.space[cell] {
+                around.insert(regions.part(beside));
             }
         }
     }
@@ -215,7 +218,12 @@ fn joined_over(at: usize, spec: &GridSpec, regions: &Regions, cells: &[usize]) -
 /// Enclosed floor of a storey with rooms that lies in none of them.
 pub(crate) fn without_room(site: &Site<'_>, grid: &Grid<'_>) -> Vec<Found> {
     let own = |space: &messages::SpaceRecord| space.map_storey == grid.head.map_storey && space.n_rings > 0;
-    if grid.head.floor == FloorKind::Ground || !site.spaces.iter().any(own) {
+    // A room without a body may lie there: it is told itself.
+    let is_bodiless = |space: &messages::SpaceRecord| {
+        let storey = site.storeys.get(space.storey as usize);
+        space.n_rings == 0 && storey.is_some_and(|storey| storey.map_storey == grid.head.map_storey)
+    };
+    if grid.head.floor == FloorKind::Ground || !site.spaces.iter().any(own) || site.spaces.iter().any(is_bodiless) {
         return Vec::new();
     }
     let spec = grid.spec();

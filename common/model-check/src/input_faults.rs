@@ -41,10 +41,10 @@ impl<'a> ById<'a> {
     }
 }
 
-/// The cause that a diagnostic of the model tells of; `None` for what is told otherwise, or is no fault.
-fn code_of(code: DiagnosticCode) -> Option<IssueCode> {
+/// The cause that a diagnostic of the model tells of.
+fn code_of(code: DiagnosticCode) -> IssueCode {
     use DiagnosticCode as D;
-    let code = match code {
+    match code {
         D::GeometryFailed | D::BodyWithoutFaces | D::SwallowedByOpenings => IssueCode::GeometryFailed,
         D::GeometryIncomplete | D::BooleanDoubtful | D::OpeningsNotCut | D::OpeningFilled => IssueCode::GeometryDoubtful,
         D::CoordinatesOutOfReach | D::PlacementUnusable => IssueCode::ElementOutOfReach,
@@ -60,8 +60,8 @@ fn code_of(code: DiagnosticCode) -> Option<IssueCode> {
         D::MapConversionDoubtful | D::MapConversionUnusable | D::MapConversionMissing | D::MapScalesDiffer | D::ProjectedSystemsDiffer => {
             IssueCode::GeoreferenceDoubtful
         }
-        // The opening is looked at itself.
-        D::OpeningBesideWall => return None,
+        // The wall is cut where the door stands, so that the opening itself lies in the wall by now.
+        D::OpeningBesideWall => IssueCode::OpeningMissesWall,
         // Of the schedule.
         D::CalendarUnreadable | D::DateEntityUnreadable | D::LagMissing | D::SequenceDangling | D::SequenceUserDefined
         | D::TaskCalendarTwice | D::TaskControlDangling | D::TaskLinkDangling | D::TaskLinkWithoutState | D::TaskLinksTooMany
@@ -69,8 +69,7 @@ fn code_of(code: DiagnosticCode) -> Option<IssueCode> {
             IssueCode::ScheduleDoubtful
         }
         _ => IssueCode::FileDoubtful,
-    };
-    Some(code)
+    }
 }
 
 fn of_site(situation: &Situation<'_>, by_id: &ById<'_>, diagnostic: &DiagnosticRecord) -> Vec<Found> {
@@ -80,7 +79,7 @@ fn of_site(situation: &Situation<'_>, by_id: &ById<'_>, diagnostic: &DiagnosticR
     if diagnostic.severity.get() == Severity::Info && kind != DiagnosticCode::DoorWidthMissing {
         return Vec::new();
     }
-    let Some(code) = code_of(kind) else { return Vec::new() };
+    let code = code_of(kind);
     let [id, name, message] = [diagnostic.global_id, diagnostic.name, diagnostic.message].map(|text| site.text(text));
     let source = |element: &&usize| {
         diagnostic.source == NONE || (site.elements[**element].source == diagnostic.source && site.elements[**element].step_id == diagnostic.step_id)
@@ -98,6 +97,9 @@ fn of_site(situation: &Situation<'_>, by_id: &ById<'_>, diagnostic: &DiagnosticR
         }
     };
     let mut found = Found::of(code, subject.clone(), message);
+    if kind == DiagnosticCode::OpeningBesideWall {
+        found = found.without_effect_on_maps();
+    }
     match subject {
         Subject::Element(element) => {
             let record = &site.elements[element];

@@ -76,7 +76,7 @@ impl StoreyPicture {
     }
 
     fn paint_closed_doors(&mut self, situation: &Situation<'_>, grid: &Grid<'_>) {
-        let [lo, hi] = grid.head.slab_tenths;
+        let [lo, hi] = grid.head.slab_tenths.map(|above| grid.head.floor_z_tenths + above);
         let own = situation.index.doors.iter().filter(|d| d.map_storey == grid.head.map_storey && d.passage.get().is_closed());
         for passage in own {
             let element = &situation.site.elements[situation.site.doors[passage.door as usize].element as usize];

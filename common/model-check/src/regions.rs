@@ -55,7 +55,10 @@ impl Regions {
         let part_of_space = in_space.into_iter().map(|(space, parts)| (space, most(parts))).collect();
         let is_reached = vec![false; area_m2.len()];
         let mut regions = Self { spec, labels, area_m2, is_reached, part_of_space };
-        let own = |part: &&messages::FloorPartRecord| part.map_storey == grid.head.map_storey && part.is_reached == 1;
+        let own = |part: &&messages::FloorPartRecord| {
+            // To a part with a stair or an outer door of its own a robot can be brought: another dwelling is no fault.
+            part.map_storey == grid.head.map_storey && (part.is_reached == 1 || part.has_way_in == 1)
+        };
         for part in mission_plan.floor_parts.iter().filter(own) {
             let label = regions.part_at(part.at_m) as usize;
             regions.is_reached[label] = label > 0;
@@ -76,6 +79,17 @@ impl Regions {
     /// The part of a cell; 0 for none.
     pub(crate) fn part(&self, cell: usize) -> u32 {
         self.labels[cell]
+    }
+
+    /// True if the part in which most of a space lies is one that the robot gets to.
+    pub(crate) fn has_reached(&self, space: u32) -> bool {
+        self.part_of_space.get(&space).is_some_and(|part| self.is_reached[*part as usize])
+    }
+
+    /// True if other spaces lie in the part of a space.
+    pub(crate) fn is_shared(&self, space: u32) -> bool {
+        let Some(own) = self.part_of_space.get(&space) else { return false };
+        self.part_of_space.iter().any(|(other, part)| *other != space && part == own)
     }
 
     /// The parts on the two sides of a way through a wall.

@@ -7,7 +7,7 @@ use answers::{RoomRef, Situation};
 use export::{ExportInput, NotMapped};
 use frames::metres;
 use geometry::{Bounds, MultiPolygon, intersection};
-use messages::{FloorKind, NONE, Site, SpaceAccess, space_flags};
+use messages::{FloorKind, NONE, NoWaypoint, Site, SpaceAccess, space_flags};
 use std::collections::BTreeSet;
 
 /// Rooms that share less are not said to overlap.
@@ -26,12 +26,17 @@ pub(crate) fn is_room(site: &Site<'_>, space: usize) -> bool {
 }
 
 /// Rooms to which no way leads.
-pub(crate) fn unreachable(situation: &Situation<'_>) -> BTreeSet<u32> {
+pub(crate) fn unreachable(situation: &Situation<'_>, storeys: &[Regions]) -> BTreeSet<u32> {
     let site = situation.site;
     let plan = situation.mission_plan;
     let is_out = |space: &u32| {
+        let has_reached = storeys.iter().any(|storey| storey.has_reached(*space));
         let space = *space as usize;
-        is_room(site, space) && plan.spaces[space].access == SpaceAccess::NoWay && site.spaces[space].map_storey != NONE
+        let why = plan.spaces[space].why.get();
+        // Of rooms in each other that is told; a void has no floor.
+        let is_no_place = why == NoWaypoint::Shared || (why == NoWaypoint::NoFloor && is_void(site, space));
+        let is_mapped = is_room(site, space) && site.spaces[space].map_storey != NONE;
+        is_mapped && plan.spaces[space].access == SpaceAccess::NoWay && !has_reached && !is_no_place
     };
     (0..site.spaces.len() as u32).filter(is_out).collect()
 }
@@ -120,7 +125,7 @@ fn assumed_storeys(situation: &Situation<'_>) -> Vec<Found> {
 
 /// Rooms of a storey that share floor.
 fn overlapping(site: &Site<'_>) -> Vec<Found> {
-    let is_mapped = |k: &usize| is_room(site, *k) && site.spaces[*k].n_rings > 0;
+    let is_mapped = |k: &usize| is_room(site, *k) && site.spaces[*k].n_rings > 0 && !is_void(site, *k);
     let polygon = |k: usize| {
         let polygon = site.floor_polygon(&site.spaces[k]);
         polygon.bounds().map(|bounds| (k, polygon, bounds))
@@ -128,13 +133,17 @@ fn overlapping(site: &Site<'_>) -> Vec<Found> {
     let mut rooms: Vec<(usize, MultiPolygon, Bounds)> =
         (0..site.spaces.len()).filter(is_mapped).filter_map(polygon).collect();
     rooms.sort_by_key(|(k, _, bounds)| (bounds.min[0], *k));
-    let mut all = Vec::new();
+    let mut all: Vec<Found> = Vec::new();
     for (at, (a, polygon_a, bounds_a)) in rooms.iter().enumerate() {
         let near = rooms[at + 1..].iter().take_while(|(_, _, bounds)| bounds.min[0] < bounds_a.max[0]);
         for (b, polygon_b, _) in near.filter(|(_, _, bounds)| bounds.meets(bounds_a)) {
             all.extend(shared(site, (*a, polygon_a), (*b, polygon_b)));
         }
     }
+    // A room in two others is told once, with that which it shares most with.
+    let space = |found: &Found| found.rooms.first().copied();
+    all.sort_by(|a, b| space(a).cmp(&space(b)).then(b.area_m2.total_cmp(&a.area_m2)));
+    all.dedup_by_key(|found| space(found));
     all
 }
 
@@ -167,15 +176,19 @@ fn shared(site: &Site<'_>, a: (usize, &MultiPolygon), b: (usize, &MultiPolygon))
 }
 
 /// Rooms that stay out of reach whatever the issues so far explain.
-pub(crate) fn left_over(situation: &Situation<'_>, rooms: &BTreeSet<u32>) -> Vec<Found> {
+pub(crate) fn left_over(situation: &Situation<'_>, storeys: &[Regions], rooms: &BTreeSet<u32>) -> Vec<Found> {
     let site = situation.site;
     let found = |&space: &u32| {
         let has_door = site.doors.iter().any(|door| door.spaces.contains(&space));
         let reason = situation.mission_plan.access_reason(space as usize);
-        let (code, text) = if has_door || is_void(site, space as usize) {
-            (IssueCode::RoomUnreachable, reason.to_owned())
-        } else {
-            (IssueCode::RoomWithoutDoor, String::new())
+        let is_open = storeys.iter().any(|storey| storey.is_shared(space));
+        let (code, text) = match situation.mission_plan.spaces[space as usize].why.get() {
+            // What stands there is there, as far as the model knows.
+            NoWaypoint::TooNarrow | NoWaypoint::Keepout | NoWaypoint::Blocked | NoWaypoint::Closing => {
+                (IssueCode::RoomBehind, reason.to_owned())
+            }
+            _ if has_door || is_open || is_void(site, space as usize) => (IssueCode::RoomUnreachable, reason.to_owned()),
+            _ => (IssueCode::RoomWithoutDoor, String::new()),
         };
         let mut found = Found::of(code, Subject::Space(space as usize), text);
         found.area_m2 = site.spaces[space as usize].area_m2;

@@ -40,8 +40,11 @@ fn apart(situation: &Situation<'_>) -> Vec<Found> {
     for (storey, of_storey) in &rooms {
         *n_rooms.entry(sets.first(*storey)).or_insert(0) += of_storey.len();
     }
-    let Some(main) = n_rooms.iter().max_by_key(|(_, n)| **n).map(|(first, _)| *first) else { return Vec::new() };
-    let is_apart: Vec<u32> = rooms.keys().copied().filter(|storey| sets.first(*storey) != main).collect();
+    let Some(main) = n_rooms.iter().max_by_key(|(first, n)| (**n, std::cmp::Reverse(**first))).map(|(first, _)| *first) else { return Vec::new() };
+    // A roof with a room over it, and no door, is no storey that people go to.
+    let has_door = |storey: u32| site.doors.iter().any(|door| door.map_storey == storey);
+    let is_apart: Vec<u32> =
+        rooms.keys().copied().filter(|storey| sets.first(*storey) != main && has_door(*storey)).collect();
     let found = |storey: u32| {
         let mut found = Found::of(IssueCode::StoreysApart, Subject::MapStorey(storey), why_apart(site, storey));
         found.rooms.clone_from(&rooms[&storey]);

@@ -32,7 +32,7 @@ pub(crate) fn gaps(site: &Site<'_>, grid: &Grid<'_>) -> Vec<Found> {
     if grid.head.floor == FloorKind::Ground {
         return Vec::new();
     }
-    let [lo, hi] = grid.head.slab_tenths;
+    let [lo, hi] = grid.head.slab_tenths.map(|above| grid.head.floor_z_tenths + above);
     let slab = Slab { lo, hi };
     let bounds_room = |class: Class| !matches!(class, Class::None | Class::Furniture | Class::Mep | Class::Railing | Class::Slab);
     let solid = |k: usize| {

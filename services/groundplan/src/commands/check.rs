@@ -145,12 +145,6 @@ impl Answer for ModelCheck {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::shipped_schema::assert_shipped_schema;
-
-    #[test]
-    fn the_shipped_schema_is_that_of_the_document() {
-        assert_shipped_schema("model-check", &schemars::schema_for!(ModelCheck));
-    }
 
     #[test]
     fn topics_of_the_same_files_have_the_same_time() {
