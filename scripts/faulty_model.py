@@ -205,7 +205,8 @@ class Building:
         more = (height, width) if self.is_old else (height, width, ".DOOR.", swing, "$")
         door = self.element("IFCDOOR", key, storey, [leaf], *more)
         if self.is_old and fault != "door_without_operation":
-            style = file.root("IFCDOORSTYLE", f"style of {key}", "Style", "$", "$", "$", "$", "$", ".SINGLE_SWING_LEFT.", ".NOTDEFINED.", ".T.", ".F.")
+            style = file.root("IFCDOORSTYLE", f"style of {key}", "Style", "$", "$", "$", "$", "$", ".SINGLE_SWING_LEFT.",
+                              ".NOTDEFINED.", ".T.", ".F.")
             file.root("IFCRELDEFINESBYTYPE", f"type of {key}", "", "$", [door], style)
         if fault != "door_without_opening":
             more = () if self.is_old else (".OPENING.",)
@@ -229,7 +230,8 @@ class Building:
             made = file.root("IFCPROPERTYSET", "planning", "Planning", "$", [number])
             file.root("IFCRELDEFINESBYPROPERTIES", "of planning", "", "$", self.contained[0], made)
         head = "ISO-10303-21;\nHEADER;\nFILE_DESCRIPTION(('ViewDefinition [ReferenceView]'),'2;1');\n"
-        head += f"FILE_NAME('faulty.ifc','2024-01-01T00:00:00',(''),(''),'','groundplan','');\nFILE_SCHEMA(('{self.schema}'));\nENDSEC;\nDATA;\n"
+        head += "FILE_NAME('faulty.ifc','2024-01-01T00:00:00',(''),(''),'','groundplan','');\n"
+        head += f"FILE_SCHEMA(('{self.schema}'));\nENDSEC;\nDATA;\n"
         return head + "\n".join(file.lines) + "\nENDSEC;\nEND-ISO-10303-21;\n"
 
 
@@ -295,7 +297,8 @@ def building(arguments):
                 profile = b.file.add("IFCARBITRARYCLOSEDPROFILEDEF", ".AREA.", "$", line)
                 axes = b.file.add("IFCAXIS2PLACEMENT3D", b.file.point(0, 0, 0), "$", "$")
                 solid = b.file.add("IFCEXTRUDEDAREASOLID", profile, axes, b.file.direction(0, 0, 1), b.file.length(CLEAR))
-                shape = b.file.add("IFCPRODUCTDEFINITIONSHAPE", "$", "$", [b.file.add("IFCSHAPEREPRESENTATION", b.context, "'Body'", "'SweptSolid'", [solid])])
+                shape = b.file.add("IFCSHAPEREPRESENTATION", b.context, "'Body'", "'SweptSolid'", [solid])
+                shape = b.file.add("IFCPRODUCTDEFINITIONSHAPE", "$", "$", [shape])
                 truth["elements"] = [guid(key)]
             other = guid(f"{name} wall south") if fault == "duplicate_global_id" and here and k == inner_room else None
             listed = 1 - s if fault == "element_on_other_storey" and here and k == inner_room else None
@@ -354,8 +357,7 @@ def building(arguments):
                 truth["area_m2"] = area(box)
                 continue
             own = fault if this and fault and (fault.startswith("door_") or fault.startswith("opening_")) else None
-            x = (box[0] + room_box(k)[2]) / 2 if own == "door_beside_opening" else room_box(k)[0] + draw.uniform(0.8, widths[k] - 0.8)
-            x = room_box(k)[0] + 0.9 if own == "door_beside_opening" else x
+            x = room_box(k)[0] + (0.9 if own == "door_beside_opening" else draw.uniform(0.8, widths[k] - 0.8))
             b.door(door, s, middle, (x, CORRIDOR + INNER / 2), True, INNER, own)
             if own:
                 truth["elements"] = truth["doors"] = [guid(door)]

@@ -65,7 +65,9 @@ pub(crate) fn closed(bytes: &[u8], version: BcfVersion, status: &str, comment: &
 }
 
 fn is_modified(path: &[String]) -> bool {
-    path.len() == 3 && path[..2] == ["Markup", "Topic"] && ["ModifiedDate", "ModifiedAuthor"].contains(&path[2].as_str())
+    path.len() == 3
+        && path[..2] == ["Markup", "Topic"]
+        && ["ModifiedDate", "ModifiedAuthor"].contains(&path[2].as_str())
 }
 
 fn with_status(start: &BytesStart<'_>, status: &str) -> Result<BytesStart<'static>, String> {

@@ -88,7 +88,8 @@ impl Container {
     pub fn read(bytes: &[u8]) -> Result<Self, BcfError> {
         let files = unpacked(bytes)?;
         let version = files.get("bcf.version").map(|bytes| read_version(bytes)).transpose();
-        let version = version.map_err(|why| BcfError::Document { file: "bcf.version".to_owned(), why })?.unwrap_or_default();
+        let version =
+            version.map_err(|why| BcfError::Document { file: "bcf.version".to_owned(), why })?.unwrap_or_default();
         let version = BcfVersion::of(&version).ok_or(BcfError::Version(version))?;
         let mut topics = Vec::new();
         for (path, bytes) in files.iter().filter(|(path, _)| path.ends_with("/markup.bcf")) {
@@ -157,7 +158,8 @@ impl Container {
         let path = self.files.keys().find(is_own).cloned().ok_or_else(no_topic)?;
         let markup = closed(&self.files[&path], self.version, status, comment);
         let markup = markup.map_err(|why| BcfError::Document { file: path.clone(), why })?;
-        let (mut topic, _) = read_markup(&markup, self.version).map_err(|why| BcfError::Document { file: path.clone(), why })?;
+        let (mut topic, _) =
+            read_markup(&markup, self.version).map_err(|why| BcfError::Document { file: path.clone(), why })?;
         topic.viewpoints = std::mem::take(&mut self.topics[at].viewpoints);
         self.topics[at] = topic;
         self.files.insert(path, markup);
@@ -171,7 +173,10 @@ impl Container {
         // Readers look at the version first.
         let (first, rest): (Vec<_>, Vec<_>) = self.files.iter().partition(|(path, _)| *path == "bcf.version");
         for (path, bytes) in first.into_iter().chain(rest) {
-            let written = zip.start_file(path.as_str(), options).map_err(std::io::Error::from).and_then(|()| zip.write_all(bytes));
+            let written = zip
+                .start_file(path.as_str(), options)
+                .map_err(std::io::Error::from)
+                .and_then(|()| zip.write_all(bytes));
             written.expect("memory does not fail, and names and sizes are those of files");
         }
         zip.finish().expect("memory does not fail").into_inner()

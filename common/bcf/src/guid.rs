@@ -33,6 +33,10 @@ mod tests {
         assert_eq!(uuid(&["a", "b"]), uuid(&["a", "b"]));
         assert_ne!(uuid(&["a", "b"]), uuid(&["a", "c"]));
         assert!(is_uuid(&uuid(&["a"])) && !is_uuid("a") && !is_uuid("0-0-0-0-0"));
-        assert!(is_global_id("2nJpOmW6eM0ctxYO6wzQ8k") && !is_global_id("2nJpOmW6eM0ctxYO6wzQ8") && !is_global_id("2nJpOmW6eM0ctxYO6wzQ8-"));
+        assert!(
+            is_global_id("2nJpOmW6eM0ctxYO6wzQ8k")
+                && !is_global_id("2nJpOmW6eM0ctxYO6wzQ8")
+                && !is_global_id("2nJpOmW6eM0ctxYO6wzQ8-")
+        );
     }
 }

@@ -1,7 +1,7 @@
 //! Topics about a building model as BCF files: written and read, versions 2.1 and 3.0. No site, no file of the system, no clock.
 //!
 //! [`written`] makes a container of [`Topic`]s with camera, components, lines, picture and comments. [`Container`] is one that
-//! somebody else may have written: its topics are read, topics are closed and added in it, and all else stays as it is, byte for byte.
+//! somebody else may have written: its topics are read, topics are closed and added in it, and all else stays as it is.
 //!
 //! # Guarantees
 //!

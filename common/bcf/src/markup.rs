@@ -33,7 +33,8 @@ pub(crate) fn extensions(topics: &[Topic]) -> Result<Vec<u8>> {
     let mut xml = document()?;
     xml.create_element("Extensions").write_inner_content(|xml| {
         for (list, item, words) in &lists {
-            xml.create_element(*list).write_inner_content(|xml| words.iter().try_for_each(|word| text(xml, item, word)))?;
+            xml.create_element(*list)
+                .write_inner_content(|xml| words.iter().try_for_each(|word| text(xml, item, word)))?;
         }
         Ok(())
     })?;

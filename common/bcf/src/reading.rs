@@ -52,7 +52,9 @@ fn walk(bytes: &[u8], visit: &mut dyn FnMut(&[String], Met<'_>) -> Result<(), St
             Event::GeneralRef(reference) => {
                 let name = reference.xml10_content();
                 let character = reference.resolve_char_ref().map_err(|e| e.to_string())?;
-                let resolved = character.map(String::from).or_else(|| quick_xml::escape::resolve_xml_entity(&name).map(str::to_owned));
+                let resolved = character
+                    .map(String::from)
+                    .or_else(|| quick_xml::escape::resolve_xml_entity(&name).map(str::to_owned));
                 let resolved = resolved.ok_or_else(|| format!("the entity &{name}; is not known"))?;
                 if let Some(of) = texts.last_mut() {
                     of.push_str(&resolved);
@@ -169,7 +171,8 @@ fn set(topic: &mut Topic, name: &str, text: &str) {
 /// Camera, selection and lines of a viewpoint.
 pub(crate) fn read_viewpoint(bytes: &[u8], viewpoint: &mut Viewpoint) -> Result<(), String> {
     const NONE: f64 = f64::NAN;
-    let mut camera = Camera { position: [NONE; 3], direction: [NONE; 3], up: [NONE; 3], height_m: NONE, aspect_ratio: 1.0 };
+    let mut camera =
+        Camera { position: [NONE; 3], direction: [NONE; 3], up: [NONE; 3], height_m: NONE, aspect_ratio: 1.0 };
     walk(bytes, &mut |path, met| {
         match (names(path).as_slice(), met) {
             (["VisualizationInfo", "Components", "Selection", "Component"], Met::Start(start)) => {
@@ -177,7 +180,12 @@ pub(crate) fn read_viewpoint(bytes: &[u8], viewpoint: &mut Viewpoint) -> Result<
                 viewpoint.components.push(Component { global_id, authoring_tool_id: String::new() });
             }
             (["VisualizationInfo", "Components", "Selection", "Component", "AuthoringToolId"], Met::End(text)) => {
-                viewpoint.components.iter_mut().last().into_iter().for_each(|c| text.clone_into(&mut c.authoring_tool_id));
+                viewpoint
+                    .components
+                    .iter_mut()
+                    .last()
+                    .into_iter()
+                    .for_each(|c| text.clone_into(&mut c.authoring_tool_id));
             }
             (["VisualizationInfo", "OrthogonalCamera", of, axis], Met::End(text)) => {
                 let vector = match *of {
@@ -188,8 +196,12 @@ pub(crate) fn read_viewpoint(bytes: &[u8], viewpoint: &mut Viewpoint) -> Result<
                 };
                 set_axis(vector, axis, number(text)?);
             }
-            (["VisualizationInfo", "OrthogonalCamera", "ViewToWorldScale"], Met::End(text)) => camera.height_m = number(text)?,
-            (["VisualizationInfo", "OrthogonalCamera", "AspectRatio"], Met::End(text)) => camera.aspect_ratio = number(text)?,
+            (["VisualizationInfo", "OrthogonalCamera", "ViewToWorldScale"], Met::End(text)) => {
+                camera.height_m = number(text)?
+            }
+            (["VisualizationInfo", "OrthogonalCamera", "AspectRatio"], Met::End(text)) => {
+                camera.aspect_ratio = number(text)?
+            }
             (["VisualizationInfo", "Lines", "Line"], Met::Start(_)) => viewpoint.lines.push([[0.0; 3]; 2]),
             (["VisualizationInfo", "Lines", "Line", end @ ("StartPoint" | "EndPoint"), axis], Met::End(text)) => {
                 let Some(line) = viewpoint.lines.last_mut() else { return Ok(()) };

@@ -58,7 +58,8 @@ fn comment(text: &str) -> Comment {
 #[test]
 fn what_is_written_is_read_again_in_both_versions() {
     for version in VERSIONS {
-        let mut topics = vec![topic("a"), topic("b"), Topic { comments: Vec::new(), viewpoints: Vec::new(), ..topic("c") }];
+        let mut topics =
+            vec![topic("a"), topic("b"), Topic { comments: Vec::new(), viewpoints: Vec::new(), ..topic("c") }];
         let bytes = written(&topics, version);
         assert_eq!(bytes, written(&topics, version), "the same topics give the same bytes");
         let container = Container::read(&bytes).unwrap();
@@ -95,7 +96,12 @@ fn zipped(files: &[(String, Vec<u8>)]) -> Vec<u8> {
 fn a_topic_is_closed_with_a_comment_and_nothing_else_changes() {
     for version in VERSIONS {
         let bare = Topic { comments: Vec::new(), viewpoints: Vec::new(), description: String::new(), ..topic("bare") };
-        for own in [topic("a"), bare, Topic { comments: Vec::new(), ..topic("c") }, Topic { viewpoints: Vec::new(), ..topic("d") }] {
+        for own in [
+            topic("a"),
+            bare,
+            Topic { comments: Vec::new(), ..topic("c") },
+            Topic { viewpoints: Vec::new(), ..topic("d") },
+        ] {
             let mut others = files(&written(&[own.clone(), topic("other")], version));
             others.push(("a note.txt".to_owned(), b"of somebody else".to_vec()));
             let mut container = Container::read(&zipped(&others)).unwrap();
@@ -132,7 +138,8 @@ fn what_no_version_has_survives_closing() {
          Guid=\"{guid}\"><Viewpoint>v.bcfv</Viewpoint></Viewpoints></Markup>"
     );
     let version = (String::from("bcf.version"), b"<Version VersionId=\"2.1\"/>".to_vec());
-    let mut container = Container::read(&zipped(&[version, (format!("{guid}/markup.bcf"), markup.clone().into_bytes())])).unwrap();
+    let mut container =
+        Container::read(&zipped(&[version, (format!("{guid}/markup.bcf"), markup.clone().into_bytes())])).unwrap();
     container.set_status(&guid, "Closed", &comment("c")).unwrap();
     let all = files(&container.bytes());
     let (_, after) = all.iter().find(|(path, _)| path.ends_with("markup.bcf")).unwrap();
@@ -159,7 +166,10 @@ fn bad_containers_are_refused_with_the_file_that_is_bad() {
         Container::read(&zipped(&files)).unwrap_err().to_string()
     };
     assert!(matches!(Container::read(b"PK no archive"), Err(BcfError::Archive(_))));
-    assert_eq!(refused(&[("bcf.version", "<Version VersionId=\"9.9\"/>")]), "its version is \"9.9\": 2.1 and 3.0 are read");
+    assert_eq!(
+        refused(&[("bcf.version", "<Version VersionId=\"9.9\"/>")]),
+        "its version is \"9.9\": 2.1 and 3.0 are read"
+    );
     assert_eq!(refused(&[("x.txt", "")]), "its version is \"\": 2.1 and 3.0 are read");
     let version = ("bcf.version", "<Version VersionId=\"2.1\"/>");
     let cut = refused(&[version, ("a/markup.bcf", "<Markup><Topic Guid=\"g\">")]);

@@ -1,8 +1,8 @@
 //! Files about differences between the model and a robot's map.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
-use bytemuck::Zeroable;
 use bcf::{BcfVersion, Container, Snapshot};
+use bytemuck::Zeroable;
 use export::{DeviationExport, ExportFile, deviation_files, deviation_files_after, deviation_files_in, progress_mspdi};
 use frames::PlanTime;
 use messages::*;
@@ -368,10 +368,12 @@ fn a_topic_closes_when_its_element_is_seen_in_place_and_opens_when_it_is_not_aga
         let first = files_by(&storey("wall"), |input| deviation_files_in(input, version))["deviations.bcfzip"].clone();
         let before = Container::read(&first).unwrap();
         assert_eq!(before.version(), version);
-        let pictures = before.topics().iter().flat_map(|topic| &topic.viewpoints).filter_map(|view| view.snapshot.as_ref());
+        let pictures =
+            before.topics().iter().flat_map(|topic| &topic.viewpoints).filter_map(|view| view.snapshot.as_ref());
         assert_eq!(pictures.filter(|picture| matches!(picture, Snapshot::Png(_))).count(), before.topics().len());
         let of_wall = |container: &Container| {
-            let is_own = |topic: &&bcf::Topic| topic.viewpoints.iter().flat_map(|v| &v.components).any(|c| c.global_id == WALL);
+            let is_own =
+                |topic: &&bcf::Topic| topic.viewpoints.iter().flat_map(|v| &v.components).any(|c| c.global_id == WALL);
             container.topics().iter().find(is_own).cloned().unwrap()
         };
         // Nothing is known of it: the topic stays as it is.

@@ -69,31 +69,37 @@ causes! {
     DoorWithoutOpening = "door_without_opening", Maps,
         "door stands in a wall without an opening", "doors stand in walls without an opening",
         "The wall goes through where the door stands: the map shows a wall, and no robot gets through.",
-        "Host the door in its wall, so that the wall is cut: in Revit place it as a hosted family or pick the new host; in ArchiCAD \
+        "Host the door in its wall, so that the wall is cut: in Revit place it as a hosted family or pick the new host; in \
+         ArchiCAD \
          place it with the door tool in the wall. A door modelled as an object or copied from another wall cuts nothing.";
     DoorBesideOpening = "door_beside_opening", Maps,
         "door stands beside its opening", "doors stand beside their openings",
         "The hole in the wall and the door that fills it are in different places: one of them is wrong on every map.",
-        "Move the door and its opening together: in Revit pick the new host or reset the family's origin; in ArchiCAD check the anchor \
+        "Move the door and its opening together: in Revit pick the new host or reset the family's origin; in ArchiCAD check \
+         the anchor \
          of the door. Where the export makes it, update the exporter and export again.";
     OpeningMissesWall = "opening_misses_wall", Maps,
         "opening misses its wall", "openings miss their walls",
         "An opening that does not lie in the wall that it voids cuts nothing: the wall stays whole on the maps.",
-        "Move the opening into the wall, or host it in the wall in which it lies. In Revit rehost it (Pick New Host); in ArchiCAD check \
+        "Move the opening into the wall, or host it in the wall in which it lies. In Revit rehost it (Pick New Host); in \
+         ArchiCAD check \
          that the wall was not moved away from it; make the opening as deep as the wall.";
     WallNotCut = "wall_not_cut", Maps,
         "door stands in an opening that does not cut its wall", "doors stand in openings that do not cut their walls",
         "The wall stands uncut where the door is: the map shows a wall.",
-        "Make the opening as deep as all layers of the wall, and host it in each wall that it passes: in Revit use Join Geometry for \
+        "Make the opening as deep as all layers of the wall, and host it in each wall that it passes: in Revit use Join \
+         Geometry for \
          walls of several layers.";
     DoorObstructed = "door_obstructed", Maps,
         "door has an element in its way", "doors have an element in their way",
         "An element stands in the doorway and leaves less than the robot needs.",
-        "Move or cut the element that stands in the doorway: furniture, mullions of a curtain wall, linings as elements of their own.";
+        "Move or cut the element that stands in the doorway: furniture, mullions of a curtain wall, linings as elements of \
+         their own.";
     DoorAboveFloor = "door_above_floor", Maps,
         "door begins too far above its floor", "doors begin too far above their floor",
         "The doorway begins above the floor by more than any sill: no robot gets over it.",
-        "Check sill height and level of the door: in Revit the Sill Height of a door is 0; in ArchiCAD measure the sill from the storey.";
+        "Check sill height and level of the door: in Revit the Sill Height of a door is 0; in ArchiCAD measure the sill from \
+         the storey.";
     DoorWithoutFloor = "door_without_floor", Maps,
         "door has no floor at its sides", "doors have no floor at their sides",
         "There is no slab or covering before or behind the door, so that no way leads through.",
@@ -101,7 +107,8 @@ causes! {
     DoorWithoutRoom = "door_without_room", Data,
         "door leads to no room on either side", "doors lead to no room on either side",
         "The storey has rooms, and none of them lies beside the door: it joins nothing by name.",
-        "Place rooms on both sides, and let them reach to the walls: in Revit place Rooms in all enclosed areas and export them as \
+        "Place rooms on both sides, and let them reach to the walls: in Revit place Rooms in all enclosed areas and export \
+         them as \
          IfcSpace; in ArchiCAD update the Zones.";
     DoorWidthWrong = "door_width_wrong", Data,
         "door has an OverallWidth that it cannot have", "doors have an OverallWidth that they cannot have",
@@ -130,7 +137,8 @@ causes! {
     RoomWithoutFloor = "room_without_floor", Maps,
         "room has no floor under it", "rooms have no floor under them",
         "There is no slab or covering under the room: for a robot that is a drop, and it never gets there.",
-        "Model the slab or the covering under the room up to its walls. Where the room is a void over the storey below, name it so or \
+        "Model the slab or the covering under the room up to its walls. Where the room is a void over the storey below, name \
+         it so or \
          let the room below reach up through it.";
     FloorAssumed = "floor_assumed", Maps,
         "room has a floor that is only assumed", "rooms have a floor that is only assumed",
@@ -154,8 +162,10 @@ causes! {
         "Place a room there: in Revit a Room in every enclosed area, in ArchiCAD a Zone.";
     WallGap = "wall_gap", Maps,
         "wall does not meet its neighbour", "walls do not meet their neighbours",
-        "A gap is left at the end of the wall, between two rooms or to the outside: the map leaks there, and a lidar sees through.",
-        "Extend the wall until it meets the other one: in Revit Trim/Extend and Join Geometry, in ArchiCAD let the reference lines meet.";
+        "A gap is left at the end of the wall, between two rooms or to the outside: the map leaks there, and a lidar sees \
+         through.",
+        "Extend the wall until it meets the other one: in Revit Trim/Extend and Join Geometry, in ArchiCAD let the reference \
+         lines meet.";
     RoomsOverlap = "rooms_overlap", Maps,
         "room overlaps another one", "rooms overlap other ones",
         "The same floor belongs to two rooms: which of them is closed, scanned or named there is not defined.",
@@ -163,7 +173,8 @@ causes! {
     RoomWithoutBody = "room_without_body", Maps,
         "room has no geometry", "rooms have no geometry",
         "A room without geometry is on no map and gets no waypoint.",
-        "In Revit a Room that is not placed or not enclosed has no geometry: place or delete it, and export 3D rooms; in ArchiCAD update \
+        "In Revit a Room that is not placed or not enclosed has no geometry: place or delete it, and export 3D rooms; in \
+         ArchiCAD update \
          the Zones.";
     RoomNotMapped = "room_not_mapped", Maps,
         "room is on no map", "rooms are on no map",
@@ -176,7 +187,8 @@ causes! {
     StoreysApart = "storeys_apart", Maps,
         "storey is not joined with the others", "storeys are not joined with the others",
         "No stair, ramp or lift leads to the storey: no way over storeys can be planned.",
-        "Model the stair, ramp or lift with IfcStair, IfcRamp or IfcTransportElement from floor to floor; its flights have to begin and \
+        "Model the stair, ramp or lift with IfcStair, IfcRamp or IfcTransportElement from floor to floor; its flights have to \
+         begin and \
          end at the floors.";
     StoreyElevation = "storey_elevation", Data,
         "storey lies at another height than its floor", "storeys lie at another height than their floors",
@@ -189,7 +201,8 @@ causes! {
     DuplicateElement = "duplicate_element", Data,
         "element stands twice in one place", "elements stand twice in one place",
         "Two elements of a class have the same body: if the schedule removes one, the other stays on the maps.",
-        "Delete the copy: in Revit look at the warning \"identical instances in the same place\"; check for files that are linked twice.";
+        "Delete the copy: in Revit look at the warning \"identical instances in the same place\"; check for files that are \
+         linked twice.";
     DuplicateGlobalId = "duplicate_global_id", Maps,
         "element has the GlobalId of another one", "elements have the GlobalId of another one",
         "Semantic maps, schedules and reports name elements by GlobalId: one of the two cannot be named.",
@@ -217,7 +230,8 @@ causes! {
     NoGeoreference = "no_georeference", Data,
         "model without a georeference", "models without a georeference",
         "Without IfcMapConversion nothing can be given in coordinates of the survey or as latitude and longitude.",
-        "Set survey point and coordinate system, and export the map conversion (Revit: Shared Coordinates; ArchiCAD: Survey Point).";
+        "Set survey point and coordinate system, and export the map conversion (Revit: Shared Coordinates; ArchiCAD: Survey \
+         Point).";
     GeoreferenceDoubtful = "georeference_doubtful", Data,
         "georeference that cannot be right", "georeferences that cannot be right",
         "The map conversion contradicts itself or that of another file.",

@@ -14,13 +14,12 @@ use std::collections::BTreeSet;
 /// Checks a model at the plan time of a situation, for its robot.
 pub fn check(situation: &Situation<'_>) -> ModelCheck {
     let site = situation.site;
-    let radius_m = situation.index.head.robot.radius_m;
     let beside = LevelsBeside::of(situation);
     let mut regions = Vec::new();
     let mut all: Vec<Found> = Vec::new();
     for at in 0..situation.grids.count() {
         let (own, found) = situation.grids.with(at, |grid| {
-            let own = Regions::of(grid, radius_m, situation.mission_plan);
+            let own = Regions::of(situation, grid);
             let mut found = floors::gaps(site, at, grid, &own, &|place| beside.has_floor(at, place));
             found.extend(floors::without_room(site, grid));
             found.extend(walls::gaps(site, grid));
@@ -40,7 +39,11 @@ pub fn check(situation: &Situation<'_>) -> ModelCheck {
     let mut groups = grouped(all);
     let explained = rooms::reach(&mut groups, &regions, &unreachable);
     // A room without floor is told as that.
-    let told: BTreeSet<u32> = groups.iter().filter(|g| tells_of_rooms(g.code)).flat_map(|g| g.found.iter().flat_map(|f| f.rooms.clone())).collect();
+    let told: BTreeSet<u32> = groups
+        .iter()
+        .filter(|g| tells_of_rooms(g.code))
+        .flat_map(|g| g.found.iter().flat_map(|f| f.rooms.clone()))
+        .collect();
     let rest = &(&unreachable - &explained) - &told;
     groups.extend(grouped(rooms::left_over(situation, &regions, &rest)));
     groups.sort_by(|a, b| b.weight().partial_cmp(&a.weight()).unwrap_or(std::cmp::Ordering::Equal));
@@ -78,7 +81,10 @@ const CHECKED: [&str; 9] = [
 
 fn not_checked(site: &Site<'_>) -> Vec<NotChecked> {
     let mut all = vec![
-        NotChecked { what: "whether the building is as modelled", why: "see `groundplan deviations` for what a robot saw" },
+        NotChecked {
+            what: "whether the building is as modelled",
+            why: "see `groundplan deviations` for what a robot saw",
+        },
         NotChecked { what: "the attribute Elevation of storeys", why: "heights are those of placements and bodies" },
     ];
     if site.spaces.is_empty() {
@@ -140,7 +146,8 @@ impl LevelsBeside {
         let floors: Vec<_> = (0..heads.len()).map(floor).collect();
         let of_level = |at: usize| {
             let near = (0..heads.len()).filter(|k| is_beside(&heads[at], &heads[*k]));
-            let level = |k: usize| Some(LevelFloor { spec: heads[k].spec(), floor: std::rc::Rc::clone(floors[k].as_ref()?) });
+            let level =
+                |k: usize| Some(LevelFloor { spec: heads[k].spec(), floor: std::rc::Rc::clone(floors[k].as_ref()?) });
             near.filter_map(level).collect()
         };
         Self((0..heads.len()).map(of_level).collect())

@@ -6,7 +6,8 @@ use crate::regions::{Join, Regions, box_metres};
 use answers::Situation;
 use geometry::{OrientedBox, Point};
 use messages::{
-    BoxRecord, ClearWidth, DoorPassage, DoorPassageRecord, DoorRecord, NONE, OpeningRecord, Site, element_flags, space_flags,
+    BoxRecord, ClearWidth, DoorPassage, DoorPassageRecord, DoorRecord, NONE, OpeningRecord, Site, element_flags,
+    space_flags,
 };
 
 /// A doorway that begins higher above its floor, in tenths of a millimetre, has no sill that people build.
@@ -258,7 +259,10 @@ fn missed_wall(situation: &Situation<'_>, storeys: &[Regions], opening: &Opening
     match door {
         Some(door) => {
             let passage = passage(door);
-            if passage.as_ref().is_some_and(|p| cause_of(situation, p).is_some_and(|(c, _)| c == IssueCode::OpeningMissesWall)) {
+            if passage
+                .as_ref()
+                .is_some_and(|p| cause_of(situation, p).is_some_and(|(c, _)| c == IssueCode::OpeningMissesWall))
+            {
                 return None;
             }
             let text = format!("its opening {}: {how} {wall}", site.text(opening.global_id));
@@ -275,7 +279,8 @@ fn missed_wall(situation: &Situation<'_>, storeys: &[Regions], opening: &Opening
                 Some(filling) => format!("{how} {wall}; it is filled by {}", site.text(filling.global_id)),
                 None => format!("{how} {wall}"),
             };
-            let [id, name] = [opening.global_id, site.elements[opening.host as usize].name].map(|t| site.text(t).to_owned());
+            let [id, name] =
+                [opening.global_id, site.elements[opening.host as usize].name].map(|t| site.text(t).to_owned());
             let subject = Subject::Named([id, "IfcOpeningElement".to_owned(), format!("of wall {name}")]);
             let mut found = Found::of(IssueCode::OpeningMissesWall, subject, text);
             found.place = crate::evidence::place_of_element(site, opening.host as usize);

@@ -40,7 +40,9 @@ pub(crate) fn duplicates(site: &Site<'_>) -> Vec<Found> {
 
 fn is_same(site: &Site<'_>, a: &ElementRecord, b: &ElementRecord) -> bool {
     let near = |p: [i32; 3], q: [i32; 3]| (0..3).all(|k| (p[k] - q[k]).abs() <= SAME);
-    let is_alike = site.text(a.ifc_type) == site.text(b.ifc_type) && near(a.min_tenths, b.min_tenths) && near(a.max_tenths, b.max_tenths);
+    let is_alike = site.text(a.ifc_type) == site.text(b.ifc_type)
+        && near(a.min_tenths, b.min_tenths)
+        && near(a.max_tenths, b.max_tenths);
     is_alike && !is_part_of(site, a, b) && n_triangles(site, a) == n_triangles(site, b) && same_volume(site, a, b)
 }
 
@@ -63,7 +65,8 @@ fn same_volume(site: &Site<'_>, a: &ElementRecord, b: &ElementRecord) -> bool {
 pub(crate) fn on_other_storeys(site: &Site<'_>) -> Vec<Found> {
     let mut all = Vec::new();
     let listed = |e: &ElementRecord| matches!(e.class(), Class::Wall | Class::Door | Class::Furniture | Class::Column);
-    for (k, element) in site.elements.iter().enumerate().filter(|(_, e)| e.n_parts > 0 && e.whole == NONE && listed(e)) {
+    for (k, element) in site.elements.iter().enumerate().filter(|(_, e)| e.n_parts > 0 && e.whole == NONE && listed(e))
+    {
         let range = [element.min_tenths[2], element.max_tenths[2]];
         if let Some(text) = stands_elsewhere(site, element.storey, range) {
             all.push(Found::of(IssueCode::ElementOnOtherStorey, Subject::Element(k), text));
@@ -85,9 +88,11 @@ fn stands_elsewhere(site: &Site<'_>, storey: u32, [low, high]: [i32; 2]) -> Opti
     let others = || site.storeys.iter().filter(|s| s.has_placement == 1 && s.source == own.source);
     // A storey that gives nothing a floor, as levels of roofs and foundations, is no place to stand on.
     let mapped = || others().filter(|s| s.map_storey != NONE);
-    let above = mapped().filter(|s| s.placement_z_tenths >= own_z + MIN_STOREY && s.placement_z_tenths - ON_FLOOR <= low);
+    let above =
+        mapped().filter(|s| s.placement_z_tenths >= own_z + MIN_STOREY && s.placement_z_tenths - ON_FLOOR <= low);
     let above = above.max_by_key(|s| s.placement_z_tenths);
-    let below = mapped().filter(|s| s.placement_z_tenths <= own_z - MIN_STOREY && s.placement_z_tenths - MIN_STOREY / 2 <= low);
+    let below =
+        mapped().filter(|s| s.placement_z_tenths <= own_z - MIN_STOREY && s.placement_z_tenths - MIN_STOREY / 2 <= low);
     let below = below.max_by_key(|s| s.placement_z_tenths).filter(|_| high <= own_z + ON_FLOOR);
     let other = above.or(below)?;
     let name = |s: &messages::StoreyRecord| match site.text(s.name) {

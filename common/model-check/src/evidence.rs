@@ -174,7 +174,8 @@ impl Found {
         let [global_id, ifc_type, name, storey] = match &self.subject {
             Subject::Element(k) => {
                 let record = &site.elements[*k];
-                let texts = [record.global_id, record.ifc_type, record.name].map(|text| Some(site.text(text).to_owned()));
+                let texts =
+                    [record.global_id, record.ifc_type, record.name].map(|text| Some(site.text(text).to_owned()));
                 let [id, ifc_type, name] = texts;
                 [id, ifc_type, name, storey_name(record.storey).or_else(on_map)]
             }
@@ -194,7 +195,9 @@ impl Found {
                 let [id, name] = [record.global_id, record.name].map(|text| Some(site.text(text).to_owned()));
                 [id, Some("IfcBuildingStorey".to_owned()), name, None]
             }
-            Subject::Named([id, ifc_type, name]) => [Some(id.clone()), Some(ifc_type.clone()), Some(name.clone()), None],
+            Subject::Named([id, ifc_type, name]) => {
+                [Some(id.clone()), Some(ifc_type.clone()), Some(name.clone()), None]
+            }
         };
         IssueElement {
             global_id: global_id.unwrap_or_default(),

@@ -77,7 +77,8 @@ pub(crate) fn gaps(
         let rooms: BTreeSet<u32> = cells.iter().map(|cell| u32::from(grid.space[*cell]) - 1).collect();
         let most = most_cells(grid, &cells);
         let kind = if is_hole { "a hole" } else { "a crack" };
-        let mut found = Found::of(IssueCode::FloorGap, Subject::Space(most as usize), format!("{kind} of {area_m2:.1} m2"));
+        let mut found =
+            Found::of(IssueCode::FloorGap, Subject::Space(most as usize), format!("{kind} of {area_m2:.1} m2"));
         found.area_m2 = area_m2;
         found.rooms = rooms.into_iter().collect();
         found.place = Some(place_of(grid, &cells));
@@ -147,14 +148,18 @@ impl Explanations {
         let floor_z = grid.head.floor_z_tenths;
         let reaches = |element: &&messages::ElementRecord| {
             let is_way = element.has(element_flags::VERTICAL) || matches!(element.class(), Class::Stair | Class::Ramp);
-            is_way && element.n_parts > 0 && element.min_tenths[2] < floor_z + 15_000 && floor_z - 15_000 < element.max_tenths[2]
+            is_way
+                && element.n_parts > 0
+                && element.min_tenths[2] < floor_z + 15_000
+                && floor_z - 15_000 < element.max_tenths[2]
         };
         let around = |element: &messages::ElementRecord| {
             let [min, max] = [element.min_tenths, element.max_tenths];
             [min[0] - AROUND_STAIR, min[1] - AROUND_STAIR, max[0] + AROUND_STAIR, max[1] + AROUND_STAIR]
         };
         let vertical = site.elements.iter().filter(reaches).map(around).collect();
-        let voided: BTreeSet<u32> = site.openings.iter().map(|opening| opening.host).filter(|host| *host != NONE).collect();
+        let voided: BTreeSet<u32> =
+            site.openings.iter().map(|opening| opening.host).filter(|host| *host != NONE).collect();
         let is_floor = |host: &u32| {
             let element = &site.elements[*host as usize];
             element.has(element_flags::FLOOR) && (element.max_tenths[2] - floor_z).abs() < TENTHS_PER_M / 2
@@ -187,9 +192,8 @@ fn holes_of(site: &Site<'_>, element: usize, floor_z: i32) -> geometry::MultiPol
     let faces: Vec<_> =
         site.element_meshes(&site.elements[element]).flat_map(|mesh| floor_faces(mesh, low, high, 0.1)).collect();
     let region = union(&faces, FillRule::NonZero);
-    let reversed = |hole: &geometry::Ring| {
-        geometry::Polygon { exterior: hole.iter().rev().copied().collect(), holes: Vec::new() }
-    };
+    let reversed =
+        |hole: &geometry::Ring| geometry::Polygon { exterior: hole.iter().rev().copied().collect(), holes: Vec::new() };
     geometry::MultiPolygon(region.0.iter().flat_map(|polygon| polygon.holes.iter().map(reversed)).collect())
 }
 
@@ -202,7 +206,16 @@ fn joined_over(at: usize, grid: &Grid<'_>, regions: &Regions, cells: &[usize]) -
     let mut around = BTreeSet::new();
     for &cell in cells {
         let (x, y) = (cell as isize % width, cell as isize / width);
-        for (dx, dy) in [(reach, 0), (-reach, 0), (0, reach), (0, -reach), (reach / 2, 0), (-reach / 2, 0), (0, reach / 2), (0, -reach / 2)] {
+        for (dx, dy) in [
+            (reach, 0),
+            (-reach, 0),
+            (0, reach),
+            (0, -reach),
+            (reach / 2, 0),
+            (-reach / 2, 0),
+            (0, reach / 2),
+            (0, -reach / 2),
+        ] {
             let (x, y) = (x + dx, y + dy);
             let beside = (y * width + x) as usize;
             // Not through walls.

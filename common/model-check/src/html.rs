@@ -13,16 +13,21 @@ const MAX_NAMED: usize = 40;
 const MAX_MARKS: usize = 60;
 
 const STYLE: &str = "\
-:root{color-scheme:light}body{font:15px/1.45 system-ui,sans-serif;margin:0 auto;max-width:60rem;padding:1.2rem;color:#20242a;background:#fff}\
+:root{color-scheme:light}\
+body{font:15px/1.45 system-ui,sans-serif;margin:0 auto;max-width:60rem;padding:1.2rem;color:#20242a;background:#fff}\
 h1{font-size:1.5rem;margin:0 0 .3rem}h2{font-size:1.15rem;margin:1.6rem 0 .4rem}h3{font-size:1rem;margin:0}\
-.verdict{padding:.7rem .9rem;border-radius:.4rem;background:#e3f4e6;border-left:.4rem solid #3c9d55}.verdict.no{background:#fde9e7;border-color:#d72d2d}\
+.verdict{padding:.7rem .9rem;border-radius:.4rem;background:#e3f4e6;border-left:.4rem solid #3c9d55}\
+.verdict.no{background:#fde9e7;border-color:#d72d2d}\
 .about{color:#59616b;margin:.3rem 0}.issue{border:1px solid #d6dade;border-radius:.4rem;padding:.6rem .8rem;margin:.6rem 0}\
 .n{display:inline-block;min-width:1.5rem;text-align:center;border-radius:1rem;background:#e10050;color:#fff;font-weight:600;margin-right:.4rem}\
 .data .n{background:#7a6a00}.building .n{background:#59616b}.code{color:#59616b;font:12px ui-monospace,monospace;float:right}\
-p{margin:.35rem 0}.advice{background:#f2f5f8;padding:.3rem .5rem;border-radius:.3rem}table{border-collapse:collapse;width:100%;font-size:13px;margin:.3rem 0}\
-td{border-top:1px solid #e4e7ea;padding:.2rem .5rem .2rem 0;vertical-align:top}td.id{font:12px ui-monospace,monospace;color:#59616b}\
+p{margin:.35rem 0}.advice{background:#f2f5f8;padding:.3rem .5rem;border-radius:.3rem}\
+table{border-collapse:collapse;width:100%;font-size:13px;margin:.3rem 0}\
+td{border-top:1px solid #e4e7ea;padding:.2rem .5rem .2rem 0;vertical-align:top}\
+td.id{font:12px ui-monospace,monospace;color:#59616b}\
 figure{margin:.6rem 0}svg{width:100%;height:auto;border:1px solid #d6dade;image-rendering:pixelated}figcaption{font-weight:600;margin-bottom:.2rem}\
-.legend span{display:inline-block;margin-right:1rem;font-size:13px}.legend i{display:inline-block;width:.9rem;height:.9rem;border:1px solid #aab;vertical-align:-2px;margin-right:.3rem}\
+.legend span{display:inline-block;margin-right:1rem;font-size:13px}\
+.legend i{display:inline-block;width:.9rem;height:.9rem;border:1px solid #aab;vertical-align:-2px;margin-right:.3rem}\
 a{color:inherit}@media print{.issue,figure{break-inside:avoid}}";
 
 /// The page.
@@ -130,7 +135,8 @@ fn write_issue(out: &mut String, number: usize, issue: &Issue) {
         escaped(&issue.title),
         escaped(issue.cause)
     );
-    let rooms: Vec<String> = issue.effect.rooms.iter().filter(|room| room.unreachable).map(|room| escaped(room.label())).collect();
+    let rooms: Vec<String> =
+        issue.effect.rooms.iter().filter(|room| room.unreachable).map(|room| escaped(room.label())).collect();
     if !rooms.is_empty() {
         let _ = writeln!(out, "<p>Unreachable: {}</p>", rooms.join(", "));
     }

@@ -46,7 +46,9 @@ fn code_of(code: DiagnosticCode) -> IssueCode {
     use DiagnosticCode as D;
     match code {
         D::GeometryFailed | D::BodyWithoutFaces | D::SwallowedByOpenings => IssueCode::GeometryFailed,
-        D::GeometryIncomplete | D::BooleanDoubtful | D::OpeningsNotCut | D::OpeningFilled => IssueCode::GeometryDoubtful,
+        D::GeometryIncomplete | D::BooleanDoubtful | D::OpeningsNotCut | D::OpeningFilled => {
+            IssueCode::GeometryDoubtful
+        }
         D::CoordinatesOutOfReach | D::PlacementUnusable => IssueCode::ElementOutOfReach,
         D::ProxyNotDrawn => IssueCode::NotDrawn,
         D::DuplicateGlobalId => IssueCode::DuplicateGlobalId,
@@ -57,17 +59,29 @@ fn code_of(code: DiagnosticCode) -> IssueCode {
         D::SpaceWithoutBody => IssueCode::RoomWithoutBody,
         D::StairMeasureImplausible => IssueCode::StairDoubtful,
         D::TerrainIncomplete | D::TerrainFacesUnusable | D::EarthworksNotCut => IssueCode::GroundDoubtful,
-        D::MapConversionDoubtful | D::MapConversionUnusable | D::MapConversionMissing | D::MapScalesDiffer | D::ProjectedSystemsDiffer => {
-            IssueCode::GeoreferenceDoubtful
-        }
+        D::MapConversionDoubtful
+        | D::MapConversionUnusable
+        | D::MapConversionMissing
+        | D::MapScalesDiffer
+        | D::ProjectedSystemsDiffer => IssueCode::GeoreferenceDoubtful,
         // The wall is cut where the door stands, so that the opening itself lies in the wall by now.
         D::OpeningBesideWall => IssueCode::OpeningMissesWall,
         // Of the schedule.
-        D::CalendarUnreadable | D::DateEntityUnreadable | D::LagMissing | D::SequenceDangling | D::SequenceUserDefined
-        | D::TaskCalendarTwice | D::TaskControlDangling | D::TaskLinkDangling | D::TaskLinkWithoutState | D::TaskLinksTooMany
-        | D::TaskNestedTwice | D::TaskNestingCircle | D::TaskTimeMissing | D::TaskTimeRecurring | D::TimeUnitUnknown => {
-            IssueCode::ScheduleDoubtful
-        }
+        D::CalendarUnreadable
+        | D::DateEntityUnreadable
+        | D::LagMissing
+        | D::SequenceDangling
+        | D::SequenceUserDefined
+        | D::TaskCalendarTwice
+        | D::TaskControlDangling
+        | D::TaskLinkDangling
+        | D::TaskLinkWithoutState
+        | D::TaskLinksTooMany
+        | D::TaskNestedTwice
+        | D::TaskNestingCircle
+        | D::TaskTimeMissing
+        | D::TaskTimeRecurring
+        | D::TimeUnitUnknown => IssueCode::ScheduleDoubtful,
         _ => IssueCode::FileDoubtful,
     }
 }
@@ -82,7 +96,9 @@ fn of_site(situation: &Situation<'_>, by_id: &ById<'_>, diagnostic: &DiagnosticR
     let code = code_of(kind);
     let [id, name, message] = [diagnostic.global_id, diagnostic.name, diagnostic.message].map(|text| site.text(text));
     let source = |element: &&usize| {
-        diagnostic.source == NONE || (site.elements[**element].source == diagnostic.source && site.elements[**element].step_id == diagnostic.step_id)
+        diagnostic.source == NONE
+            || (site.elements[**element].source == diagnostic.source
+                && site.elements[**element].step_id == diagnostic.step_id)
     };
     let known = by_id.elements.get(id).and_then(|of| of.iter().find(source).or(of.first()));
     let subject = match (known, by_id.spaces.get(id)) {
@@ -128,11 +144,18 @@ fn of_site(situation: &Situation<'_>, by_id: &ById<'_>, diagnostic: &DiagnosticR
 fn undiagnosed_boxes(site: &Site<'_>, told: &[Found]) -> Vec<Found> {
     let is_told = |k: usize| {
         let is_of = |found: &Found| matches!(found.subject, Subject::Element(element) if element == k);
-        told.iter().any(|found| is_of(found) && matches!(found.code, IssueCode::GeometryFailed | IssueCode::DoorWithoutBody | IssueCode::ElementOutOfReach))
+        told.iter().any(|found| {
+            is_of(found)
+                && matches!(
+                    found.code,
+                    IssueCode::GeometryFailed | IssueCode::DoorWithoutBody | IssueCode::ElementOutOfReach
+                )
+        })
     };
     let failed = |k: &usize| {
         let element = &site.elements[*k];
-        (element.has(element_flags::FAILED) || (element.has(element_flags::BOUNDING_BOX) && element.door == NONE)) && !is_told(*k)
+        (element.has(element_flags::FAILED) || (element.has(element_flags::BOUNDING_BOX) && element.door == NONE))
+            && !is_told(*k)
     };
     let found = |k: usize| {
         let mut found = Found::of(IssueCode::GeometryFailed, Subject::Element(k), "");
@@ -164,7 +187,9 @@ pub(crate) fn missing_data(situation: &Situation<'_>) -> Vec<Found> {
     if site.earth_from_world().is_none() {
         all.push(file(IssueCode::NoGeoreference));
     }
-    let has_dates = site.has_schedule() || (0..site.elements.len()).any(|k| situation.schedule_state.schedule_of(k).source != messages::DateSource::None);
+    let has_dates = site.has_schedule()
+        || (0..site.elements.len())
+            .any(|k| situation.schedule_state.schedule_of(k).source != messages::DateSource::None);
     let is_number = |attribute: &messages::AttributeRecord| {
         let name: String = site.text(attribute.name).chars().filter(|c| c.is_alphanumeric()).collect();
         ACTIVITY.iter().any(|word| name.to_lowercase() == *word)

@@ -1,8 +1,8 @@
 //! Whether a model is fit for a robot: what will be wrong on its maps and why, element by element, each with its effect.
 //!
 //! [`check`] is a function of a situation as all answers are: the site with its diagnostics, the schedule state, the grids, the
-//! mission plan. Its result is a document for programs ([`ModelCheck`]) and a page for people ([`ModelCheck::text`]). What the files
-//! lack that `answers::findings` has is grouped by cause here, and not looked for twice; checks of geometry come on top.
+//! mission plan. Its result is a document for programs ([`ModelCheck`]) and a page for people ([`ModelCheck::text`]). What
+//! diagnostics of the stages say is grouped by cause, and not looked for twice; checks of geometry come on top.
 //!
 //! # Guarantees
 //!

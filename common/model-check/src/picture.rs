@@ -40,10 +40,9 @@ pub struct StoreyPicture {
 impl StoreyPicture {
     /// Of all storeys that have a map, but for the ground outdoors.
     pub fn all(situation: &Situation<'_>) -> Vec<Self> {
-        let radius_m = situation.index.head.robot.radius_m;
         let picture = |grid: &Grid<'_>| {
             (grid.head.floor != FloorKind::Ground && grid.spec().n_cells() > 0).then(|| {
-                let regions = Regions::of(grid, radius_m, situation.mission_plan);
+                let regions = Regions::of(situation, grid);
                 Self::of(situation, grid, &regions)
             })
         };
@@ -77,7 +76,11 @@ impl StoreyPicture {
 
     fn paint_closed_doors(&mut self, situation: &Situation<'_>, grid: &Grid<'_>) {
         let [lo, hi] = grid.head.slab_tenths.map(|above| grid.head.floor_z_tenths + above);
-        let own = situation.index.doors.iter().filter(|d| d.map_storey == grid.head.map_storey && d.passage.get().is_closed());
+        let own = situation
+            .index
+            .doors
+            .iter()
+            .filter(|d| d.map_storey == grid.head.map_storey && d.passage.get().is_closed());
         for passage in own {
             let element = &situation.site.elements[situation.site.doors[passage.door as usize].element as usize];
             let section = geometry::footprint(situation.site.element_meshes(element), geometry::Slab { lo, hi });

@@ -1,8 +1,9 @@
 //! Floor of a storey in parts between which the robot does not get, and what it would get to if some of them were joined.
 
+use answers::Situation;
 use frames::{Map, Point2, metres};
 use grid::{GridSpec, Mask, label_components, squared_distances};
-use messages::{BoxRecord, Grid, MissionPlan};
+use messages::{BoxRecord, DoorPassage, DoorPassageRecord, Grid};
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 /// Metres from a doorway within which floor belongs to its side.
@@ -29,7 +30,8 @@ pub(crate) struct Join {
 }
 
 impl Regions {
-    pub(crate) fn of(grid: &Grid<'_>, radius_m: f64, mission_plan: &MissionPlan<'_>) -> Self {
+    pub(crate) fn of(situation: &Situation<'_>, grid: &Grid<'_>) -> Self {
+        let radius_m = situation.index.head.robot.radius_m;
         let spec = grid.spec();
         let width = spec.width as usize;
         let free = |cell: usize| grid.planning[cell] == 0;
@@ -59,9 +61,20 @@ impl Regions {
             // To a part with a stair or an outer door of its own a robot can be brought: another dwelling is no fault.
             part.map_storey == grid.head.map_storey && (part.is_reached == 1 || part.has_way_in == 1)
         };
-        for part in mission_plan.floor_parts.iter().filter(own) {
+        for part in situation.mission_plan.floor_parts.iter().filter(own) {
             let label = regions.part_at(part.at_m) as usize;
-            regions.is_reached[label] = label > 0;
+            regions.is_reached[label] |= label > 0;
+        }
+        // Outer doors from which no floor leads on: another building of the site.
+        let is_outer = |passage: &&DoorPassageRecord| {
+            passage.map_storey == grid.head.map_storey
+                && passage.passage == DoorPassage::Passable
+                && passage.sides_with_floor == 1
+        };
+        for passage in situation.index.doors.iter().filter(is_outer) {
+            for part in regions.beside(&passage.way) {
+                regions.is_reached[part as usize] = true;
+            }
         }
         regions
     }

@@ -16,7 +16,8 @@ const MIN_SHARED_M2: f64 = 0.25;
 const MIN_SHARED_PART: f64 = 0.03;
 /// Words by which people name what is open to the storey below; parts of names, lower case.
 const VOIDS: [&str; 12] = [
-    "void", "atrium", "shaft", "luftraum", "schacht", "leerraum", "vide ", "gaine", "puits", "hueco", "schaht", "shacht",
+    "void", "atrium", "shaft", "luftraum", "schacht", "leerraum", "vide ", "gaine", "puits", "hueco", "schaht",
+    "shacht",
 ];
 
 /// True if a space is a room indoors: no gross area, nothing outdoors, no shaft.
@@ -46,7 +47,8 @@ pub(crate) fn is_void(site: &Site<'_>, space: usize) -> bool {
     let record = &site.spaces[space];
     let names = [record.name, record.long_name].map(|name| site.text(name).to_lowercase() + " ");
     let is_named = VOIDS.iter().any(|word| names.iter().any(|name| name.contains(word)));
-    is_named || opens_to_below(site, record.floor_z_tenths, record.centroid_m.map(|c| c * f64::from(frames::TENTHS_PER_M)))
+    is_named
+        || opens_to_below(site, record.floor_z_tenths, record.centroid_m.map(|c| c * f64::from(frames::TENTHS_PER_M)))
 }
 
 /// True if a room of a lower floor reaches up through a height at a place.
@@ -171,7 +173,8 @@ fn shared(site: &Site<'_>, a: (usize, &MultiPolygon), b: (usize, &MultiPolygon))
     found.rooms = vec![small.0 as u32, large.0 as u32];
     let bounds = common.bounds()?;
     let bounds_m = [bounds.min, bounds.max].map(|p| p.map(|c| export::rounded(metres(c))));
-    found.place = crate::evidence::place_of_space(site, small.0).map(|place| crate::document::Place { bounds_m, ..place });
+    found.place =
+        crate::evidence::place_of_space(site, small.0).map(|place| crate::document::Place { bounds_m, ..place });
     Some(found)
 }
 
@@ -187,7 +190,9 @@ pub(crate) fn left_over(situation: &Situation<'_>, storeys: &[Regions], rooms: &
             NoWaypoint::TooNarrow | NoWaypoint::Keepout | NoWaypoint::Blocked | NoWaypoint::Closing => {
                 (IssueCode::RoomBehind, reason.to_owned())
             }
-            _ if has_door || is_open || is_void(site, space as usize) => (IssueCode::RoomUnreachable, reason.to_owned()),
+            _ if has_door || is_open || is_void(site, space as usize) => {
+                (IssueCode::RoomUnreachable, reason.to_owned())
+            }
             _ => (IssueCode::RoomWithoutDoor, String::new()),
         };
         let mut found = Found::of(code, Subject::Space(space as usize), text);
@@ -219,12 +224,17 @@ pub(crate) fn reach(groups: &mut [Group], storeys: &[Regions], unreachable: &BTr
             group.unreachable_m2 = gained.area_m2(storeys);
             alone = alone.joined(&gained);
         }
-        let added: Vec<_> = groups.iter_mut().filter(own).flat_map(|g| g.found.iter().flat_map(|f| f.joins.clone())).collect();
+        let added: Vec<_> =
+            groups.iter_mut().filter(own).flat_map(|g| g.found.iter().flat_map(|f| f.joins.clone())).collect();
         joins.extend(added);
         let together = gain(storeys, joins.iter());
         let rest = together.without(&before).without(&alone);
         // Rooms behind two causes at once: told of that with the most doors.
-        if let Some(group) = groups.iter_mut().filter(own).filter(|g| g.found.iter().any(|f| !f.joins.is_empty())).max_by_key(|g| g.found.len())
+        if let Some(group) = groups
+            .iter_mut()
+            .filter(own)
+            .filter(|g| g.found.iter().any(|f| !f.joins.is_empty()))
+            .max_by_key(|g| g.found.len())
             && !rest.is_empty()
         {
             group.unreachable.extend(rest.rooms(storeys, unreachable));

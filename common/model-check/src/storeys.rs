@@ -40,7 +40,10 @@ fn apart(situation: &Situation<'_>) -> Vec<Found> {
     for (storey, of_storey) in &rooms {
         *n_rooms.entry(sets.first(*storey)).or_insert(0) += of_storey.len();
     }
-    let Some(main) = n_rooms.iter().max_by_key(|(first, n)| (**n, std::cmp::Reverse(**first))).map(|(first, _)| *first) else { return Vec::new() };
+    let Some(main) = n_rooms.iter().max_by_key(|(first, n)| (**n, std::cmp::Reverse(**first))).map(|(first, _)| *first)
+    else {
+        return Vec::new();
+    };
     // A roof with a room over it, and no door, is no storey that people go to.
     let has_door = |storey: u32| site.doors.iter().any(|door| door.map_storey == storey);
     let is_apart: Vec<u32> =
@@ -57,8 +60,11 @@ fn apart(situation: &Situation<'_>) -> Vec<Found> {
 fn why_apart(site: &Site<'_>, storey: u32) -> String {
     let z = site.map_storeys[storey as usize].floor_z_tenths;
     let is_near = |e: &&messages::ElementRecord| {
-        e.has(messages::element_flags::VERTICAL) && e.whole == NONE && e.n_parts > 0
-            && e.min_tenths[2] < z + 20_000 && z - 20_000 < e.max_tenths[2]
+        e.has(messages::element_flags::VERTICAL)
+            && e.whole == NONE
+            && e.n_parts > 0
+            && e.min_tenths[2] < z + 20_000
+            && z - 20_000 < e.max_tenths[2]
     };
     let near: Vec<String> = site
         .elements
@@ -71,7 +77,11 @@ fn why_apart(site: &Site<'_>, storey: u32) -> String {
         })
         .collect();
     let floor = format!("its floor lies at {:.2} m", metres(z));
-    if near.is_empty() { format!("{floor}; no stair, ramp or lift is near that height") } else { format!("{floor}; {}", near.join(", ")) }
+    if near.is_empty() {
+        format!("{floor}; no stair, ramp or lift is near that height")
+    } else {
+        format!("{floor}; {}", near.join(", "))
+    }
 }
 
 /// Storeys whose placement and floor disagree.
@@ -80,7 +90,8 @@ fn at_other_heights(site: &Site<'_>) -> Vec<Found> {
         let storey = &site.storeys[k];
         let map_storey = site.map_storeys.get(storey.map_storey as usize)?;
         // A storey that gave its name to the map, and has floor of its own.
-        let is_own = storey.has_placement == 1 && storey.why.length == 0 && map_storey.floor.get() == messages::FloorKind::Built;
+        let is_own =
+            storey.has_placement == 1 && storey.why.length == 0 && map_storey.floor.get() == messages::FloorKind::Built;
         let by = map_storey.floor_z_tenths - storey.placement_z_tenths;
         (is_own && by.abs() > MAX_OFF).then(|| {
             let [storey_m, floor_m] = [storey.placement_z_tenths, map_storey.floor_z_tenths].map(metres);
@@ -103,8 +114,10 @@ fn not_mapped(site: &Site<'_>) -> Vec<Found> {
         let contains = |door: &messages::DoorRecord| site.elements[door.element as usize].storey == k as u32;
         let doors: BTreeSet<u32> = (0..).zip(site.doors).filter(|(_, door)| contains(door)).map(|(d, _)| d).collect();
         // Rooms of it that lie on another storey's map are not lost.
-        let lost: Vec<u32> = rooms.into_iter().filter(|space| site.spaces[*space as usize].map_storey == NONE).collect();
-        let lost_doors: Vec<u32> = doors.into_iter().filter(|door| site.doors[*door as usize].map_storey == NONE).collect();
+        let lost: Vec<u32> =
+            rooms.into_iter().filter(|space| site.spaces[*space as usize].map_storey == NONE).collect();
+        let lost_doors: Vec<u32> =
+            doors.into_iter().filter(|door| site.doors[*door as usize].map_storey == NONE).collect();
         if lost.is_empty() && lost_doors.is_empty() {
             return None;
         }

@@ -24,8 +24,10 @@ impl ModelCheck {
     /// What the model holds, in a line.
     pub fn figures_line(&self) -> String {
         let m = &self.model;
-        let closed = if m.closed_doors > 0 { format!(", {} closed to the robot", m.closed_doors) } else { String::new() };
-        let unreachable = if m.unreachable_rooms > 0 { format!(", {} unreachable", m.unreachable_rooms) } else { String::new() };
+        let closed =
+            if m.closed_doors > 0 { format!(", {} closed to the robot", m.closed_doors) } else { String::new() };
+        let unreachable =
+            if m.unreachable_rooms > 0 { format!(", {} unreachable", m.unreachable_rooms) } else { String::new() };
         format!(
             "{}, {}{closed}, {}{unreachable}; the robot gets to {:.0} of {:.0} m2",
             counted(m.storeys, "storey"),
@@ -46,7 +48,10 @@ impl ModelCheck {
         let mut number = 0;
         let sections = [
             ("wrong on maps", self.issues.iter().filter(|issue| issue.kind == "maps").collect::<Vec<_>>()),
-            ("wrong or missing in the data, maps are right", self.issues.iter().filter(|issue| issue.kind == "data").collect()),
+            (
+                "wrong or missing in the data, maps are right",
+                self.issues.iter().filter(|issue| issue.kind == "data").collect(),
+            ),
             ("no fault of the model: what this robot cannot pass", self.building.iter().collect()),
         ];
         for (heading, issues) in sections.into_iter().filter(|(_, issues)| !issues.is_empty()) {
@@ -74,7 +79,8 @@ fn write_issue(out: &mut String, number: usize, issue: &Issue) {
     }
     let rooms: Vec<&str> = issue.effect.rooms.iter().filter(|room| room.unreachable).map(|room| room.label()).collect();
     if !rooms.is_empty() {
-        let more = if rooms.len() > MAX_NAMED { format!(" and {} more", rooms.len() - MAX_NAMED) } else { String::new() };
+        let more =
+            if rooms.len() > MAX_NAMED { format!(" and {} more", rooms.len() - MAX_NAMED) } else { String::new() };
         wrapped(out, &format!("unreachable: {}{more}", rooms[..rooms.len().min(MAX_NAMED)].join(", ")));
     }
     wrapped(out, issue.cause);
@@ -103,7 +109,8 @@ impl IssueElement {
             (Some(name), id) => format!("{name} ({id})"),
             (None, id) => id.to_owned(),
         };
-        let mut line = [self.ifc_type.as_str(), &named].into_iter().filter(|w| !w.is_empty()).collect::<Vec<_>>().join(" ");
+        let mut line =
+            [self.ifc_type.as_str(), &named].into_iter().filter(|w| !w.is_empty()).collect::<Vec<_>>().join(" ");
         if let Some(storey) = &self.storey {
             line += &format!(", {storey}");
         }

@@ -17,7 +17,10 @@ const MAX_TOPICS: usize = 100;
 /// model to the next.
 pub fn topics(check: &ModelCheck, pictures: &[StoreyPicture], site: &Site<'_>, created: &str) -> Vec<Topic> {
     let files: Vec<String> = site.sources.iter().map(|source| site.text(source.file).to_owned()).collect();
-    let all = check.issues.iter().flat_map(|issue| issue.elements.iter().take(MAX_TOPICS).map(move |element| (issue, element)));
+    let all = check
+        .issues
+        .iter()
+        .flat_map(|issue| issue.elements.iter().take(MAX_TOPICS).map(move |element| (issue, element)));
     let mut topics: Vec<Topic> = Vec::new();
     for (issue, element) in all {
         let guid = topic_guid(issue, element, &topics);
@@ -53,7 +56,8 @@ fn title(issue: &Issue, element: &IssueElement) -> String {
     let code = crate::IssueCode::ALL.iter().find(|code| code.name() == issue.code);
     let what = code.map_or("", |code| code.phrases()[0]);
     let name = element.name.as_deref().unwrap_or(&element.global_id);
-    let of = [element.ifc_type.as_str(), name].into_iter().filter(|word| !word.is_empty()).collect::<Vec<_>>().join(" ");
+    let of =
+        [element.ifc_type.as_str(), name].into_iter().filter(|word| !word.is_empty()).collect::<Vec<_>>().join(" ");
     format!("{of}: {what}")
 }
 
@@ -69,9 +73,16 @@ fn description(issue: &Issue, element: &IssueElement) -> String {
     format!("{text}\n{}", issue.advice)
 }
 
-fn viewpoint(pictures: &[StoreyPicture], site: &Site<'_>, element: &IssueElement, place: &Place, topic: &str) -> Viewpoint {
+fn viewpoint(
+    pictures: &[StoreyPicture],
+    site: &Site<'_>,
+    element: &IssueElement,
+    place: &Place,
+    topic: &str,
+) -> Viewpoint {
     let picture = place.storey.and_then(|storey| pictures.iter().find(|picture| picture.map_storey == storey));
-    let component = Component { global_id: element.global_id.clone(), authoring_tool_id: element.name.clone().unwrap_or_default() };
+    let component =
+        Component { global_id: element.global_id.clone(), authoring_tool_id: element.name.clone().unwrap_or_default() };
     let world_from_map = site.map_from_world().inverse();
     let middle = place.middle_m();
     let at = &world_from_map * Point3::<Map>::new(middle[0], middle[1], place.z_m + ABOVE_M);

@@ -34,10 +34,12 @@ pub(crate) fn gaps(site: &Site<'_>, grid: &Grid<'_>) -> Vec<Found> {
     }
     let [lo, hi] = grid.head.slab_tenths.map(|above| grid.head.floor_z_tenths + above);
     let slab = Slab { lo, hi };
-    let bounds_room = |class: Class| !matches!(class, Class::None | Class::Furniture | Class::Mep | Class::Railing | Class::Slab);
+    let bounds_room =
+        |class: Class| !matches!(class, Class::None | Class::Furniture | Class::Mep | Class::Railing | Class::Slab);
     let solid = |k: usize| {
         let record = &site.elements[k];
-        let is_there = record.n_parts > 0 && bounds_room(record.class()) && slab.meets(record.min_tenths[2], record.max_tenths[2]);
+        let is_there =
+            record.n_parts > 0 && bounds_room(record.class()) && slab.meets(record.min_tenths[2], record.max_tenths[2]);
         let area = is_there.then(|| footprint(site.element_meshes(record), slab).area)?;
         let b = area.bounds()?;
         let bounds = [b.min[0], b.min[1], b.max[0], b.max[1]].map(f64::from);
@@ -127,10 +129,13 @@ fn gap_at(
     if !is_wall || !sides.into_iter().all(sees) || a == b || a == Side::Inside || b == Side::Inside {
         return None;
     }
-    let rooms: Vec<u32> = [a, b].into_iter().filter_map(|side| match side {
-        Side::Room(space) => Some(space),
-        _ => None,
-    }).collect();
+    let rooms: Vec<u32> = [a, b]
+        .into_iter()
+        .filter_map(|side| match side {
+            Side::Room(space) => Some(space),
+            _ => None,
+        })
+        .collect();
     if rooms.is_empty() {
         return None;
     }
@@ -219,6 +224,7 @@ fn crosses(solid: &Solid, segment: [[f64; 2]; 2]) -> bool {
     if b[0] > x1 || x0 > b[2] || b[1] > y1 || y0 > b[3] {
         return false;
     }
-    let cut = solid.area.rings().flat_map(|r| edges(r)).any(|(a, b)| meet(segment, [a.map(f64::from), b.map(f64::from)]));
+    let cut =
+        solid.area.rings().flat_map(|r| edges(r)).any(|(a, b)| meet(segment, [a.map(f64::from), b.map(f64::from)]));
     cut || segment.into_iter().any(|p| solid.area.contains(p))
 }

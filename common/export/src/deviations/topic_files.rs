@@ -62,9 +62,11 @@ pub(super) fn updated(input: &DeviationExport<'_>, mut earlier: Container) -> Re
 
 /// Why the topic of an element is closed; `None` while nothing says so.
 fn why_closed(input: &DeviationExport<'_>, record: &ElementDeviationRecord) -> Option<String> {
-    let is_late_in_part = input.deviations.absent_parts.iter().any(|part| {
-        part.element == record.element && part.verdict == DeviationVerdict::Late
-    });
+    let is_late_in_part = input
+        .deviations
+        .absent_parts
+        .iter()
+        .any(|part| part.element == record.element && part.verdict == DeviationVerdict::Late);
     if record.verdict != DeviationVerdict::OnPlan || is_late_in_part {
         return None;
     }
@@ -88,7 +90,8 @@ fn is_same_obstacle(earlier: &bcf::Topic, topic: &bcf::Topic) -> bool {
     };
     let place = |topic: &bcf::Topic| topic.viewpoints.iter().find_map(|view| view.camera).map(|camera| camera.position);
     let both = place(earlier).zip(place(topic));
-    let is_near = both.is_some_and(|(a, b)| libm::hypot(a[0] - b[0], a[1] - b[1]) < SAME_PLACE_M && (a[2] - b[2]).abs() < 1.0);
+    let is_near =
+        both.is_some_and(|(a, b)| libm::hypot(a[0] - b[0], a[1] - b[1]) < SAME_PLACE_M && (a[2] - b[2]).abs() < 1.0);
     is_open_obstacle(earlier) && is_open_obstacle(topic) && is_near
 }
 

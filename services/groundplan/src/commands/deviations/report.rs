@@ -6,7 +6,10 @@ use crate::date_argument;
 use crate::failure::Failure;
 use crate::input_document::read_document;
 use bcf::{BcfVersion, Container};
-use export::{DeviationExport, DeviationsDocument, ExportFile, deviation_files_after, deviation_files_in, progress_mspdi, with_manifest};
+use export::{
+    DeviationExport, DeviationsDocument, ExportFile, deviation_files_after, deviation_files_in, progress_mspdi,
+    with_manifest,
+};
 use frames::PlanTime;
 use messages::{DeviationVerdict, Deviations, Observation, ScheduleState, ScheduleStateHead, Site};
 use serde_json::json;
