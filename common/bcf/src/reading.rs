@@ -15,8 +15,11 @@ enum Met<'a> {
     End(&'a str),
 }
 
+/// What is done with it; the names are those of the open elements from the root on.
+type Visit<'v> = dyn FnMut(&[String], Met<'_>) -> Result<(), String> + 'v;
+
 /// Walks over a document: the names of open elements from the root on, and what is met.
-fn walk(bytes: &[u8], visit: &mut dyn FnMut(&[String], Met<'_>) -> Result<(), String>) -> Result<(), String> {
+fn walk(bytes: &[u8], visit: &mut Visit<'_>) -> Result<(), String> {
     let mut reader = Reader::from_reader(bytes);
     let config = reader.config_mut();
     config.expand_empty_elements = true;
