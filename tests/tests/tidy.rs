@@ -17,7 +17,7 @@ fn root() -> PathBuf {
 }
 
 /// Crates of the workspace that each crate may depend on.
-const ALLOWED: [(&str, &[&str]); 51] = [
+const ALLOWED: [(&str, &[&str]); 53] = [
     ("diagnostics", &[]),
     ("input-files", &[]),
     ("frames", &[]),
@@ -29,6 +29,7 @@ const ALLOWED: [(&str, &[&str]); 51] = [
     ("schedule-files", &["diagnostics", "frames"]),
     ("grid", &["frames", "geometry"]),
     ("messages", &["diagnostics", "frames", "geometry", "grid"]),
+    ("bcf", &[]),
     ("bus", &["messages"]),
     ("site-view", &["bus", "messages"]),
     ("daemon", &["bus", "diagnostics", "frames", "input-files", "messages", "site-view"]),
@@ -36,7 +37,7 @@ const ALLOWED: [(&str, &[&str]); 51] = [
     ("store", &[]),
     ("fleet-link", &[]),
     ("safety", &["frames", "geometry", "grid", "messages"]),
-    ("export", &["diagnostics", "frames", "geometry", "grid", "input-files", "messages", "safety"]),
+    ("export", &["bcf", "diagnostics", "frames", "geometry", "grid", "input-files", "messages", "safety"]),
     ("world", &["convex", "diagnostics", "export", "frames", "geometry", "grid", "messages"]),
     ("cloud", &["export", "frames", "geometry", "grid", "messages"]),
     ("fleet", &["export", "frames", "geometry", "grid", "messages", "safety"]),
@@ -53,6 +54,7 @@ const ALLOWED: [(&str, &[&str]); 51] = [
     ("alignment", &["diagnostics", "frames", "geometry", "grid", "messages", "occupancy", "raster"]),
     ("deviations", &["frames", "geometry", "grid", "messages", "occupancy"]),
     ("answers", &["diagnostics", "export", "frames", "messages", "schedule", "waypoints"]),
+    ("model-check", &["answers", "bcf", "diagnostics", "export", "frames", "geometry", "grid", "messages"]),
     ("site-schedule", &["daemon", "messages", "schedule"]),
     (
         "site-answers",
@@ -177,6 +179,7 @@ const ALLOWED: [(&str, &[&str]); 51] = [
             "alignment",
             "as-built",
             "answers",
+            "bcf",
             "bus",
             "cloud",
             "daemon",
@@ -190,6 +193,7 @@ const ALLOWED: [(&str, &[&str]); 51] = [
             "ingest",
             "input-files",
             "messages",
+            "model-check",
             "occupancy",
             "raster",
             "replica",

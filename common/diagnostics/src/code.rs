@@ -247,6 +247,10 @@ codes! {
     // Planning flights: `waypoints`.
     /// More places in the air, or more flight waypoints, than are planned.
     FlightTooLarge = "flight_too_large",
+
+    // Making the site of files, for checks of the model: `ingest`.
+    /// A door without an OverallWidth, whose width is measured.
+    DoorWidthMissing = "door_width_missing",
 }
 
 #[cfg(test)]

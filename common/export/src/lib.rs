@@ -74,7 +74,7 @@
 //! # Where
 //!
 //! - colours of `semantic.png`: `src/pictures.rs`
-//! - deviations: BCF topics: `src/deviations/topics.rs`
+//! - deviations: BCF topics: `src/deviations/topics.rs`; which of earlier ones are closed: `src/deviations/topic_files.rs`
 //! - ground: its mesh and its document: `src/ground.rs`
 //! - latitude and longitude: `src/geographic.rs`
 
@@ -119,7 +119,8 @@ mod waypoints;
 
 pub use assumed_rooms::assumed_rooms;
 pub use deviations::{
-    DeviationExport, DeviationsDocument, ProgressDate, TaskProgress, deviation_files, progress_mspdi,
+    DeviationExport, DeviationsDocument, ProgressDate, TaskProgress, deviation_files, deviation_files_after,
+    deviation_files_in, progress_mspdi,
 };
 pub use door_report::{each_door, reason_text};
 pub use flight::FlightDocument;

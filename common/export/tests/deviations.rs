@@ -1,8 +1,9 @@
 //! Files about differences between the model and a robot's map.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
+use bcf::{BcfVersion, Container, Snapshot};
 use bytemuck::Zeroable;
-use export::{DeviationExport, ExportFile, deviation_files, progress_mspdi};
+use export::{DeviationExport, ExportFile, deviation_files, deviation_files_after, deviation_files_in, progress_mspdi};
 use frames::PlanTime;
 use messages::*;
 use quick_xml::events::Event;
@@ -121,6 +122,10 @@ fn seen(head: DeviationsHead) -> ArchiveBuffer {
 }
 
 fn files(storey: &Storey) -> BTreeMap<String, Vec<u8>> {
+    files_by(storey, deviation_files)
+}
+
+fn files_by(storey: &Storey, make: impl FnOnce(&DeviationExport<'_>) -> Vec<ExportFile>) -> BTreeMap<String, Vec<u8>> {
     let site = Site::open(storey.site.bytes()).unwrap();
     let deviations = Deviations::open(storey.deviations.bytes()).unwrap();
     let input = DeviationExport {
@@ -129,17 +134,19 @@ fn files(storey: &Storey) -> BTreeMap<String, Vec<u8>> {
         deviations: &deviations,
         created: PlanTime::from_civil_seconds(deviations.head.plan_time_s).unwrap(),
     };
-    deviation_files(&input).into_iter().map(|ExportFile { path, bytes }| (path, bytes)).collect()
+    make(&input).into_iter().map(|ExportFile { path, bytes }| (path, bytes)).collect()
 }
 
 fn unpacked(bytes: &[u8]) -> BTreeMap<String, String> {
     let mut zip = zip::ZipArchive::new(Cursor::new(bytes)).unwrap();
     (0..zip.len())
-        .map(|k| {
+        .filter_map(|k| {
             let mut file = zip.by_index(k).unwrap();
-            let mut text = String::new();
-            file.read_to_string(&mut text).unwrap();
-            (file.name().unwrap().into_owned(), text)
+            let name = file.name().unwrap().into_owned();
+            let mut bytes = Vec::new();
+            file.read_to_end(&mut bytes).unwrap();
+            // Pictures are no texts.
+            if name.ends_with(".png") { None } else { Some((name, String::from_utf8(bytes).unwrap())) }
         })
         .collect()
 }
@@ -328,4 +335,63 @@ fn the_same_archives_give_the_same_bytes_and_topics_keep_their_names() {
     assert_eq!(files(&storey("wall")), files(&storey("wall")));
     let names = |storey: &Storey| unpacked(&files(storey)["deviations.bcfzip"]).into_keys().collect::<Vec<_>>();
     assert_eq!(names(&storey("wall")), names(&storey("another name")));
+}
+
+/// A later look: the wall that was displaced is seen in place, or nothing is known of it.
+fn later(name: &str, observation: Observation, verdict: DeviationVerdict) -> Storey {
+    let before = storey(name);
+    let found = Deviations::open(before.deviations.bytes()).unwrap();
+    let mut d = DeviationsBuilder::new(DeviationsHead { slam_map_hash: ContentHash::from_bits(6), ..*found.head });
+    d.elements = found.elements.to_vec();
+    d.elements[0] = ElementDeviationRecord {
+        observation: observation.into(),
+        verdict: verdict.into(),
+        displacement_m: [0.0; 2],
+        ..d.elements[0]
+    };
+    (d.points, d.rings) = (found.points.to_vec(), found.rings.to_vec());
+    d.obstacles = found.obstacles.to_vec();
+    d.obstacles[0].centroid_m = [2.8, 0.72];
+    d.seen = found.seen.to_vec();
+    let deviations = d.finish();
+    Storey { deviations, ..before }
+}
+
+fn topics_after(earlier: &[u8], storey: &Storey) -> Vec<u8> {
+    let earlier = Container::read(earlier).unwrap();
+    files_by(storey, |input| deviation_files_after(input, earlier).unwrap())["deviations.bcfzip"].clone()
+}
+
+#[test]
+fn a_topic_closes_when_its_element_is_seen_in_place_and_opens_when_it_is_not_again() {
+    for version in [BcfVersion::V2_1, BcfVersion::V3_0] {
+        let first = files_by(&storey("wall"), |input| deviation_files_in(input, version))["deviations.bcfzip"].clone();
+        let before = Container::read(&first).unwrap();
+        assert_eq!(before.version(), version);
+        let pictures =
+            before.topics().iter().flat_map(|topic| &topic.viewpoints).filter_map(|view| view.snapshot.as_ref());
+        assert_eq!(pictures.filter(|picture| matches!(picture, Snapshot::Png(_))).count(), before.topics().len());
+        let of_wall = |container: &Container| {
+            let is_own =
+                |topic: &&bcf::Topic| topic.viewpoints.iter().flat_map(|v| &v.components).any(|c| c.global_id == WALL);
+            container.topics().iter().find(is_own).cloned().unwrap()
+        };
+        // Nothing is known of it: the topic stays as it is.
+        let unseen = topics_after(&first, &later("wall", Observation::Unseen, DeviationVerdict::Unknown));
+        assert_eq!(Container::read(&unseen).unwrap().topics(), before.topics());
+        let in_place = later("wall", Observation::Observed, DeviationVerdict::OnPlan);
+        let closed = topics_after(&first, &in_place);
+        let after = Container::read(&closed).unwrap();
+        let (was, is) = (of_wall(&before), of_wall(&after));
+        assert_eq!((is.status.as_str(), is.comments.len(), &is.guid), ("Closed", 1, &was.guid));
+        assert!(is.comments[0].text.starts_with("The robot saw it in place"), "{}", is.comments[0].text);
+        // The others are as they were: none is lost, and the obstacle of another map in the same place is the same.
+        let others = |container: &Container, guid: &str| {
+            container.topics().iter().filter(|topic| topic.guid != guid).cloned().collect::<Vec<_>>()
+        };
+        assert_eq!(others(&after, &is.guid), others(&before, &was.guid));
+        assert_eq!(topics_after(&closed, &in_place), closed, "the same look changes nothing");
+        let again = Container::read(&topics_after(&closed, &storey("wall"))).unwrap();
+        assert_eq!((of_wall(&again).status.as_str(), of_wall(&again).comments.len()), ("Open", 2));
+    }
 }

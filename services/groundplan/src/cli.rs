@@ -1,7 +1,7 @@
 //! The command line: all commands. Arguments, help and work of each are in its own file.
 
 use crate::commands::{
-    actuals, align, as_built, ask, changes, completions, confirm, convert, date, deviations, doctor, door, down, export,
+    actuals, align, as_built, ask, changes, check, completions, confirm, convert, date, deviations, doctor, door, down, export,
     findings, fleet, follow, keeper, key, link, load, log, man, metrics, monitor, record, relay, robot, room, scans,
     serve, slam_map, states, status, tasks, topic, undo, up, view, way, waypoints,
 };
@@ -41,6 +41,8 @@ pub enum Command {
     Scans(scans::Args),
     /// List what model and schedule lack: errors, warnings, what is assumed, replaced or on no map
     Findings(findings::Args),
+    /// Check whether a model is fit for a robot: what will be wrong on its maps, why, and what to mend, worst first
+    Check(check::Args),
     /// Show which elements a planner's schedule works on, and what of both fits nothing; write the table that completes it
     Link(link::Args),
     /// Find the pose of a robot's SLAM map in the model's: of files, or of the map that the running daemon follows
@@ -137,6 +139,7 @@ impl Command {
             Self::Door(arguments) => arguments,
             Self::Scans(arguments) => arguments,
             Self::Findings(arguments) => arguments,
+            Self::Check(arguments) => arguments,
             Self::Link(arguments) => arguments,
             Self::Align(arguments) => arguments,
             Self::Up(arguments) => arguments,

@@ -29,12 +29,68 @@ const OBSTACLE: Rgb = [235, 90, 80];
 const ABSENT_PART: Rgb888 = Rgb888::new(230, 120, 0);
 const MOVED: Rgb888 = Rgb888::new(150, 0, 140);
 
+/// Metres around a place that its picture shows.
+const AROUND_M: f64 = 3.0;
+/// Pixels of a side of a picture of a place.
+const SIDE_PX: usize = 480;
+/// Around what a picture of a place is about.
+const FRAME: Rgb = [225, 0, 80];
+
 /// A pixel for each cell of the map that was seen, row 0 at the top; a file without pixels has none.
 pub(super) fn picture(input: &DeviationExport<'_>) -> Vec<u8> {
+    png(image(input))
+}
+
+/// The picture around places, each as a PNG file.
+pub(super) struct PlacePictures {
+    image: Image,
+    spec: GridSpec,
+}
+
+impl PlacePictures {
+    pub(super) fn of(input: &DeviationExport<'_>) -> Self {
+        Self { image: image(input), spec: input.deviations.head.spec() }
+    }
+
+    /// What lies around a rectangle of the map, with a frame around it.
+    pub(super) fn around(&self, [min, max]: [[f64; 2]; 2]) -> Vec<u8> {
+        let middle = [0, 1].map(|k| (min[k] + max[k]) / 2.0);
+        let half_m = (0..2).map(|k| (max[k] - min[k]) / 2.0).fold(0.0, f64::max) + AROUND_M;
+        let scale = 2.0 * half_m / SIDE_PX as f64;
+        let mut pixels = Vec::with_capacity(SIDE_PX * SIDE_PX);
+        // Stored from the bottom row, as grids are.
+        for row in 0..SIDE_PX {
+            for column in 0..SIDE_PX {
+                let at = [column, row].map(|k| (k as f64 + 0.5) * scale - half_m);
+                let at = [middle[0] + at[0], middle[1] + at[1]];
+                pixels.push(self.colour_at(at).unwrap_or(UNKNOWN));
+            }
+        }
+        let mut image = Image::new(SIDE_PX, pixels);
+        let to_px = |p: [f64; 2]| {
+            let [x, y] = [0, 1].map(|k| (p[k] - middle[k] + half_m) / scale);
+            Point::new(x as i32, SIDE_PX as i32 - 1 - y as i32)
+        };
+        let (low, high) = (to_px([min[0] - 0.15, max[1] + 0.15]), to_px([max[0] + 0.15, min[1] - 0.15]));
+        let corners = [low, Point::new(high.x, low.y), high, Point::new(low.x, high.y)];
+        for (from, to) in corners.iter().zip(corners.iter().cycle().skip(1)) {
+            draw_line(&mut image, [*from, *to], Rgb888::new(FRAME[0], FRAME[1], FRAME[2]), 3);
+        }
+        png(image)
+    }
+
+    /// The colour at a place in `map`; `None` outside.
+    fn colour_at(&self, [x_m, y_m]: [f64; 2]) -> Option<Rgb> {
+        let cell = self.spec.cell_at(frames::Point2::new(x_m, y_m))?;
+        self.image.get(Point::new(cell.column as i32, self.spec.height as i32 - 1 - cell.row as i32))
+    }
+}
+
+fn image(input: &DeviationExport<'_>) -> Image {
     let head = input.deviations.head;
     let spec = head.spec();
     if spec.n_cells() == 0 {
-        return png(Image::new(1, vec![UNKNOWN]));
+        return Image::new(1, vec![UNKNOWN]);
     }
     let ground = |s: &Tag<SlamCell>| if *s == SlamCell::Free { FREE } else { UNKNOWN };
     let mut pixels: Vec<Rgb> = input.deviations.seen.iter().map(ground).collect();
@@ -58,7 +114,7 @@ pub(super) fn picture(input: &DeviationExport<'_>) -> Vec<u8> {
     }
     let mut image = Image::new(spec.width as usize, pixels);
     draw_lines(input, &spec, &mut image);
-    png(image)
+    image
 }
 
 fn colour(observation: Observation, verdict: DeviationVerdict) -> Rgb {

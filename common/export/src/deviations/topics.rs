@@ -1,9 +1,9 @@
 //! BCF topics from deviations: one per element that is not as planned and one per obstacle.
 
 use super::input::DeviationExport;
+use bcf::uuid;
 use geometry::Bounds;
 use messages::{AbsentPartRecord, Deviation, DeviationVerdict, ElementDeviationRecord, ObstacleRecord};
-use sha2::{Digest, Sha256};
 
 /// A topic to be.
 pub(super) struct Topic {
@@ -16,18 +16,11 @@ pub(super) struct Topic {
     /// `late`, `early`, `displaced` or `not_in_the_model`.
     pub(super) label: &'static str,
     /// The element, if it is about one.
-    pub(super) component: Option<Component>,
+    pub(super) component: Option<bcf::Component>,
     /// What the view shows in plan, in `map`.
     pub(super) bounds_m: [[f64; 2]; 2],
     /// Outlines to draw in `map`.
     pub(super) outlines_m: Vec<Vec<[f64; 2]>>,
-}
-
-/// An element as BCF names it.
-pub(super) struct Component {
-    pub(super) global_id: String,
-    /// Its line in the file, for programs that do not use GlobalIds.
-    pub(super) step_id: u64,
 }
 
 /// Elements in the order of the site, stretches of elements, then obstacles from large to small.
@@ -36,6 +29,11 @@ pub(super) fn topics(input: &DeviationExport<'_>) -> Vec<Topic> {
     let parts = input.deviations.absent_parts.iter().filter_map(|p| of_absent_part(input, p));
     let obstacles = input.deviations.obstacles.iter().zip(1..).map(|(o, number)| of_obstacle(input, o, number));
     elements.chain(parts).chain(obstacles).collect()
+}
+
+/// An element, with its line in the file for programs that do not use GlobalIds.
+fn component(global_id: &str, step_id: u64) -> bcf::Component {
+    bcf::Component { global_id: global_id.to_owned(), authoring_tool_id: format!("#{step_id}") }
 }
 
 fn of_element(input: &DeviationExport<'_>, e: &ElementDeviationRecord) -> Option<Topic> {
@@ -74,7 +72,7 @@ fn of_element(input: &DeviationExport<'_>, e: &ElementDeviationRecord) -> Option
             length(e.n_contradicted),
         ),
         label: verdict.name(),
-        component: Some(Component { global_id: global_id.to_owned(), step_id: element.step_id }),
+        component: Some(component(global_id, element.step_id)),
         bounds_m: [element.min_tenths, element.max_tenths].map(|[x, y, _]| [x, y].map(frames::metres)),
         outlines_m: Vec::new(),
     })
@@ -103,7 +101,7 @@ fn of_absent_part(input: &DeviationExport<'_>, part: &AbsentPartRecord) -> Optio
             part.deviation_m,
         ),
         label: DeviationVerdict::Late.name(),
-        component: Some(Component { global_id: id.to_owned(), step_id: element.step_id }),
+        component: Some(component(id, element.step_id)),
         bounds_m: [[x0.min(x1), y0.min(y1)], [x0.max(x1), y0.max(y1)]],
         outlines_m: vec![part.ends_m.to_vec()],
     })
@@ -135,14 +133,4 @@ fn of_obstacle(input: &DeviationExport<'_>, o: &ObstacleRecord, number: u32) -> 
         bounds_m: bounds,
         outlines_m: input.deviations.rings_of(o).map(|r| r.iter().map(|p| p.map(frames::metres)).collect()).collect(),
     }
-}
-
-/// A UUID of version 8 made from words: the same words, the same UUID.
-fn uuid(words: &[&str]) -> String {
-    let digest = Sha256::digest(words.join("\n").as_bytes());
-    let mut bytes: [u8; 16] = std::array::from_fn(|k| digest[k]);
-    bytes[6] = bytes[6] & 0x0f | 0x80;
-    bytes[8] = bytes[8] & 0x3f | 0x80;
-    let hex = format!("{:032x}", u128::from_be_bytes(bytes));
-    format!("{}-{}-{}-{}-{}", &hex[..8], &hex[8..12], &hex[12..16], &hex[16..20], &hex[20..])
 }

@@ -106,6 +106,11 @@ fn add_door(
         None => own(),
     };
     let measured_m = passage.map(|p| measured_width_m(&p, &body));
+    if door.overall_width_m.is_none() {
+        let message = "the door has no OverallWidth: its width is measured".to_owned();
+        let (severity, code, entity) = (Severity::Info, DiagnosticCode::DoorWidthMissing, Some(element.id.clone()));
+        add_diagnostic(builder, record.source, &Diagnostic { severity, code, entity, source: None, message });
+    }
     let overall_width_m = overall_width_m(door.overall_width_m, measured_m).unwrap_or_else(|why| {
         add_diagnostic(builder, record.source, &width_implausible(element, &why));
         why.measured_m

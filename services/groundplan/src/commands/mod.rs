@@ -5,6 +5,7 @@ pub mod align;
 pub mod ask;
 pub mod as_built;
 pub mod changes;
+pub mod check;
 pub mod completions;
 pub mod confirm;
 pub mod convert;

@@ -68,6 +68,11 @@ fn belongs_to_models(argument: Arg) -> Arg {
 }
 
 impl QuestionArgs {
+    /// Paths of the model files; none if the running daemons are asked.
+    pub(crate) fn models(&self) -> &[PathBuf] {
+        &self.models
+    }
+
     /// The models.
     pub(super) fn model(&self) -> ModelArgs {
         ModelArgs::new(self.models.clone(), self.allow_boxes)

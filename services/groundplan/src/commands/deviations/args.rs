@@ -23,7 +23,7 @@ pub struct Args {
     #[arg(long, requires = "slam")]
     pub(super) allow_boxes: bool,
 
-    /// Folder for deviations.json, actuals.csv (for --actuals), deviations.bcfzip (BCF 2.1) and deviations.png;
+    /// Folder for deviations.json, actuals.csv (for --actuals), deviations.bcfzip (BCF) and deviations.png;
     /// with --schedule-file also progress.csv and progress.xml (MS Project XML), for the planner, and XER and P6 XML files as they
     /// are but for the progress (progress-NAME)
     #[arg(short, long, value_name = "OUT")]
@@ -32,6 +32,15 @@ pub struct Args {
     /// Waypoints of the model (waypoints.json) to carry into the robot's map, also where it is bent: OUT/goals.json
     #[arg(long, value_name = "WAYPOINTS.json", requires = "slam", requires = "out")]
     pub(super) goals: Option<PathBuf>,
+
+    /// Topics of an earlier comparison (deviations.bcfzip, also after others worked on it): OUT/deviations.bcfzip is made of it.
+    /// Topics of elements that the robot saw in place since are closed, with a comment; new ones are added, none is lost
+    #[arg(long, value_name = "OLD.bcfzip", requires = "out")]
+    pub(super) bcf: Option<PathBuf>,
+
+    /// Version of deviations.bcfzip; after an earlier one its version stays
+    #[arg(long, value_name = "VERSION", requires = "out", conflicts_with = "bcf", default_value = "2.1", value_parser = ["2.1", "3.0"])]
+    pub(super) bcf_version: String,
 
     /// What becomes of files of others in it.
     #[command(flatten)]
@@ -104,5 +113,6 @@ Examples:
   groundplan deviations house.ifc --slam robot.yaml --date 2024-04-15 -o deviations
   groundplan deviations house.ifc --slam robot.yaml -o deviations --goals maps/waypoints.json
   groundplan deviations -o deviations
+  groundplan deviations -o later --bcf deviations/deviations.bcfzip
 
 Exit codes: 0 done, 1 failed (the map's pose is not accepted), 2 bad usage or configuration.";

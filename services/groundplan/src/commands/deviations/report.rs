@@ -5,7 +5,12 @@ use super::planner_files::planner_files;
 use crate::args::report_set_aside;
 use crate::date_argument;
 use crate::failure::Failure;
-use export::{DeviationExport, DeviationsDocument, ExportFile, deviation_files, progress_mspdi, with_manifest};
+use crate::input_document::read_document;
+use bcf::{BcfVersion, Container};
+use export::{
+    DeviationExport, DeviationsDocument, ExportFile, deviation_files_after, deviation_files_in, progress_mspdi,
+    with_manifest,
+};
 use frames::PlanTime;
 use messages::{DeviationVerdict, Deviations, Observation, ScheduleState, ScheduleStateHead, Site};
 use serde_json::json;
@@ -32,7 +37,7 @@ pub(super) fn write(
     let input = DeviationExport { site, schedule_state, deviations: found, created };
     if let Some(folder) = &arguments.out {
         let folder = arguments.overwrite.folder_at(folder)?;
-        let files = deviation_files(&input).into_iter().chain(progress_mspdi(&input, uids));
+        let files = files(arguments, &input)?.into_iter().chain(progress_mspdi(&input, uids));
         let files = files.chain(planner_files(&input, uids, plans)?).chain(goals).collect();
         let manifest = json!({
             "plan_time": date_argument::optional_text(found.head.plan_time_s),
@@ -44,6 +49,16 @@ pub(super) fn write(
         return Ok(serde_json::to_string_pretty(&DeviationsDocument::of(&input)).map_err(Failure::work)? + "\n");
     }
     Ok(text(site, found))
+}
+
+/// The files, with the topics of an earlier comparison if they are given.
+fn files(arguments: &Args, input: &DeviationExport<'_>) -> Result<Vec<ExportFile>, Failure> {
+    let Some(path) = &arguments.bcf else {
+        return Ok(deviation_files_in(input, BcfVersion::of(&arguments.bcf_version).unwrap_or_default()));
+    };
+    let unusable = |e: &dyn std::fmt::Display| Failure::usage(format!("--bcf {}: {e}", path.display()));
+    let earlier = Container::read(&read_document(path).map_err(|e| unusable(&e))?).map_err(|e| unusable(&e))?;
+    deviation_files_after(input, earlier).map_err(|e| unusable(&e))
 }
 
 /// For people: counts, everything that is not as planned, what stands beside it.
