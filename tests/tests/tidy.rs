@@ -190,6 +190,7 @@ const ALLOWED: [(&str, &[&str]); 53] = [
             "frames",
             "geometry",
             "grid",
+            "ids",
             "ingest",
             "input-files",
             "messages",

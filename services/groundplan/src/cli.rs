@@ -1,9 +1,9 @@
 //! The command line: all commands. Arguments, help and work of each are in its own file.
 
 use crate::commands::{
-    actuals, align, as_built, ask, changes, check, completions, confirm, convert, date, deviations, doctor, door, down, export,
-    findings, fleet, follow, keeper, key, link, load, log, man, metrics, monitor, record, relay, robot, room, scans,
-    serve, slam_map, states, status, tasks, topic, undo, up, view, way, waypoints,
+    actuals, align, as_built, ask, changes, check, completions, confirm, convert, date, deviations, doctor, door, down,
+    export, findings, fleet, follow, keeper, key, link, load, log, man, metrics, monitor, record, relay, robot, room,
+    scans, serve, slam_map, states, status, tasks, topic, undo, up, view, way, waypoints,
 };
 use crate::failure::Failure;
 use crate::run::{Outcome, Run};

@@ -24,6 +24,7 @@ pub use schedule::ScheduleArgs;
 pub use site::{SiteArgs, SiteOfRobotArgs};
 pub use world::WorldArgs;
 
+pub(crate) use models::read_model;
 pub(crate) use overwrite::report_set_aside;
 pub(crate) use robot::robot_of_profile;
 pub(crate) use schedule::{ScheduleInput, with_timeline};

@@ -7,7 +7,7 @@ use ingest::{FilePlacement, IngestOptions, MAX_MODEL_BYTES, MeshPool, SiteFrame,
 use input_files::read_regular_file;
 use messages::ArchiveBuffer;
 use std::num::NonZero;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Which models make the site.
 #[derive(Debug, Clone, clap::Args)]
@@ -31,6 +31,18 @@ pub struct ModelArgs {
     /// Threads to work with, at most 256; the result does not depend on them [default: all cores]
     #[arg(long, value_name = "N", default_value_t = 0, hide_default_value = true, value_parser = clap::value_parser!(u16).range(..=256))]
     threads: u16,
+}
+
+/// The bytes of a model.
+///
+/// # Errors
+/// A folder, or a file that cannot be read.
+pub(crate) fn read_model(path: &Path) -> Result<Vec<u8>, Failure> {
+    if path.is_dir() {
+        return Err(Failure::work(format!("{} is a folder: name the IFC files in it", path.display())));
+    }
+    read_regular_file(path, MAX_MODEL_BYTES)
+        .map_err(|e| Failure::work(format!("{} cannot be read: {e}", path.display())))
 }
 
 impl ModelArgs {
@@ -85,14 +97,7 @@ impl ModelArgs {
     }
 
     fn read(&self) -> Result<Vec<SourceFile>, Failure> {
-        let read = |path: &PathBuf| {
-            if path.is_dir() {
-                return Err(Failure::work(format!("{} is a folder: name the IFC files in it", path.display())));
-            }
-            let bytes = read_regular_file(path, MAX_MODEL_BYTES)
-                .map_err(|e| Failure::work(format!("{} cannot be read: {e}", path.display())))?;
-            Ok(SourceFile { path: path.clone(), bytes })
-        };
+        let read = |path: &PathBuf| Ok(SourceFile { path: path.clone(), bytes: read_model(path)? });
         self.models.iter().map(read).collect()
     }
 

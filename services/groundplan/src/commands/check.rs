@@ -1,14 +1,21 @@
 //! `groundplan check`: whether a model is fit for a robot, as text, JSON, a page and BCF topics.
 
+use crate::args::read_model;
 use crate::failure::Failure;
-use crate::question::{Answer, Question, QuestionArgs};
+use crate::question::{AnswerText, QuestionArgs};
 use crate::run::{Outcome, Run};
 use answers::{Circumstances, FindError, Situation};
 use bcf::BcfVersion;
+use ids::{Ids, IdsReport, Scope};
+use input_files::{MAX_CONFIGURATION_BYTES, read_regular_file};
 use jiff::Timestamp;
-use messages::Site;
+use messages::{Site, WaypointKind};
 use model_check::{ModelCheck, StoreyPicture, check};
-use std::path::PathBuf;
+use schemars::JsonSchema;
+use serde::Serialize;
+use site_answers::{Answer, Question};
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 use waypoints::MissionPlanOptions;
 
@@ -31,7 +38,14 @@ pub struct Args {
     /// Version of the BCF file
     #[arg(long, value_name = "VERSION", requires = "bcf", default_value = "2.1", value_parser = ["2.1", "3.0"])]
     bcf_version: String,
+
+    /// Check the models against requirements of the project, too, an IDS file; `groundplan` stands for those of maps
+    #[arg(long, value_name = "FILE.ids")]
+    ids: Vec<PathBuf>,
 }
+
+/// Stands for the shipped file of requirements.
+const SHIPPED_IDS: &str = "groundplan";
 
 const AFTER_HELP: &str = "\
 What will be wrong on the robot's maps and why, element by element, the worst first: each issue with its
@@ -39,15 +53,19 @@ effect in square metres, doors and rooms, and with advice for the author of the 
 maps come first, then what is wrong or missing in the data; what this robot cannot pass in a building that
 is modelled well is apart, and no issue. All of it is listed in the JSON document, which has a schema:
 config/schemas/model-check.schema.json.
+Requirements in IDS 1.0 (--ids) are those of a project, or the ones in config/ids/groundplan.ids, which authors
+load into their own tools; what fails is in text and JSON, not on the page and in BCF. A requirement for
+another release of IFC than the model's is told as not checked.
 
 Examples:
   groundplan check house.ifc
   groundplan check house.ifc structure.ifc --robot config/robots/default.toml
   groundplan check house.ifc --html house.html --bcf house.bcfzip
+  groundplan check house.ifc --ids groundplan --ids project.ids
   groundplan check house.ifc --json | jq -r '.issues[] | .title'
 
 Exit codes: 0 the model is fit, 1 failed, 2 bad usage or configuration, 3 there are issues that change
-maps, 4 the maps of the running daemons may not be used.";
+maps, or requirements that are not met, 4 the maps of the running daemons may not be used.";
 
 impl Run for Args {
     /// Checks the models, and writes the files that are asked for.
@@ -55,8 +73,8 @@ impl Run for Args {
     /// # Errors
     /// Bad arguments, models that cannot be read, no daemons, files that cannot be written.
     fn run(&self) -> Result<Outcome, Failure> {
-        let question = Checked { arguments: self, files: Mutex::default() };
-        let outcome = self.of.answer(&question)?;
+        let question = Checked { arguments: self, files: Mutex::default(), ids: self.ids_reports()? };
+        let outcome = self.of.answer(&question, &["check"])?;
         for (path, bytes) in question.files.into_inner().unwrap_or_else(PoisonError::into_inner) {
             let unwritable = |e| Failure::work(format!("{} cannot be written: {e}", path.display()));
             daemon::write_durably(&path, &bytes).map_err(unwritable)?;
@@ -65,15 +83,75 @@ impl Run for Args {
     }
 }
 
+impl Args {
+    /// Each model against each file of requirements; `None` without any.
+    fn ids_reports(&self) -> Result<Option<Vec<IdsCheck>>, Failure> {
+        if self.ids.is_empty() {
+            return Ok(None);
+        }
+        if self.of.models().is_empty() {
+            return Err(Failure::usage("--ids needs the model files: a running site does not keep them"));
+        }
+        let mut reports = Vec::new();
+        for file in &self.ids {
+            let bytes = match file.as_os_str() == SHIPPED_IDS {
+                true => ids::GROUNDPLAN.as_bytes().to_vec(),
+                false => read_regular_file(file, MAX_CONFIGURATION_BYTES)
+                    .map_err(|why| Failure::usage(format!("{} cannot be read: {why}", file.display())))?,
+            };
+            let requirements = Ids::read(&bytes).map_err(|why| Failure::usage(format!("{}: {why}", file.display())))?;
+            for model in self.of.models() {
+                let report = ids::check(&requirements, &read_model(model)?, Scope::OfRelease);
+                let report = report.map_err(|why| Failure::work(format!("{}: {why}", model.display())))?;
+                reports.push(IdsCheck { model: name_of(model), requirements: name_of(file), report });
+            }
+        }
+        Ok(Some(reports))
+    }
+}
+
+fn name_of(path: &Path) -> String {
+    path.display().to_string()
+}
+
+/// The document: what is wrong on maps, and which requirements are not met.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub(crate) struct CheckDocument {
+    /// The model as a robot's maps have it.
+    #[serde(flatten)]
+    check: ModelCheck,
+    /// Each model against each file of requirements; null without any.
+    ids: Option<Vec<IdsCheck>>,
+}
+
+/// A model against a file of requirements.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+struct IdsCheck {
+    /// The model.
+    model: String,
+    /// The IDS file.
+    requirements: String,
+    /// What is met and what is not.
+    report: IdsReport,
+}
+
+impl CheckDocument {
+    /// True if no issue changes maps, and no requirement that was checked fails.
+    fn is_fit(&self) -> bool {
+        self.check.fit && self.ids.iter().flatten().all(|ids| ids.report.passed)
+    }
+}
+
 /// The question, and the files that are made of its situation beside the answer.
 struct Checked<'a> {
     arguments: &'a Args,
     files: Mutex<Vec<(PathBuf, Vec<u8>)>>,
+    ids: Option<Vec<IdsCheck>>,
 }
 
 impl Checked<'_> {
     fn files(&self, situation: &Situation<'_>, answer: &ModelCheck) -> Vec<(PathBuf, Vec<u8>)> {
-        let Args { of, html, bcf, bcf_version } = self.arguments;
+        let Args { of, html, bcf, bcf_version, .. } = self.arguments;
         if html.is_none() && bcf.is_none() {
             return Vec::new();
         }
@@ -98,11 +176,7 @@ fn changed_last(files: &[PathBuf]) -> String {
 
 impl Question for Checked<'_> {
     type Found = ();
-    type Answer = ModelCheck;
-
-    fn command(&self) -> Vec<&str> {
-        vec!["check"]
-    }
+    type Answer = CheckDocument;
 
     fn find(&self, _: &Site<'_>) -> Result<(), FindError> {
         Ok(())
@@ -110,17 +184,18 @@ impl Question for Checked<'_> {
 
     fn options(&self, _: &Site<'_>, (): &(), options: MissionPlanOptions) -> MissionPlanOptions {
         // Whether rooms are reached is looked at all the same.
-        MissionPlanOptions { scans: false, ..options }
+        let kinds: BTreeSet<_> = options.kinds.into_iter().filter(|kind| *kind != WaypointKind::Scan).collect();
+        MissionPlanOptions { kinds, ..options }
     }
 
     fn depends_on_start(&self) -> bool {
         true
     }
 
-    fn answer(&self, situation: &Situation<'_>, (): &()) -> ModelCheck {
-        let answer = check(situation);
-        *self.files.lock().unwrap_or_else(PoisonError::into_inner) = self.files(situation, &answer);
-        answer
+    fn answer(&self, situation: &Situation<'_>, (): &()) -> CheckDocument {
+        let check = check(situation);
+        *self.files.lock().unwrap_or_else(PoisonError::into_inner) = self.files(situation, &check);
+        CheckDocument { check, ids: self.ids.clone() }
     }
 
     fn verdict(&self, situation: &Situation<'_>, (): &()) -> Option<bool> {
@@ -128,23 +203,33 @@ impl Question for Checked<'_> {
     }
 }
 
-impl Answer for ModelCheck {
+impl Answer for CheckDocument {
     fn verdict(&self) -> Option<bool> {
-        Some(self.fit)
+        Some(self.is_fit())
     }
 
     fn circumstances(&self) -> &Circumstances {
-        &self.circumstances
+        &self.check.circumstances
     }
+}
 
+impl AnswerText for CheckDocument {
     fn text(&self) -> String {
-        self.text()
+        let ids = self.ids.iter().flatten();
+        let ids = ids.map(|ids| format!("\n{} against {}\n{}", ids.model, ids.requirements, ids.report.text()));
+        std::iter::once(self.check.text()).chain(ids).collect()
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::shipped_schema::assert_shipped_schema;
+
+    #[test]
+    fn the_shipped_schema_is_that_of_the_document() {
+        assert_shipped_schema("model-check", &schemars::schema_for!(CheckDocument));
+    }
 
     #[test]
     fn topics_of_the_same_files_have_the_same_time() {

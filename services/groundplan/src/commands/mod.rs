@@ -2,8 +2,8 @@
 
 pub mod actuals;
 pub mod align;
-pub mod ask;
 pub mod as_built;
+pub mod ask;
 pub mod changes;
 pub mod check;
 pub mod completions;

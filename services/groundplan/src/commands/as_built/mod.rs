@@ -7,14 +7,12 @@ mod output;
 mod running;
 mod text;
 
-use crate::args::{ModelArgs, ScheduleArgs, ScheduleInput, SiteOfRobotArgs};
+use crate::args::{ModelArgs, ScheduleArgs, ScheduleInput, SiteOfRobotArgs, read_model};
 use crate::failure::Failure;
 use crate::progress_line::ProgressLine;
 use crate::run::{Outcome, Run};
 use as_built::AsBuilt;
 use gathered::Gathered;
-use ingest::MAX_MODEL_BYTES;
-use input_files::read_regular_file;
 use messages::Site;
 use observations::{SiteOfModel, observations};
 use output::Outputs;
@@ -97,8 +95,7 @@ impl Run for Args {
         let inputs = [Some(&self.model), self.actuals.as_ref(), self.deviations.as_ref(), self.schedule.as_ref()];
         let inputs: Vec<&Path> = inputs.into_iter().flatten().map(PathBuf::as_path).collect();
         let outputs = Outputs::of(&self.out, self.changes.as_deref(), self.force, &inputs)?;
-        let model = read_regular_file(&self.model, MAX_MODEL_BYTES)
-            .map_err(|error| Failure::usage(format!("{} cannot be read: {error}", self.model.display())))?;
+        let model = read_model(&self.model)?;
         let written = if self.actuals.is_some() || self.deviations.is_some() {
             self.of_files(&model)
         } else {
