@@ -1,6 +1,7 @@
 //! What differs between the maps of two dates.
 
-use crate::drawing::{DrawError, Drawing};
+use crate::draw_error::DrawError;
+use crate::drawing::Drawing;
 use crate::kept_rasterizer::KeptRasterizer;
 use crate::maps::{MapInputs, with_maps};
 use answers::changes::{Causes, Difference, Side, causes_of, difference};

@@ -1,5 +1,6 @@
 //! Answers of maps that are drawn for them, and the change of an answer at later dates.
 
+use crate::draw_error::DrawError;
 use crate::kept_rasterizer::KeptRasterizer;
 use crate::later::LaterMaps;
 use crate::maps::{MapInputs, Maps, with_maps};
@@ -7,8 +8,7 @@ use crate::progress::DrawingProgress;
 use crate::question::{Answer, Question};
 use answers::{AnswerBasis, Circumstances, Later, Situation};
 use daemon::Robot;
-use messages::{ArchiveError, ScheduleState, ScheduleStateBuilder, Site};
-use raster::RasterizeError;
+use messages::{ScheduleState, ScheduleStateBuilder, Site};
 use schedule::{Period, Timeline};
 use site_view::SiteViews;
 use waypoints::MissionPlanOptions;
@@ -32,17 +32,6 @@ pub struct Drawing<'a> {
     pub only_now: Option<&'a str>,
     /// Takes what is done.
     pub progress: &'a dyn DrawingProgress,
-}
-
-/// Why no maps can be drawn for an answer.
-#[derive(Debug, thiserror::Error)]
-pub enum DrawError {
-    /// A site that cannot be drawn for this robot.
-    #[error(transparent)]
-    Rasterize(#[from] RasterizeError),
-    /// An archive that cannot be read.
-    #[error(transparent)]
-    Archive(#[from] ArchiveError),
 }
 
 impl Drawing<'_> {

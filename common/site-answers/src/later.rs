@@ -1,6 +1,6 @@
 //! The search for the next change of an answer: maps of every later change of the schedule are drawn until it does.
 
-use crate::drawing::DrawError;
+use crate::draw_error::DrawError;
 use crate::maps::{MapInputs, with_maps};
 use crate::progress::DrawingProgress;
 use crate::question::Question;

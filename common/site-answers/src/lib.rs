@@ -16,6 +16,7 @@
 mod circumstances;
 mod dates;
 mod difference;
+mod draw_error;
 mod drawing;
 mod fleet;
 mod kept_rasterizer;
@@ -28,7 +29,8 @@ mod questions;
 pub use circumstances::{circumstances_of, epochs_of, map_use, options_of, start_is_known};
 pub use dates::{PeriodError, end_s, period_of};
 pub use difference::difference_between;
-pub use drawing::{DrawError, Drawing, situation_of};
+pub use draw_error::DrawError;
+pub use drawing::{Drawing, situation_of};
 pub use fleet::{FleetError, fleet_document};
 pub use kept_rasterizer::KeptRasterizer;
 pub use maps::{MapInputs, Maps, with_maps, with_maps_once};

@@ -43,8 +43,11 @@ pub(crate) struct Declared {
     /// The schema of the document with its answer.
     pub(crate) document: fn(&mut SchemaGenerator) -> Schema,
     /// Reads the parameters and answers; the parameters first, so that wrong ones are told of a site without maps, too.
-    pub(crate) ask: fn(Map<String, Value>) -> Result<(Lane, Box<Work>), Problem>,
+    pub(crate) ask: fn(Map<String, Value>) -> Result<Asked, Problem>,
 }
+
+/// A question whose parameters were read: how it is answered, and what answers it.
+pub(crate) type Asked = (Lane, Box<Work>);
 
 /// What answers a question at a moment of a site.
 pub(crate) type Work = dyn FnOnce(&Moment<'_>) -> Result<Value, Problem> + Send;
