@@ -142,6 +142,7 @@ const ALLOWED: [(&str, &[&str]); 53] = [
             "export",
             "frames",
             "grid",
+            "input-files",
             "messages",
             "raster",
             "schedule",
@@ -213,7 +214,7 @@ const ALLOWED: [(&str, &[&str]); 53] = [
 ];
 
 /// Foreign crates, and the crates that alone may name each.
-const FENCED: [(&str, &[&str]); 30] = [
+const FENCED: [(&str, &[&str]); 31] = [
     ("ifc-lite-core", &["ifc"]),
     ("ifc-lite-geometry", &["ifc"]),
     ("ifc-lite-processing", &["ifc"]),

@@ -188,7 +188,8 @@ impl<'a> Writer<'_, 'a> {
     ) -> Result<(&'static str, Vec<Property>, Vec<String>), String> {
         let evidence = self.observations.sources.get(provenance.source).map(|source| source.sha256.as_str());
         let known = |name: &str| self.sets.value(self.editor.file, element.id, name).unwrap_or_default();
-        if !known("Displacement").is_empty() && evidence.is_some_and(|sha256| known("EvidenceSha256").contains(sha256)) {
+        if !known("Displacement").is_empty() && evidence.is_some_and(|sha256| known("EvidenceSha256").contains(sha256))
+        {
             return Err("it was moved by this evidence before".to_owned());
         }
         let file = self.editor.file;

@@ -514,7 +514,7 @@ impl Parameters for Tasks {
             Some(at_s) => moment.circumstances_at(Period::instant(at_s)),
             None => moment.circumstances.clone(),
         };
-        let answer = list(site, timeline, asked_s.or(shown_s), wanted.as_slice());
+        let answer = list(site, timeline, asked_s.or(shown_s), wanted.as_ref().map(std::slice::from_ref));
         told(&Of { circumstances, answer })
     }
 }

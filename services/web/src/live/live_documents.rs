@@ -71,7 +71,7 @@ pub(super) fn site_documents(config: &SiteConfig, set: &SiteSet<'_>) -> Result<M
         Some(known) => {
             let planned = known.planned.as_ref().unwrap_or(&known.timeline);
             let progress = progress(site, planned, &known.reported, &known.observed)?;
-            TasksDocument::of_schedule(&list(site, &known.timeline, None, &[]), &progress)?
+            TasksDocument::of_schedule(&list(site, &known.timeline, None, None), &progress)?
         }
         None => TasksDocument::of_elements(&published.semantic),
     };

@@ -1,7 +1,5 @@
 //! The groundplan-web service: makes documents of the newest maps, and tells browsers what has changed.
 
-use super::listening::Listening;
-use super::live_documents::{MadeSite, date_document, site_documents};
 use super::live_documents::{MadeSite, date_documents, site_documents};
 use super::overlays::{self, Overlays};
 use super::shared_site::SharedSite;

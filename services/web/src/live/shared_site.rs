@@ -3,7 +3,7 @@
 use super::content_names::{model_name, tiles_name};
 use super::live_answers;
 use super::live_documents::MadeDate;
-use super::{ControlError, Feed, LiveSite, control, fleet};
+use super::{ControlError, Feed, LiveSite, control};
 use crate::documents::TasksDocument;
 use crate::kept::Kept;
 use crate::question::Question;

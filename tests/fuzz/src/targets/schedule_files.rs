@@ -13,7 +13,7 @@ pub fn run(bytes: &[u8]) {
     let container;
     let bytes = match bytes.strip_prefix(b"sheet:").map(String::from_utf8_lossy) {
         Some(content) => {
-            container = workbook::workbook(&[("Plan", &content)], bytes.len() % 2 == 0);
+            container = workbook::workbook(&[("Plan", &content)], bytes.len().is_multiple_of(2));
             &container
         }
         None => bytes,

@@ -98,6 +98,9 @@ fn deviations(bus: &Bus, waiter: &mut Waiter) -> Result<Vec<u8>, Failure> {
     })
 }
 
+/// A row, and the table in which it stands.
+type RowOfTable = (Actual, Arc<[u8]>);
+
 /// The tables in force: observations, then reports, which rank before them.
 fn add_progress(
     gathered: &mut Gathered,
@@ -106,9 +109,11 @@ fn add_progress(
     bus: &Bus,
     waiter: &mut Waiter,
 ) -> Result<(), Failure> {
-    let with_hash = |bytes: &[u8]| -> Result<Vec<(Actual, Arc<[u8]>)>, OverrideError> {
+    let with_hash = |bytes: &[u8]| {
         let table: Arc<[u8]> = bytes.into();
-        Ok(parse_actuals(bytes)?.into_iter().map(|actual| (actual, Arc::clone(&table))).collect())
+        Ok::<Vec<RowOfTable>, OverrideError>(
+            parse_actuals(bytes)?.into_iter().map(|actual| (actual, Arc::clone(&table))).collect(),
+        )
     };
     let [reported, observed] = progress_in_force(config, with_hash).map_err(Failure::work)?;
     let confirmed = match observed.iter().any(|(actual, _)| actual.start == ABSENT) {
