@@ -23,13 +23,10 @@ use crate::plan::PlanFile;
 use crate::{PlanFileError, ReadOptions};
 use calamine::{Reader, SheetType, SheetVisible, Xlsx};
 use layout::Layout;
+pub(crate) use parts::OTHER_SPREADSHEETS;
 use parts::Parts;
 use sheet::Sheet;
 use std::io::Cursor;
-
-/// Spreadsheets in other containers, and how to save what is read.
-pub(crate) const OTHER_SPREADSHEETS: [&str; 2] =
-    ["spreadsheets (.xls, .xlsb, .ods)", "save it as .xlsx, or the sheet as CSV in UTF-8"];
 
 /// Reads a workbook.
 ///

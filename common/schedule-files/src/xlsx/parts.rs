@@ -3,13 +3,16 @@
 //! The reader of cells trusts counts and references that a file states; here are those checked by which it would take memory or
 //! time without end.
 
-use super::OTHER_SPREADSHEETS;
 use crate::PlanFileError;
 use quick_xml::Reader;
 use quick_xml::events::{BytesStart, Event};
 use std::collections::BTreeMap;
 use std::io::{Cursor, Read};
 use zip::ZipArchive;
+
+/// Spreadsheets in other containers, and how to save what is read.
+pub(crate) const OTHER_SPREADSHEETS: [&str; 2] =
+    ["spreadsheets (.xls, .xlsb, .ods)", "save it as .xlsx, or the sheet as CSV in UTF-8"];
 
 /// Files in the container: sheets, pictures, drawings.
 const MAX_FILES: usize = 10_000;

@@ -147,7 +147,7 @@ fn numbers_that_are_equal_by_chance_are_not_proposed() {
     }
     let (found, _) = proposed(&walls(100, properties), tasks);
     assert_eq!(equalities(&found), [""; 0]);
-    let chance = found.not_proposed.iter().filter(|not| matches!(not.why, WhyNot::Chance(_))).count();
+    let chance = found.not_proposed.iter().filter(|not| matches!(not.why, WhyNot::Coincidence(_))).count();
     assert!(chance >= 3, "{:?}", found.not_proposed);
 }
 

@@ -122,7 +122,7 @@ pub struct NotProposed {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum WhyNot {
     /// It may be by chance: it counts for so many bits.
-    Chance(f64),
+    Coincidence(f64),
     /// It does not tell tasks apart: an element has so many on average.
     Ambiguous(f64),
     /// A better proposal names all its elements.
@@ -259,7 +259,7 @@ impl Work<'_> {
                 found.push((*key, bits));
             }
             if bits < needed_bits {
-                not_proposed.push(self.not(*key, pair, WhyNot::Chance(bits)));
+                not_proposed.push(self.not(*key, pair, WhyNot::Coincidence(bits)));
             }
         }
         found.sort_by_key(|(key, _)| (std::cmp::Reverse(self.counts.pairs[key].n_hit), key.1, key.0));

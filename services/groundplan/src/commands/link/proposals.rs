@@ -216,7 +216,7 @@ impl NotProposedEntry {
     fn of(not: &NotProposed, needed_bits: f64) -> Self {
         let shared = counted(not.n_shared, "shared text");
         let (reason, why) = match not.why {
-            WhyNot::Chance(bits) => {
+            WhyNot::Coincidence(bits) => {
                 ("chance", format!("{shared} may be by chance: {bits:.0} bits of the {needed_bits:.0} that are needed"))
             }
             WhyNot::Ambiguous(mean) => {
