@@ -1,7 +1,7 @@
 //! The shipped IDS file (`config/ids/groundplan.ids`) and the code ask for the same: classes, property sets, limits, operations.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
-use ids::{Constraint, EntityFacet, Facet, Ids, Release, Restriction, Scope, SpecificationOutcome};
+use ids::{Constraint, EntityFacet, Facet, Ids, Release, Restriction, Scope};
 use schedule::Rules;
 use std::collections::BTreeSet;
 
@@ -162,18 +162,8 @@ fn properties_with_dates_phases_and_map_conversions_are_those_that_are_read() {
 }
 
 #[test]
-fn the_demo_building_meets_what_maps_and_waypoints_need() {
+fn the_demo_building_meets_all_that_is_asked_for() {
     let demo = std::fs::read(concat!(env!("CARGO_MANIFEST_DIR"), "/../config/demo/demo.ifc")).unwrap();
     let report = ids::check(&shipped(), &demo, Scope::OfRelease).unwrap();
-    let fails = |level: &str| {
-        let of_level =
-            report.specifications.iter().filter(|s| s.identifier.as_ref().is_some_and(|i| i.starts_with(level)));
-        of_level.filter(|s| s.outcome == SpecificationOutcome::Failed).map(|s| s.name.clone()).collect::<Vec<_>>()
-    };
-    assert_eq!(
-        [fails("map"), fails("waypoints"), fails("doors.")],
-        [vec![], vec![], Vec::<String>::new()],
-        "{}",
-        report.text()
-    );
+    assert!(report.passed, "{}", report.text());
 }

@@ -2,6 +2,7 @@
 
 use crate::change_list::{LineChange, LineChangeKind};
 use crate::step_file::{Instance, StepFile};
+use crate::step_text::ascii;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// A file that is being changed.
@@ -46,10 +47,10 @@ impl<'f, 'a> Editor<'f, 'a> {
         entry.0.extend(&self.because);
     }
 
-    /// An argument as it is now.
+    /// An argument as it is now, with escapes for what is not ASCII.
     pub(crate) fn argument(&self, instance: &Instance<'_>, k: usize) -> String {
         let changed = self.changed.get(&instance.id).and_then(|arguments| arguments.get(&k)).cloned();
-        changed.unwrap_or_else(|| String::from_utf8_lossy(self.file.argument(instance, k)).into_owned())
+        changed.unwrap_or_else(|| ascii(self.file.argument(instance, k)))
     }
 
     /// Changes an argument; what is so already is no change. An argument that an instance has not is left alone.

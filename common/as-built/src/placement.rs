@@ -82,6 +82,8 @@ pub(crate) struct Dependents {
     of: BTreeMap<u64, Vec<u64>>,
     by_placement: BTreeMap<u64, Vec<u64>>,
     moved: BTreeSet<u64>,
+    /// Placements that were changed.
+    placements: BTreeSet<u64>,
 }
 
 impl Dependents {
@@ -102,7 +104,7 @@ impl Dependents {
                 by_placement.entry(placement).or_default().push(product.id);
             }
         }
-        Self { of, by_placement, moved: BTreeSet::new() }
+        Self { of, by_placement, moved: BTreeSet::new(), placements: BTreeSet::new() }
     }
 
     /// An element and what depends on it, wholes before parts.
@@ -136,6 +138,7 @@ pub(crate) fn move_element(
         return Err("it moves along with another element, or another one with it".to_owned());
     }
     // Everything is looked at before anything is written.
+    let is_twice = "it is placed relative to another element that is moved, or another one relative to it";
     let mut moved: BTreeSet<u64> = BTreeSet::new();
     let mut plans = Vec::new();
     for object in all.iter().filter_map(|id| file.instance(*id)) {
@@ -147,6 +150,9 @@ pub(crate) fn move_element(
         };
         if follows(file, placement, &moved)? {
             continue;
+        }
+        if follows(file, placement, &dependents.placements)? {
+            return Err(is_twice.to_owned());
         }
         let local = local_placement(file, placement)?;
         let axes = file.referred(&local, 1).ok_or_else(|| format!("#{placement} has no relative placement"))?;
@@ -163,7 +169,13 @@ pub(crate) fn move_element(
         }
         plans.push((object, local, axes, location, is_shared));
     }
+    for earlier in &dependents.placements {
+        if follows(file, *earlier, &moved)? {
+            return Err(is_twice.to_owned());
+        }
+    }
     dependents.moved.extend(&all);
+    dependents.placements.extend(&moved);
     let mut names = Vec::new();
     for id in all.iter().skip(1) {
         names.extend(file.instance(*id).and_then(|object| file.global_id(&object).map(str::to_owned)));

@@ -96,7 +96,14 @@ fn edits(children: &[Child], updates: &TaskUpdates, end: usize) -> Vec<(Range<us
     let mut edits: Vec<(Range<usize>, String)> = wanted
         .into_iter()
         .filter_map(|(name, value)| {
-            let element = format!("<{name}>{}</{name}>", value?);
+            // A finish that the file has is that of a task which the report says is at work.
+            let is_stale =
+                name == "ActualFinishDate" && !changed.is_done && text(name).is_some_and(|at| !at.is_empty());
+            let element = match value {
+                Some(value) => format!("<{name}>{value}</{name}>"),
+                None if is_stale => String::new(),
+                None => return None,
+            };
             let place = match children.iter().find(|child| child.name == name) {
                 Some(child) => child.place.clone(),
                 // The elements of an activity are in the order of their names.

@@ -106,6 +106,12 @@ fn new_cells(columns: &Columns, texts: &[&[u8]], changed: &Changed, separator: c
     let mut new = vec![(columns.status, status.to_owned())];
     new.extend(columns.start.zip(changed.start.as_deref()).map(|(k, at)| (k, date(at))));
     new.extend(columns.finish.zip(changed.finish.as_deref()).map(|(k, at)| (k, date(at))));
+    if !changed.is_done {
+        // A finish that the file has is that of a task which the report says is at work.
+        new.extend(
+            columns.finish.filter(|k| text(*k).is_some_and(|text| !text.is_empty())).map(|k| (k, String::new())),
+        );
+    }
     let planned_h = text(columns.target).and_then(|hours| hours.replace(',', ".").parse::<f64>().ok());
     let remaining_h = if changed.is_done { Some(0.0) } else { planned_h.and_then(|hours| changed.remaining_h(hours)) };
     new.extend(remaining_h.map(|hours| (columns.remaining, number(hours, separator))));

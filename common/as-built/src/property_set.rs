@@ -3,7 +3,7 @@
 use crate::editor::Editor;
 use crate::global_id::global_id_of;
 use crate::owner_history::OwnerHistory;
-use crate::step_file::StepFile;
+use crate::step_file::{Instance, StepFile};
 use crate::step_text::{list, reference, text};
 use std::collections::BTreeMap;
 
@@ -49,19 +49,22 @@ impl KnownSets {
         Some(String::from_utf8_lossy(file.argument(&property, 2)).into_owned())
     }
 
-    /// Gives an object these properties.
+    /// Gives an object these properties. Properties of an earlier run that are stale leave its set.
     pub(crate) fn write(
         &self,
         editor: &mut Editor<'_, '_>,
         owner: &mut OwnerHistory,
         (object, global_id): (u64, &str),
         properties: &[Property],
+        stale: &[&str],
     ) {
         let file = editor.file;
         if let Some(set) = self.of.get(&object).and_then(|id| file.instance(*id)) {
             let before = editor.n_changes();
             let known: Vec<_> = file.references(&set, 4).into_iter().filter_map(|id| file.instance(id)).collect();
-            let mut all: Vec<u64> = known.iter().map(|property| property.id).collect();
+            let is_stale =
+                |property: &Instance<'_>| stale.iter().any(|name| file.argument(property, 0) == text(name).as_bytes());
+            let mut all: Vec<u64> = known.iter().filter(|known| !is_stale(known)).map(|property| property.id).collect();
             for property in properties {
                 match known.iter().find(|known| file.argument(known, 0) == text(property.name).as_bytes()) {
                     Some(known) => {

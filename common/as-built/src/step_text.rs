@@ -32,6 +32,22 @@ pub(crate) fn text(value: &str) -> String {
     out
 }
 
+/// What a file has in one of its encodings, UTF-8 or ISO 8859-1, with escapes for everything beyond ASCII.
+pub(crate) fn ascii(written: &[u8]) -> String {
+    let text =
+        std::str::from_utf8(written).map_or_else(|_| written.iter().copied().map(char::from).collect(), str::to_owned);
+    let mut out = String::with_capacity(text.len());
+    for character in text.chars() {
+        // Writing to a string does not fail.
+        let _ = match character {
+            '\0'..='\u{7f}' => write!(out, "{character}"),
+            '\u{80}'..='\u{ffff}' => write!(out, "\\X2\\{:04X}\\X0\\", u32::from(character)),
+            _ => write!(out, "\\X4\\{:08X}\\X0\\", u32::from(character)),
+        };
+    }
+    out
+}
+
 /// A real number, with the point that STEP asks for.
 pub(crate) fn real(value: f64) -> String {
     // Rust has no shorter text that reads back as the same number; minus zero is zero.

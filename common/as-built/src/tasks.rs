@@ -112,6 +112,7 @@ fn in_task_time(editor: &mut Editor<'_, '_>, task: &Instance<'_>, progress: &Pro
     };
     let time = file.instance(id).filter(|time| time.arguments.len() >= attributes.n);
     let time = time.ok_or_else(|| format!("the time #{id} of the task is missing or has too few attributes"))?;
+    check_finish(file, &time, attributes, progress)?;
     let sharers = file.all("IFCTASK").iter().filter(|task| file.reference(task, TASK_TIME) == Some(id)).count();
     if sharers > 1 {
         let kept = (0..time.arguments.len()).map(|k| editor.argument(&time, k)).collect();
@@ -140,6 +141,7 @@ fn in_time_control(
     if let Some(id) = with_time.and_then(|relation| file.reference(relation, 7)) {
         let time = file.instance(id).filter(|time| time.arguments.len() >= attributes.n);
         let time = time.ok_or_else(|| format!("the time #{id} of the task is missing or has too few attributes"))?;
+        check_finish(file, &time, attributes, progress)?;
         let relation = relations.iter().filter(of_task).find(|r| file.reference(r, 7) == Some(id));
         let sharers: usize = relations
             .iter()
@@ -168,6 +170,20 @@ fn in_time_control(
             owner.mark_changed(editor, relation);
         }
         _ => assign_with_time(editor, owner, (task.id, global_id), time, progress),
+    }
+    Ok(())
+}
+
+/// Refuses progress of a task at work where the model has its finish: which of both is right is not known.
+fn check_finish(
+    file: &StepFile<'_>,
+    time: &Instance<'_>,
+    attributes: &TimeAttributes,
+    progress: &Progress,
+) -> Result<(), String> {
+    let is_finished = !matches!(file.argument(time, attributes.actual_finish), b"$" | b"");
+    if is_finished && progress.finish.is_none() && progress.completion.is_none_or(|done| done < 1.0) {
+        return Err("the model has its actual finish, and the report none".to_owned());
     }
     Ok(())
 }

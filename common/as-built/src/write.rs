@@ -98,7 +98,14 @@ struct ObjectProperties {
     observations: Vec<usize>,
     values: Vec<Property>,
     provenance: Vec<Provenance>,
+    /// It is said whether and when the object came to be: dates of an earlier run that are not among the values hold no more.
+    has_dates: bool,
 }
+
+/// Property with the hashes of the evidence by which an element was moved.
+const MOVED_BY: &str = "DisplacementEvidence";
+/// Properties with dates.
+const DATES: [&str; 2] = ["ActualStart", "ActualFinish"];
 
 struct Writer<'w, 'a> {
     observations: &'w Observations,
@@ -152,6 +159,9 @@ impl<'a> Writer<'_, 'a> {
             Ok((kind, values, notes)) => {
                 self.done(kind, global_id, provenance, notes);
                 self.give((found.id, global_id), number, values, provenance);
+                if let Some(properties) = self.properties.get_mut(global_id) {
+                    properties.has_dates |= !matches!(what, ElementFinding::Displaced { .. });
+                }
             }
             Err(why) => self.refuse(provenance, Some(global_id), &why),
         }
@@ -187,9 +197,10 @@ impl<'a> Writer<'_, 'a> {
         provenance: &Provenance,
     ) -> Result<(&'static str, Vec<Property>, Vec<String>), String> {
         let evidence = self.observations.sources.get(provenance.source).map(|source| source.sha256.as_str());
+        let evidence = evidence.unwrap_or_default();
         let known = |name: &str| self.sets.value(self.editor.file, element.id, name).unwrap_or_default();
-        if !known("Displacement").is_empty() && evidence.is_some_and(|sha256| known("EvidenceSha256").contains(sha256))
-        {
+        let moved_by = hashes_in(&known(MOVED_BY));
+        if moved_by.iter().any(|sha256| sha256 == evidence) {
             return Err("it was moved by this evidence before".to_owned());
         }
         let file = self.editor.file;
@@ -216,6 +227,11 @@ impl<'a> Writer<'_, 'a> {
                 "Along x and y of the world, in units of the file; the placement has it",
             ),
             described("DisplacementDeviation", length(deviation_m), "Standard deviation"),
+            described(
+                MOVED_BY,
+                format!("IFCTEXT({})", text(&[&moved_by[..], &[evidence.to_owned()]].concat().join("; "))),
+                "Evidence of all displacements that the placement has, none of which moves it again",
+            ),
         ];
         Ok(("displaced", values, notes))
     }
@@ -252,7 +268,10 @@ impl<'a> Writer<'_, 'a> {
     /// Writes the property sets of all objects.
     fn property_sets(&mut self) {
         let all = std::mem::take(&mut self.properties);
-        for (global_id, ObjectProperties { object, observations, mut values, provenance }) in all {
+        for (global_id, ObjectProperties { object, observations, mut values, provenance, has_dates }) in all {
+            let stale: &[&str] = if has_dates { &DATES } else { &[] };
+            let stale: Vec<&str> =
+                stale.iter().copied().filter(|name| values.iter().all(|value| value.name != *name)).collect();
             let joined = |texts: Vec<&str>| {
                 let mut once: Vec<&str> = Vec::new();
                 texts.into_iter().for_each(|text| {
@@ -270,7 +289,7 @@ impl<'a> Writer<'_, 'a> {
             let evidence = provenance.iter().filter_map(|p| self.observations.sources.get(p.source));
             values.push(property("EvidenceSha256", joined(evidence.map(|source| source.sha256.as_str()).collect())));
             self.editor.because_of(&observations, Some(&global_id));
-            self.sets.write(&mut self.editor, &mut self.owner, (object, &global_id), &values);
+            self.sets.write(&mut self.editor, &mut self.owner, (object, &global_id), &values, &stale);
         }
     }
 
@@ -323,8 +342,7 @@ impl<'a> Writer<'_, 'a> {
     }
 
     fn dates(&self, start: Option<PlanTime>, finish: Option<PlanTime>) -> Vec<Property> {
-        let dates = [("ActualStart", start), ("ActualFinish", finish)];
-        dates.into_iter().filter_map(|(name, at)| Some(property(name, self.date(at?)))).collect()
+        DATES.into_iter().zip([start, finish]).filter_map(|(name, at)| Some(property(name, self.date(at?)))).collect()
     }
 
     /// A date as a value; IFC2X3 has no type for it.
@@ -336,6 +354,12 @@ impl<'a> Writer<'_, 'a> {
 
 fn property(name: &'static str, value: String) -> Property {
     Property { name, value, description: None }
+}
+
+/// The sha256, in hexadecimal, in a text as STEP writes it.
+fn hashes_in(written: &str) -> Vec<String> {
+    let is_hash = |word: &&str| word.len() == 64;
+    written.split(|c: char| !c.is_ascii_hexdigit()).filter(is_hash).map(str::to_owned).collect()
 }
 
 fn observed(what: &str) -> Property {

@@ -259,6 +259,79 @@ fn a_displaced_wall_moves_in_the_world_and_takes_opening_and_door_along() {
 }
 
 #[test]
+fn what_was_moved_by_evidence_is_not_moved_by_it_again_after_other_evidence() {
+    let displaced = ElementFinding::Displaced { by_m: [0.1, 0.0], deviation_m: 0.01 };
+    let moved = of(Observations { elements: vec![element(WALL, displaced)], ..Observations::default() });
+    let first = String::from_utf8(written(&model("IFC4"), &moved).bytes).unwrap();
+    let progress = ElementFinding::Progress { start: None, finish: Some(at("2024-03-07T17:00:00")), needs_task: true };
+    let report = Observations {
+        sources: vec![FileEntry { file: "p.csv".to_owned(), sha256: "a1".repeat(32) }],
+        elements: vec![element(WALL, progress)],
+        ..Observations::default()
+    };
+    let second = String::from_utf8(written(&first, &report).bytes).unwrap();
+    let third = written(&second, &moved);
+    assert_eq!((String::from_utf8(third.bytes).unwrap(), third.changes.not_written.len()), (second, 1));
+}
+
+#[test]
+fn dates_of_an_earlier_run_that_hold_no_more_leave_the_set() {
+    let progress = |finish: Option<&str>| {
+        let (start, finish) = (Some(at("2024-03-01")), finish.map(at));
+        let finding = ElementFinding::Progress { start, finish, needs_task: false };
+        of(Observations { elements: vec![element(WALL, finding)], ..Observations::default() })
+    };
+    let built = String::from_utf8(written(&model("IFC4"), &progress(Some("2024-03-05"))).bytes).unwrap();
+    let found = written(&built, &progress(None));
+    let set = found.changes.lines.iter().find(|line| line.new.contains("=IFCPROPERTYSET(")).unwrap();
+    let finish = built.lines().find(|line| line.contains("'ActualFinish'")).unwrap().split('=').next().unwrap();
+    assert!(set.old.as_ref().unwrap().contains(finish) && !set.new.contains(finish), "{set:?}");
+}
+
+#[test]
+fn elements_that_are_placed_relative_to_each_other_do_not_move_twice() {
+    // The other wall is placed relative to this one, without a relation.
+    let model = model("IFC4").replace("#51=IFCLOCALPLACEMENT(#21,", "#51=IFCLOCALPLACEMENT(#31,");
+    let displaced = || ElementFinding::Displaced { by_m: [0.1, 0.0], deviation_m: 0.01 };
+    for order in [[WALL, OTHER], [OTHER, WALL]] {
+        let elements = order.map(|id| element(id, displaced())).to_vec();
+        let found = written(&model, &of(Observations { elements, ..Observations::default() }));
+        let [refused] = found.changes.not_written.as_slice() else { panic!("{:?}", found.changes.not_written) };
+        assert!(refused.reason.contains("placed relative to"), "{refused:?}");
+    }
+}
+
+#[test]
+fn names_in_an_encoding_of_long_ago_are_written_with_escapes() {
+    let mut bytes = model("IFC4").into_bytes();
+    let name = bytes.windows(3).position(|three| three == b"'W;").unwrap() + 1;
+    bytes[name] = 0xC4;
+    let progress = ElementFinding::Progress { start: None, finish: Some(at("2024-03-07")), needs_task: true };
+    let observations = of(Observations { elements: vec![element(WALL, progress)], ..Observations::default() });
+    let found = write(&bytes, ["m.ifc", "n.ifc"], &observations).unwrap();
+    let task = found.changes.lines.iter().find(|line| line.old.is_none() && line.new.contains("=IFCTASK(")).unwrap();
+    assert!(task.new.contains(r"'\X2\00C4\X0\; "), "{task:?}");
+    assert!(found.bytes.windows(3).any(|three| three == b"'\xC4;"), "the line of the element stays as it is");
+}
+
+#[test]
+fn a_task_that_the_model_has_as_finished_is_not_begun_again() {
+    let model = model("IFC4");
+    let (planned, dates) = ("'2024-03-04T08:00:00',$,$,$,$,$,$,$,$,$,$,$,$,$,$)", "$,'2024-03-05','2024-03-09',$,1.)");
+    let finished = model.replace(planned, &format!("'2024-03-04T08:00:00',$,$,$,$,$,$,$,$,$,{dates}"));
+    assert_ne!(model, finished);
+    let task = TaskObservation {
+        global_id: TASK.to_owned(),
+        start: Some(at("2024-03-05")),
+        finish: None,
+        completion: Some(0.5),
+        provenance: provenance(),
+    };
+    let found = written(&finished, &of(Observations { tasks: vec![task], ..Observations::default() }));
+    assert!(found.changes.not_written[0].reason.contains("actual finish"), "{:?}", found.changes.not_written);
+}
+
+#[test]
 fn an_element_that_shares_its_placement_gets_its_own() {
     let model = model("IFC4").replace("'O',$,$,#51", "'O',$,$,#31");
     let displaced = ElementFinding::Displaced { by_m: [0.0, 0.05], deviation_m: 0.01 };

@@ -60,7 +60,7 @@ fn nodes_of_the_site_graph_have_the_names_and_ids_of_rooms() {
 }
 
 /// Ends of keys that say a unit.
-const UNITS: [&str; 12] = ["_m", "_m2", "_m3", "_rad", "_s", "_ms", "_h", "_hz", "_cells", "_kg", "_w", "_wh"];
+const UNITS: [&str; 13] = ["_bits", "_m", "_m2", "_m3", "_rad", "_s", "_ms", "_h", "_hz", "_cells", "_kg", "_w", "_wh"];
 
 /// Numbers without one: shares, ratios and probabilities, directions, coordinates of contracts that others fixed (GeoJSON, meshes, IFC).
 const WITHOUT: [&str; 24] = [

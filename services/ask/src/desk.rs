@@ -63,13 +63,13 @@ impl Desk {
         // Who leaves does not free the turn: the work goes on until it is done.
         let work = tokio::task::spawn_blocking(move || {
             let _turn = turn;
-            site.at_this_moment(lane, |moment| Ok((work(moment)?, moment.running.clone())))
+            let (answer, running) = site.at_this_moment(lane, |moment| Ok((work(moment)?, moment.running.clone())))?;
+            let (answer, cut) = bounded(answer, declared.paged, page);
+            let document = Document { question: declared.name, running, notice: NOTICE, answer, cut };
+            serde_json::to_value(document).map_err(|why| Problem::of(ProblemKind::Failed, why.to_string()))
         });
         let given_up = |_| Problem::of(ProblemKind::Failed, "the work was given up");
-        let (answer, running) = work.await.map_err(given_up)??;
-        let (answer, cut) = bounded(answer, declared.paged, page);
-        let document = Document { question: declared.name, running, notice: NOTICE, answer, cut };
-        serde_json::to_value(document).map_err(|why| Problem::of(ProblemKind::Failed, why.to_string()))
+        work.await.map_err(given_up)?
     }
 }
 

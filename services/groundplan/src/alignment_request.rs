@@ -7,7 +7,7 @@ use crate::run::Outcome;
 use crate::wait::{ask, join};
 use bus::{Bus, CheckedSample, Waiter, topics};
 use daemon::{AlignAnswer, AlignRequest, Published, SearchState};
-use messages::PoseValidity;
+use messages::{AlignmentVerdict, PoseValidity};
 use std::time::{Duration, Instant};
 
 /// Timeout of a sample after its daemon said that it is published.
@@ -81,7 +81,7 @@ pub(crate) fn published(
 /// Exit codes of commands that print a live alignment.
 const WAITS_FOR_CONFIRM: u8 = 3;
 const HELD: u8 = 4;
-const REFUSED: u8 = 5;
+const NOT_ACCEPTED: u8 = 5;
 const UNCERTAIN: u8 = 6;
 
 /// The alignment as it is printed, with its pose around the robot if its place in its map is given; the exit code is 0 only if the pose may
@@ -98,15 +98,16 @@ pub(crate) fn outcome_of(sample: &CheckedSample<topics::Alignment>, robot_m: Opt
         false => alignment_report::text(&alignment, robot_m),
     };
     let validity = alignment.usable(robot_m).err().unwrap_or(PoseValidity::Effective);
-    Outcome { text, exit_code: exit_code(validity) }
+    Outcome { text, exit_code: exit_code(validity, alignment.verdict()) }
 }
 
-fn exit_code(validity: PoseValidity) -> u8 {
-    match validity {
-        PoseValidity::Effective => 0,
-        PoseValidity::WaitsForConfirm => WAITS_FOR_CONFIRM,
-        PoseValidity::Held => HELD,
-        PoseValidity::Uncertain => UNCERTAIN,
-        PoseValidity::Refused => REFUSED,
+/// Who asked for a search is told what it found, also where a pose of before may be used.
+fn exit_code(validity: PoseValidity, verdict: AlignmentVerdict) -> u8 {
+    match (validity, verdict) {
+        (PoseValidity::Effective, AlignmentVerdict::Accepted) => 0,
+        (PoseValidity::WaitsForConfirm, _) => WAITS_FOR_CONFIRM,
+        (PoseValidity::Held, _) => HELD,
+        (PoseValidity::Uncertain, _) => UNCERTAIN,
+        (PoseValidity::Effective | PoseValidity::Refused, _) => NOT_ACCEPTED,
     }
 }

@@ -32,6 +32,7 @@ mod input_document;
 mod lag;
 mod load_progress;
 mod monitor;
+mod output_file;
 mod progress_line;
 mod progress_record;
 mod question;

@@ -69,15 +69,15 @@ impl Control {
     /// Searches the pose of the robot's map, first on the storey that the robot is known to be on, and waits for the end.
     ///
     /// # Errors
-    /// There is no map, the search fails, no pose may be used.
+    /// There is no map, the search fails, no pose is accepted.
     pub(crate) fn align(&self) -> Result<String, Failure> {
         let of_storey = self.known_storey().map(|storey| self.search(Some(storey)));
         let found = match of_storey {
-            Some(Ok(found)) if found.verdict == AlignmentVerdict::Accepted.name() && found.is_effective() => found,
+            Some(Ok(found)) if is_accepted(&found) => found,
             // The robot may have been carried since then.
             _ => self.search(None)?,
         };
-        if found.is_effective() { Ok(found.to_string()) } else { Err(found.to_string().into()) }
+        if is_accepted(&found) { Ok(found.to_string()) } else { Err(found.to_string().into()) }
     }
 
     fn search(&self, storey: Option<u32>) -> Result<AlignmentSummary, Failure> {
@@ -159,4 +159,9 @@ fn plan_time_text(answer: &ScheduleAnswer) -> String {
         Some(at) => format!("plan time {at}, {}", answer.clock),
         None => "everything is built".to_owned(),
     }
+}
+
+/// True if a search found the pose that is in effect.
+fn is_accepted(found: &AlignmentSummary) -> bool {
+    found.verdict == AlignmentVerdict::Accepted.name() && found.is_effective()
 }

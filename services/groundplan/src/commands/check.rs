@@ -2,6 +2,7 @@
 
 use crate::args::read_model;
 use crate::failure::Failure;
+use crate::output_file::OutputFile;
 use crate::question::{AnswerText, QuestionArgs};
 use crate::run::{Outcome, Run};
 use answers::{Circumstances, FindError, Situation};
@@ -73,11 +74,21 @@ impl Run for Args {
     /// # Errors
     /// Bad arguments, models that cannot be read, no daemons, files that cannot be written.
     fn run(&self) -> Result<Outcome, Failure> {
+        let inputs: Vec<PathBuf> =
+            self.of.inputs().chain(self.ids.iter().map(PathBuf::as_path)).map(Path::to_owned).collect();
+        let [html, bcf] = [("--html", &self.html), ("--bcf", &self.bcf)]
+            .map(|(option, path)| OutputFile::of(option, path.as_deref(), &inputs));
+        let (html, bcf) = (html?, bcf?);
+        if html.is_some() && html == bcf {
+            return Err(Failure::usage("--html and --bcf name one file"));
+        }
         let question = Checked { arguments: self, files: Mutex::default(), ids: self.ids_reports()? };
         let outcome = self.of.answer(&question, &["check"])?;
-        for (path, bytes) in question.files.into_inner().unwrap_or_else(PoisonError::into_inner) {
-            let unwritable = |e| Failure::work(format!("{} cannot be written: {e}", path.display()));
-            daemon::write_durably(&path, &bytes).map_err(unwritable)?;
+        let files = question.files.into_inner().unwrap_or_else(PoisonError::into_inner);
+        for (file, bytes) in [(html, files.html), (bcf, files.bcf)] {
+            if let Some((file, bytes)) = file.zip(bytes) {
+                file.write(&bytes)?;
+            }
         }
         Ok(outcome)
     }
@@ -142,18 +153,25 @@ impl CheckDocument {
     }
 }
 
+/// What is written beside the answer.
+#[derive(Debug, Default)]
+struct Files {
+    html: Option<Vec<u8>>,
+    bcf: Option<Vec<u8>>,
+}
+
 /// The question, and the files that are made of its situation beside the answer.
 struct Checked<'a> {
     arguments: &'a Args,
-    files: Mutex<Vec<(PathBuf, Vec<u8>)>>,
+    files: Mutex<Files>,
     ids: Option<Vec<IdsCheck>>,
 }
 
 impl Checked<'_> {
-    fn files(&self, situation: &Situation<'_>, answer: &ModelCheck) -> Vec<(PathBuf, Vec<u8>)> {
+    fn files(&self, situation: &Situation<'_>, answer: &ModelCheck) -> Files {
         let Args { of, html, bcf, bcf_version, .. } = self.arguments;
         if html.is_none() && bcf.is_none() {
-            return Vec::new();
+            return Files::default();
         }
         let pictures = StoreyPicture::all(situation);
         let page = || model_check::page(answer, &pictures, situation.site).into_bytes();
@@ -162,8 +180,7 @@ impl Checked<'_> {
             let topics = model_check::topics(answer, &pictures, situation.site, &created);
             bcf::written(&topics, BcfVersion::of(bcf_version).unwrap_or_default())
         };
-        let html = html.iter().map(|path| (path.clone(), page()));
-        html.chain(bcf.iter().map(|path| (path.clone(), container()))).collect()
+        Files { html: html.as_ref().map(|_| page()), bcf: bcf.as_ref().map(|_| container()) }
     }
 }
 

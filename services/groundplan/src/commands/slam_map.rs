@@ -10,8 +10,8 @@ use std::path::PathBuf;
 /// Arguments of `slam-map`.
 #[derive(Debug, Clone, clap::Args)]
 #[command(after_help = "\
-Exit codes: 0 effective, 1 failed (the map before it stays), 2 bad usage or configuration, 3 waits_for_confirm, \
-4 held, 5 refused, 6 uncertain; see `groundplan align`.")]
+Exit codes: 0 accepted and effective, 1 failed (the map before it stays), 2 bad usage or configuration, 3 waits_for_confirm, \
+4 held, 5 refused or ambiguous, 6 uncertain; see `groundplan align`.")]
 pub struct Args {
     /// Map that the robot made, as its map server saves it
     #[arg(value_name = "MAP.yaml")]

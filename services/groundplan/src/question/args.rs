@@ -3,7 +3,7 @@
 use crate::args::{ModelArgs, RobotArgs, ScheduleArgs, SiteOfRobotArgs};
 use crate::failure::Failure;
 use clap::{Arg, ArgAction};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use waypoints::MissionPlanOptions;
 
 /// Of what a question is asked: of model files, or of the running daemons.
@@ -71,6 +71,11 @@ impl QuestionArgs {
     /// Paths of the model files; none if the running daemons are asked.
     pub(crate) fn models(&self) -> &[PathBuf] {
         &self.models
+    }
+
+    /// Paths of all files that are read.
+    pub(crate) fn inputs(&self) -> impl Iterator<Item = &Path> {
+        self.models.iter().map(PathBuf::as_path).chain(self.schedule.inputs())
     }
 
     /// The models.

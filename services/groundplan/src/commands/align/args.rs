@@ -119,9 +119,9 @@ Of the running daemon the validity is printed, too: whether the pose may be used
   uncertain          the newest map bears the pose out, but holds it less well than max_uncertainty where the robot is,
                      or anywhere in the map if nobody knows where that is
 
-Exit codes: 0 the pose may be used (`usable`, effective), 1 failed, and of files ambiguous,
-refused or uncertain, 2 bad usage; of the running daemon 3 waits_for_confirm, 4 held, 5 refused,
-6 uncertain. A pose that is followed stays effective while a search is ambiguous.
+Exit codes: 0 accepted and effective, 1 failed, and of files ambiguous, refused or uncertain, 2 bad usage;
+of the running daemon 3 waits_for_confirm, 4 held, 5 refused or ambiguous, 6 uncertain. A pose that is
+followed stays effective, and `usable`, while a search is ambiguous.
 
 Examples:
   groundplan align --reference maps --slam robot.yaml

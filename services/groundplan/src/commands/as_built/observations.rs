@@ -220,6 +220,10 @@ impl Collected<'_, '_> {
                     self.refuse((source, id.clone()), Some(id), "it is absent, which nobody confirmed");
                     continue;
                 }
+                ("absent" | "displaced", _) if is_confirmed && is_reported => {
+                    self.refuse((source, id.clone()), Some(id), "a report of the element ranks before it");
+                    continue;
+                }
                 ("displaced", _) if is_confirmed => match self.displacement(element.displacement_m) {
                     Ok(by_m) => ElementFinding::Displaced { by_m, deviation_m: element.deviation_m },
                     Err(why) => {

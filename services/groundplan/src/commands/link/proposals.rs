@@ -57,7 +57,7 @@ struct ProposalEntry {
     /// Texts that tasks and elements share.
     shared: usize,
     /// What these count for.
-    bits: f64,
+    evidence_bits: f64,
     /// Some of them.
     examples: Vec<ExampleEntry>,
     /// Tasks that are work and stay without elements.
@@ -160,7 +160,7 @@ impl ProposalEntry {
             named: proposal.n_with_value[1],
             near: proposal.n_near,
             shared: proposal.n_shared,
-            bits: rounded(proposal.bits),
+            evidence_bits: rounded(proposal.bits),
             examples: proposal.examples.iter().map(example).collect(),
             unlinked: proposal.unlinked_work.iter().map(|k| tasks[*k].clone()).collect(),
             other_effects: proposal.n_other_effects,
@@ -179,7 +179,7 @@ impl ProposalEntry {
             self.named,
             self.with_value,
             counted(self.shared, "shared text"),
-            self.bits
+            self.evidence_bits
         ));
         for example in &self.examples {
             line(format!(

@@ -1,16 +1,15 @@
 //! `groundplan tasks`: the tasks of a schedule with their dates, what they act on, and what is wrong with them.
 
 mod calendar;
-mod output;
 mod table;
 
 use crate::args::{ModelArgs, ScheduleArgs, ScheduleInput, with_timeline};
 use crate::date_argument;
 use crate::failure::Failure;
+use crate::output_file::OutputFile;
 use crate::run::{Outcome, Run};
 use answers::tasks::{list, rows};
 use messages::Site;
-use output::Output;
 use schedule::{Timeline, find_task};
 use std::path::PathBuf;
 
@@ -93,7 +92,7 @@ impl Run for Args {
         let inputs: Vec<PathBuf> =
             self.model.paths().iter().cloned().chain(self.schedule.inputs().map(PathBuf::from)).collect();
         let [csv, ics] = [("--csv", &self.csv), ("--ics", &self.ics)]
-            .map(|(option, path)| Output::of(option, path.as_deref(), &inputs));
+            .map(|(option, path)| OutputFile::of(option, path.as_deref(), &inputs));
         let (csv, ics) = (csv?, ics?);
         with_timeline(&self.model, &schedule, |site, timeline, _| {
             let wanted = self.task.iter().map(|name| find_task(site, name));
@@ -102,11 +101,11 @@ impl Run for Args {
             if csv.is_some() || ics.is_some() {
                 let rows = rows(site, timeline, at_s, wanted.as_deref());
                 if let Some(csv) = &csv {
-                    csv.write(&table::table(&rows))?;
+                    csv.write(table::table(&rows).as_bytes())?;
                 }
                 if let Some(ics) = &ics {
                     let stamp_s = at_s.or(window.and_then(|[from_s, _]| from_s));
-                    ics.write(&calendar::calendar(&rows, stamp_s, schedule.site_zone()))?;
+                    ics.write(calendar::calendar(&rows, stamp_s, schedule.site_zone()).as_bytes())?;
                 }
             }
             let list = list(site, timeline, at_s, wanted.as_deref());

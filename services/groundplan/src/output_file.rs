@@ -1,19 +1,19 @@
-//! A file that `groundplan tasks` writes: whole or not at all, and never in the place of what was read.
+//! A file that a command writes beside its answer: whole or not at all, and never in the place of what was read.
 
 use crate::failure::Failure;
 use daemon::write_durably;
 use std::path::{Path, PathBuf};
 
 /// Where it is written.
-#[derive(Debug)]
-pub(super) struct Output(PathBuf);
+#[derive(Debug, PartialEq, Eq)]
+pub(crate) struct OutputFile(PathBuf);
 
-impl Output {
+impl OutputFile {
     /// The file of an option, if it is given.
     ///
     /// # Errors
     /// It is one of the inputs, or a folder.
-    pub(super) fn of(option: &str, path: Option<&Path>, inputs: &[PathBuf]) -> Result<Option<Self>, Failure> {
+    pub(crate) fn of(option: &str, path: Option<&Path>, inputs: &[PathBuf]) -> Result<Option<Self>, Failure> {
         let Some(path) = path else { return Ok(None) };
         let absolute = std::path::absolute(path).map_err(Failure::usage)?;
         // A file that is not there yet is no input.
@@ -32,9 +32,9 @@ impl Output {
     ///
     /// # Errors
     /// The file system refuses; an earlier file stays as it was.
-    pub(super) fn write(&self, text: &str) -> Result<(), Failure> {
+    pub(crate) fn write(&self, content: &[u8]) -> Result<(), Failure> {
         let refused = |error| Failure::work(format!("{} cannot be written: {error}", self.0.display()));
-        write_durably(&self.0, text.as_bytes()).map_err(refused)
+        write_durably(&self.0, content).map_err(refused)
     }
 }
 
@@ -47,7 +47,7 @@ mod tests {
         let home = tempfile::tempdir().unwrap();
         let [plan, table] = ["plan.csv", "table.csv"].map(|name| home.path().join(name));
         std::fs::write(&plan, "id").unwrap();
-        let of = |path: &Path| Output::of("--csv", Some(path), std::slice::from_ref(&plan));
+        let of = |path: &Path| OutputFile::of("--csv", Some(path), std::slice::from_ref(&plan));
         assert!(of(&table).unwrap().is_some());
         for path in [&plan, &home.path().join(".").join("plan.csv"), &home.path().to_owned()] {
             assert_eq!(of(path).unwrap_err().code(), 2, "{}", path.display());
