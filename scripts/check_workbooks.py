@@ -63,8 +63,9 @@ def compare_all(options, folder):
                 n_wrong += bool(differences)
                 print(f"{'FAIL' if differences else 'ok  '} {path.parent.name}/{path.name}: {len(plan)} tasks")
                 print("".join(f"     {line}\n" for line in differences[:20]), end="")
-    print(f"{n_files - n_wrong} of {n_files} workbooks are read as their CSV"
-          + ("" if shutil.which("soffice") else "; there is no LibreOffice (soffice), its files were SKIPPED"))
+    print(f"{n_files - n_wrong} of {n_files} workbooks are read as their CSV")
+    if not shutil.which("soffice"):
+        print("\n** SKIPPED: workbooks of LibreOffice: there is no soffice")
     return 1 if n_wrong else 0
 
 
