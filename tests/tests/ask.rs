@@ -66,6 +66,17 @@ fn mcp(address: &str, method: &str, parameters: &Value) -> Value {
     serde_json::from_slice(&body).unwrap()
 }
 
+/// The first document of a moment at which its server had looked for newer maps just then: on a busy machine that comes late.
+fn while_usable(mut ask: impl FnMut() -> Value) -> Value {
+    let begun = Instant::now();
+    loop {
+        let told = ask();
+        if told["answer"]["circumstances"]["maps"]["may_be_used"] == true || begun.elapsed() > DEADLINE {
+            return told;
+        }
+    }
+}
+
 /// A document without the time at which it was answered.
 fn timeless(mut document: Value) -> Value {
     document["running"]["answered_at"].take();
@@ -581,8 +592,8 @@ fn an_assistant_starts_its_own_server_on_a_running_site_or_on_models() {
     let config = live.config();
     let mut assistant = Assistant::start(&[&"--config", &config]);
     let room = json!({"room": "G.02"});
-    let told = assistant.ask("room", room.clone());
-    assert_eq!(timeless(told), timeless(http(&address, "room", &room).1));
+    let told = while_usable(|| assistant.ask("room", room.clone()));
+    assert_eq!(timeless(told), timeless(while_usable(|| http(&address, "room", &room).1)));
     assistant.leave();
     drop(live);
 

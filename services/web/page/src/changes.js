@@ -198,7 +198,7 @@ function compared(changes) {
     rooms(changes.spaces, "no_way", "roomsNoWay"),
     rooms(changes.spaces, "open", "roomsOpened"),
     rooms(changes.spaces, "blocked", "roomsClosed"),
-    doors === null ? h("p", { class: "quiet note" }, t("doorsNotCompared")) : null,
+    h("p", { class: "quiet note" }, t(doors === null ? "doorsNotCompared" : "doorsThatHang")),
     doorList(doors?.opened ?? [], "doorsOpened", "passable"),
     doorList(doors?.closed ?? [], "doorsClosed", "blocked"),
     ["came", "went", "changed"].map((kind) => kindBlock(kind, of(kind === "changed" ? "state" : kind))),

@@ -42,7 +42,8 @@ export function shownStop() {
 }
 
 /**
- * Doors that the robot can pass at one of the two dates only, with their passage before and now; null where it is not known.
+ * Doors that hang at both dates and that the robot can pass at one of them only, with their passage before and now; null where it is not
+ * known. Whether an opening without its door is a way is not in the documents of a date.
  * @returns {{opened: [string, string, string][], closed: [string, string, string][]} | null}
  */
 export function doorChanges() {
@@ -56,7 +57,7 @@ export function doorChanges() {
   const closed = [];
   for (const id of new Set([...Object.keys(doc.passages), ...Object.keys(compareDoc.passages)])) {
     const [was, is] = [passage(compareDoc, id), passage(doc, id)];
-    if ((was === "passable") === (is === "passable")) continue;
+    if (was === "absent" || is === "absent" || (was === "passable") === (is === "passable")) continue;
     (is === "passable" ? opened : closed).push([id, was, is]);
   }
   return { opened, closed };

@@ -67,6 +67,10 @@ export const SITE_TABLE = {
     "Doors are not compared: a running site has maps of the date shown only.",
     "Türen sind nicht verglichen: Eine laufende Baustelle hat nur Karten des gezeigten Datums.",
   ],
+  doorsThatHang: [
+    "Doors that hang at one of the dates only are not compared.",
+    "Türen, die nur an einem der Tage eingebaut sind, sind nicht verglichen.",
+  ],
   l_task: ["of the task chosen", "vom gewählten Vorgang"],
   // Filters
   filter: ["Show only", "Nur zeigen"],
