@@ -37,6 +37,8 @@ async function printSheet() {
 function layOut() {
   if (before !== null) return;
   const map = planMap();
+  // A zoom that is under way ends at once: until then Leaflet keeps what is drawn in its old size.
+  /** @type {any} */ (map)._onZoomTransitionEnd();
   const { theme } = document.documentElement.dataset;
   before = { center: map.getCenter(), zoom: map.getZoom(), theme };
   showTheme("light");
