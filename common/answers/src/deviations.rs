@@ -1,4 +1,4 @@
-//! What a robot saw that differs from the plan: elements, and what stands beside them.
+//! Differences between what a robot saw and the plan: elements, and obstacles that are none.
 
 use crate::circumstances::Circumstances;
 use crate::named::{ElementRef, StoreyRef, optional_date_text};

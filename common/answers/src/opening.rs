@@ -1,4 +1,4 @@
-//! When a room opens: by the schedule, and for this robot.
+//! Instants at which a room opens: by the schedule, and for this robot.
 
 use crate::circumstances::Circumstances;
 use crate::closed_by::ClosedBy;

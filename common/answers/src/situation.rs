@@ -1,6 +1,7 @@
 //! Archives of a site that belong together, at a plan time.
 
 use crate::circumstances::Circumstances;
+use export::ExportInput;
 use messages::{ElementState, Grids, MapGrids, MissionPlan, ScheduleState, ScheduleStateHead, Site};
 use schedule::Timeline;
 
@@ -54,6 +55,25 @@ impl Situation<'_> {
         };
         let mut later = timeline.instants_s().iter().copied().filter(|instant_s| *instant_s > at_s);
         later.find(|instant_s| timeline.element(element, *instant_s) == ElementState::Built)
+    }
+}
+
+impl<'a> Situation<'a> {
+    /// What files for other programs are made from, for what they tell beside footprints, geometry and probabilities.
+    pub fn export_input(&self) -> ExportInput<'a> {
+        let Situation { site, schedule_state, index, grids, mission_plan, circumstances, .. } = *self;
+        ExportInput {
+            site,
+            schedule_state,
+            index,
+            grids,
+            mission_plan,
+            footprints: &[],
+            resolution_m: circumstances.resolution_m.unwrap_or_default(),
+            with_geometry: false,
+            exact_footprints: false,
+            probability: None,
+        }
     }
 }
 

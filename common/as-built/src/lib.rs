@@ -1,4 +1,4 @@
-//! What was observed of a site, written back into its IFC model: bytes and typed observations in, bytes and a list of changes out.
+//! Writes observations of a site back into its IFC model: bytes and typed observations in, bytes and a list of changes out.
 //!
 //! [`write`] changes single lines of a STEP file and adds lines at the end of its data; everything else stays byte for byte.
 //! IFC2X3, IFC4 and IFC4X3.

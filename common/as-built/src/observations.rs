@@ -1,4 +1,4 @@
-//! What is to be written: typed observations of tasks, of elements, and of what is no element of the model.
+//! Typed observations to be written: of tasks, of elements, and of what is no element of the model.
 
 use crate::change_list::{FileEntry, NotWritten};
 use frames::PlanTime;

@@ -1,4 +1,4 @@
-//! Who wrote new and changed entities: an application and a person of our own, in an IfcOwnerHistory.
+//! The IfcOwnerHistory of new and changed entities, with an application and a person of our own.
 
 use crate::editor::Editor;
 use crate::step_file::{Instance, Schema};

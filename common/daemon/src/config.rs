@@ -275,6 +275,7 @@ impl SiteConfig {
         check_ahead(config.serve.as_ref())?;
         check_link(config.serve.as_ref(), &config.robot_names())?;
         check_certificate("[web]", config.web.certificate.as_ref(), config.web.key.as_ref())?;
+        check_certificate("[ask]", config.ask.certificate.as_ref(), config.ask.key.as_ref())?;
         if let Some(threads) = config.threads
             && !(1..=MAX_THREADS).contains(&threads)
         {

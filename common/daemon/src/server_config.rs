@@ -372,6 +372,8 @@ mod tests {
             (format!("{serve}robots = [\"scout\"]\n{robots}"), "is one of [[robots]]"),
             (format!("{serve}robots = [\"a\"]\nkey = \"k\"\n{robots}"), "belong together"),
             (format!("{FOLLOW}[follow.link]\nconnect = []\nname = \"a\"\nkey = \"k\"\n"), "belong together"),
+            ("state = \"x\"\n[web]\nkey = \"k\"\n".to_owned(), "[web]: certificate and key belong together"),
+            ("state = \"x\"\n[ask]\ncertificate = \"c\"\n".to_owned(), "[ask]: certificate and key belong together"),
         ] {
             let why = parse(&text).unwrap_err().to_string();
             assert!(why.contains(word), "{why}");

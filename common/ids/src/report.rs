@@ -1,4 +1,4 @@
-//! What a check found, as a document and as a text.
+//! The findings of a check, as a document and as a text.
 
 use std::fmt::Write as _;
 

@@ -1,4 +1,4 @@
-//! Whether the pose of an alignment may be used, and why not: one rule and one text for all who ask.
+//! The rule by which the pose of an alignment may be used, and the text of why not, for all who ask.
 
 use crate::alignment::Alignment;
 use crate::alignment_records::{AlignmentVerdict, PoseRecord, PoseValidity};

@@ -1,4 +1,4 @@
-//! How a process of a site is, by what is seen of it and what it reported last.
+//! The health of a process of a site, by what is seen of it and what it reported last.
 
 use std::time::Duration;
 

@@ -1,4 +1,4 @@
-//! What single checks find, and issues made of it: elements grouped by cause, with their effect in words and figures.
+//! Findings of single checks, and issues made of them: elements grouped by cause, with their effect in words and figures.
 
 use crate::causes::{IssueCode, IssueKind};
 use crate::document::{AffectedRoom, Effect, Issue, IssueElement, Place};

@@ -1,4 +1,4 @@
-//! Whether a model is fit for a robot: what will be wrong on its maps and why, element by element, each with its effect.
+//! Checks that a model is fit for a robot: lists faults of its maps with their causes, element by element, each with its effect.
 //!
 //! [`check`] is a function of a situation as all answers are: the site with its diagnostics, the schedule state, the grids, the
 //! mission plan. Its result is a document for programs ([`ModelCheck`]) and a page for people ([`ModelCheck::text`]). What

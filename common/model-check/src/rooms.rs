@@ -4,7 +4,7 @@ use crate::causes::IssueCode;
 use crate::evidence::{Found, Group, Subject};
 use crate::regions::Regions;
 use answers::{RoomRef, Situation};
-use export::{ExportInput, NotMapped};
+use export::NotMapped;
 use frames::metres;
 use geometry::{Bounds, MultiPolygon, intersection};
 use messages::{FloorKind, NONE, NoWaypoint, Site, SpaceAccess, space_flags};
@@ -77,20 +77,7 @@ pub(crate) fn rooms(situation: &Situation<'_>) -> Vec<Found> {
 
 /// Rooms on no map, and rooms with a map and no floor.
 fn without_floor(situation: &Situation<'_>) -> Vec<Found> {
-    let Situation { site, schedule_state, index, grids, mission_plan, .. } = *situation;
-    let resolution_m = situation.circumstances.resolution_m.unwrap_or_default();
-    let input = ExportInput {
-        site,
-        schedule_state,
-        index,
-        grids,
-        mission_plan,
-        footprints: &[],
-        resolution_m,
-        with_geometry: false,
-        exact_footprints: false,
-        probability: None,
-    };
+    let site = situation.site;
     let of_room = |room: export::RoomNotMapped| {
         let space = room.space as usize;
         let code = match room.reason {
@@ -104,7 +91,7 @@ fn without_floor(situation: &Situation<'_>) -> Vec<Found> {
         found.rooms.push(room.space);
         Some(found)
     };
-    export::spaces_not_mapped(&input).into_iter().filter_map(of_room).collect()
+    export::spaces_not_mapped(&situation.export_input()).into_iter().filter_map(of_room).collect()
 }
 
 /// Storeys whose floor is what walls enclose, or that have none.

@@ -21,5 +21,5 @@ pub use access::{Access, bearer_token, host_of, is_own_name};
 pub use connections::tell_one_too_many;
 pub use listening::{Listening, ListeningFor};
 pub use request_body::{BodyLimit, REQUEST_TIMEOUT, read_whole};
-pub use server::{MAX_CONNECTIONS, ServeError, Server, ServerSettings, tls_of};
+pub use server::{MAX_CONNECTIONS, ServeError, Server, ServerSettings};
 pub use token::{TokenError, access_of};

@@ -36,22 +36,6 @@ impl ServerSettings {
     }
 }
 
-/// Certificate and key of a table of the configuration, if it names them.
-///
-/// # Errors
-/// One without the other.
-pub fn tls_of(
-    table: &str,
-    certificate: Option<&Path>,
-    key: Option<&Path>,
-) -> Result<Option<(PathBuf, PathBuf)>, String> {
-    match (certificate, key) {
-        (Some(certificate), Some(key)) => Ok(Some((certificate.to_owned(), key.to_owned()))),
-        (None, None) => Ok(None),
-        _ => Err(format!("[{table}]: certificate and key go together")),
-    }
-}
-
 /// A server that listens.
 pub struct Server {
     listener: TcpListener,

@@ -8,7 +8,7 @@ use crate::takers::Takers;
 use bus::Bus;
 use daemon::facts::AskFacts;
 use daemon::{AskRequest, Asked, Done, Event, Failure, Service, SiteConfig, Standing};
-use site_http::{Listening, ListeningFor, ServerSettings, access_of, tls_of};
+use site_http::{Listening, ListeningFor, ServerSettings, access_of};
 use std::sync::Arc;
 
 daemon::inputs! {
@@ -35,10 +35,10 @@ impl AskService {
     /// Listens, now or as soon as its address can be had.
     ///
     /// # Errors
-    /// A certificate without a key, a token that cannot be read.
+    /// A token that cannot be read.
     pub(crate) fn new(config: &SiteConfig) -> Result<Self, Failure> {
         let ask = &config.ask;
-        let tls = tls_of("ask", ask.certificate.as_deref(), ask.key.as_deref())?;
+        let tls = ask.certificate.clone().zip(ask.key.clone());
         let is_encrypted = tls.is_some();
         // Who has a name for this server lets others in.
         let is_own_machine = ask.listen.ip().is_loopback() && ask.hosts.is_empty();

@@ -9,15 +9,14 @@ use std::path::{Path, PathBuf};
 pub(crate) struct OutputFile(PathBuf);
 
 impl OutputFile {
-    /// The file of an option, if it is given.
+    /// The file of an option.
     ///
     /// # Errors
     /// It is one of the inputs, or a folder.
-    pub(crate) fn of(option: &str, path: Option<&Path>, inputs: &[PathBuf]) -> Result<Option<Self>, Failure> {
-        let Some(path) = path else { return Ok(None) };
+    pub(crate) fn of(option: &str, path: &Path, inputs: &[PathBuf]) -> Result<Self, Failure> {
         let absolute = std::path::absolute(path).map_err(Failure::usage)?;
         // A file that is not there yet is no input.
-        let Ok(real) = absolute.canonicalize() else { return Ok(Some(Self(absolute))) };
+        let Ok(real) = absolute.canonicalize() else { return Ok(Self(absolute)) };
         if real.is_dir() {
             return Err(Failure::usage(format!("{option} {}: it is a folder", path.display())));
         }
@@ -25,7 +24,17 @@ impl OutputFile {
             let input = input.display();
             return Err(Failure::usage(format!("{option} {}: {input} is read; write to another file", path.display())));
         }
-        Ok(Some(Self(real)))
+        Ok(Self(real))
+    }
+
+    /// Refuses to replace a file that is there.
+    ///
+    /// # Errors
+    /// It is there.
+    pub(crate) fn refuse_existing(&self, option: &str) -> Result<(), Failure> {
+        let path = self.0.display();
+        let refused = || Failure::usage(format!("{option} {path}: it is there already; --force replaces it"));
+        if self.0.exists() { Err(refused()) } else { Ok(()) }
     }
 
     /// Writes it.
@@ -47,8 +56,8 @@ mod tests {
         let home = tempfile::tempdir().unwrap();
         let [plan, table] = ["plan.csv", "table.csv"].map(|name| home.path().join(name));
         std::fs::write(&plan, "id").unwrap();
-        let of = |path: &Path| OutputFile::of("--csv", Some(path), std::slice::from_ref(&plan));
-        assert!(of(&table).unwrap().is_some());
+        let of = |path: &Path| OutputFile::of("--csv", path, std::slice::from_ref(&plan));
+        assert!(of(&table).is_ok());
         for path in [&plan, &home.path().join(".").join("plan.csv"), &home.path().to_owned()] {
             assert_eq!(of(path).unwrap_err().code(), 2, "{}", path.display());
         }

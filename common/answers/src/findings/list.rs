@@ -4,7 +4,7 @@ use super::document::{Entry, ReportDocument, WaypointsDocument};
 use crate::circumstances::Circumstances;
 use crate::named::label;
 use crate::situation::Situation;
-use export::{ExportInput, Report, Waypoints};
+use export::{Report, Waypoints};
 use schemars::JsonSchema;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -64,20 +64,7 @@ pub struct NamedFinding {
 
 /// All findings of a situation: those that `report.json` and `waypoints.json` have.
 pub fn findings(situation: &Situation<'_>) -> FindingsAnswer {
-    let Situation { site, schedule_state, index, grids, mission_plan, circumstances, .. } = *situation;
-    let input = ExportInput {
-        site,
-        schedule_state,
-        index,
-        grids,
-        mission_plan,
-        // No finding is about footprints or cells.
-        footprints: &[],
-        resolution_m: circumstances.resolution_m.unwrap_or_default(),
-        with_geometry: false,
-        exact_footprints: false,
-        probability: None,
-    };
+    let (input, circumstances) = (situation.export_input(), situation.circumstances);
     let (report, waypoints) = (as_read(&Report::of(&input)), as_read(&Waypoints::of(&input)));
     FindingsAnswer { circumstances: circumstances.clone(), findings: Findings::of(report, waypoints) }
 }

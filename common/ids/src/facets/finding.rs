@@ -1,4 +1,4 @@
-//! What a facet finds, before it is known whether that is wanted.
+//! The finding of a facet for an element, before it is known whether that is wanted.
 
 /// A finding; texts tell people what there is instead of what was asked for.
 #[derive(Debug, Clone, PartialEq)]

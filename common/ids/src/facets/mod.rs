@@ -1,4 +1,4 @@
-//! Whether an element meets a facet: one file for each kind of facet.
+//! Checks elements against facets: one file for each kind of facet.
 
 mod attribute;
 mod classification;

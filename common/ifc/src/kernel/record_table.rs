@@ -1,4 +1,4 @@
-//! Where all records of a file lie, by id and by entity.
+//! Places of all records of a file, by id and by entity.
 
 use std::collections::BTreeMap;
 

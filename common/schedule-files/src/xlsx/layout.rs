@@ -1,4 +1,4 @@
-//! Where in a sheet the table of tasks is: its headings, its first row, and days with crosses.
+//! The place of the table of tasks in a sheet: its headings, its first row, and days with crosses.
 
 use super::sheet::Sheet;
 use crate::ReadOptions;

@@ -1,4 +1,4 @@
-//! What a sheet says beside the values of its cells: merged cells, hidden rows, formulas that nobody has computed.
+//! Notes of a sheet beside the values of its cells: merged cells, hidden rows, formulas that nobody has computed.
 
 use super::parts::{reader, value};
 use quick_xml::events::Event;

@@ -77,7 +77,7 @@ impl Run for Args {
         let inputs: Vec<PathBuf> =
             self.of.inputs().chain(self.ids.iter().map(PathBuf::as_path)).map(Path::to_owned).collect();
         let [html, bcf] = [("--html", &self.html), ("--bcf", &self.bcf)]
-            .map(|(option, path)| OutputFile::of(option, path.as_deref(), &inputs));
+            .map(|(option, path)| path.as_deref().map(|path| OutputFile::of(option, path, &inputs)).transpose());
         let (html, bcf) = (html?, bcf?);
         if html.is_some() && html == bcf {
             return Err(Failure::usage("--html and --bcf name one file"));

@@ -12,7 +12,7 @@ use daemon::facts::WebFacts;
 use daemon::{Asked, CurrentActivity, Done, Event, Failure, Service, SiteConfig, Standing, WebRequest};
 use messages::{Activity, ContentHash};
 use serde_json::json;
-use site_http::{Access, Listening, ListeningFor, ServerSettings, tls_of};
+use site_http::{Access, Listening, ListeningFor, ServerSettings};
 use site_view::{SiteSample, SiteSet};
 use std::sync::Arc;
 use tokio::sync::Semaphore;
@@ -56,7 +56,7 @@ impl WebService {
     /// A token that cannot be read.
     pub(crate) fn new(config: &SiteConfig, activity: CurrentActivity) -> Result<Self, Failure> {
         let web = &config.web;
-        let tls = tls_of("web", web.certificate.as_deref(), web.key.as_deref())?;
+        let tls = web.certificate.clone().zip(web.key.clone());
         let access: Access = token::access_of(web.listen, &config.site_state, tls.is_some())?;
         let shared = Arc::new(SharedSite::of(config));
         let viewers = Arc::new(Semaphore::new(MAX_VIEWERS));

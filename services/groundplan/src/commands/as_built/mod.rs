@@ -16,7 +16,7 @@ use gathered::Gathered;
 use messages::Site;
 use observations::{SiteOfModel, observations};
 use output::Outputs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// Arguments of `as-built`.
 #[derive(Debug, Clone, clap::Args)]
@@ -93,7 +93,7 @@ impl Run for Args {
     /// A model or files that cannot be read or written, a confirmation of what is not there, nothing to write; no daemons.
     fn run(&self) -> Result<Outcome, Failure> {
         let inputs = [Some(&self.model), self.actuals.as_ref(), self.deviations.as_ref(), self.schedule.as_ref()];
-        let inputs: Vec<&Path> = inputs.into_iter().flatten().map(PathBuf::as_path).collect();
+        let inputs: Vec<PathBuf> = inputs.into_iter().flatten().cloned().collect();
         let outputs = Outputs::of(&self.out, self.changes.as_deref(), self.force, &inputs)?;
         let model = read_model(&self.model)?;
         let written = if self.actuals.is_some() || self.deviations.is_some() {

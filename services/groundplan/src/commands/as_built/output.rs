@@ -1,28 +1,35 @@
 //! The files that are written: whole or not at all, and never in the place of what was read.
 
 use crate::failure::Failure;
+use crate::output_file::OutputFile;
 use as_built::AsBuilt;
-use daemon::write_durably;
 use std::path::{Path, PathBuf};
 
-/// Absolute paths of the files.
+/// The new model and the list of changes.
 pub(super) struct Outputs {
-    model: PathBuf,
-    changes: Option<PathBuf>,
+    model: OutputFile,
+    changes: Option<OutputFile>,
 }
 
 impl Outputs {
-    /// Paths that may be written.
+    /// Files that may be written.
     ///
     /// # Errors
     /// One of them is read, a folder, the same as the other, or there and not to be replaced.
-    pub(super) fn of(model: &Path, changes: Option<&Path>, force: bool, inputs: &[&Path]) -> Result<Self, Failure> {
-        let model_path = checked(model, "-o", force, inputs)?;
-        let changes_path = changes.map(|path| checked(path, "--changes", force, inputs)).transpose()?;
-        if changes_path.as_ref() == Some(&model_path) {
+    pub(super) fn of(model: &Path, changes: Option<&Path>, force: bool, inputs: &[PathBuf]) -> Result<Self, Failure> {
+        let checked = |option, path| {
+            let file = OutputFile::of(option, path, inputs)?;
+            if !force {
+                file.refuse_existing(option)?;
+            }
+            Ok::<OutputFile, Failure>(file)
+        };
+        let model_file = checked("-o", model)?;
+        let changes_file = changes.map(|path| checked("--changes", path)).transpose()?;
+        if changes_file.as_ref() == Some(&model_file) {
             return Err(Failure::usage(format!("--changes {}: it is the new model", model.display())));
         }
-        Ok(Self { model: model_path, changes: changes_path })
+        Ok(Self { model: model_file, changes: changes_file })
     }
 
     /// Writes the model and the list of changes.
@@ -30,33 +37,12 @@ impl Outputs {
     /// # Errors
     /// The file system refuses; an earlier file stays as it was.
     pub(super) fn write(&self, written: &AsBuilt) -> Result<(), Failure> {
-        let write = |path: &Path, bytes: &[u8]| {
-            write_durably(path, bytes)
-                .map_err(|error| Failure::work(format!("{} cannot be written: {error}", path.display())))
-        };
-        if let Some(path) = &self.changes {
+        if let Some(file) = &self.changes {
             let text = serde_json::to_string_pretty(&written.changes).map_err(Failure::work)? + "\n";
-            write(path, text.as_bytes())?;
+            file.write(text.as_bytes())?;
         }
-        write(&self.model, &written.bytes)
+        self.model.write(&written.bytes)
     }
-}
-
-fn checked(path: &Path, option: &str, force: bool, inputs: &[&Path]) -> Result<PathBuf, Failure> {
-    let absolute = std::path::absolute(path).map_err(Failure::usage)?;
-    // A file that is not there yet is no input.
-    let Ok(real) = absolute.canonicalize() else { return Ok(absolute) };
-    let refused = |why: &str| Err(Failure::usage(format!("{option} {}: {why}", path.display())));
-    if real.is_dir() {
-        return refused("it is a folder");
-    }
-    if inputs.iter().any(|input| input.canonicalize().is_ok_and(|input| input == real)) {
-        return refused("it is read; write to another file");
-    }
-    if !force {
-        return refused("it is there already; --force replaces it");
-    }
-    Ok(real)
 }
 
 #[cfg(test)]
@@ -70,7 +56,7 @@ mod tests {
         std::fs::write(&model, "ISO").unwrap();
         std::fs::write(&there, "other").unwrap();
         let check = |out: &Path, changes: Option<&Path>, force: bool| {
-            Outputs::of(out, changes, force, &[&model]).map(|_| ()).map_err(|error| error.code())
+            Outputs::of(out, changes, force, std::slice::from_ref(&model)).map(|_| ()).map_err(|error| error.code())
         };
         assert_eq!(check(&new, None, false), Ok(()));
         assert_eq!((check(&there, None, false), check(&there, None, true)), (Err(2), Ok(())));

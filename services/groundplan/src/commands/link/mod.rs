@@ -2,11 +2,11 @@
 
 mod document;
 mod proposals;
-mod table;
 mod text;
 
 use crate::args::{ModelArgs, ScheduleArgs, ScheduleInput, with_timeline};
 use crate::failure::Failure;
+use crate::output_file::OutputFile;
 use crate::run::{Outcome, Run};
 use document::LinkReport;
 use proposals::ProposalReport;
@@ -67,8 +67,9 @@ impl Run for Args {
         if !self.schedule.has_files() {
             return Err(Failure::usage("--schedule-file is needed: the schedule whose tasks are to be linked"));
         }
-        let inputs = self.model.paths().iter().map(PathBuf::as_path).chain(self.schedule.inputs());
-        let csv = self.csv.as_deref().map(|path| table::output(path, inputs)).transpose()?;
+        let inputs: Vec<PathBuf> =
+            self.model.paths().iter().cloned().chain(self.schedule.inputs().map(PathBuf::from)).collect();
+        let csv = self.csv.as_deref().map(|path| OutputFile::of("--csv", path, &inputs)).transpose()?;
         let schedule = ScheduleInput::read(&self.schedule)?;
         with_timeline(&self.model, &schedule, |site, timeline, _| {
             if self.propose {
@@ -77,7 +78,7 @@ impl Run for Args {
             }
             let links = schedule.links(site)?;
             if let Some(csv) = &csv {
-                table::write(csv, &::tasks::link_table(site, schedule.plans(), &links))?;
+                csv.write(::tasks::link_table(site, schedule.plans(), &links).as_bytes())?;
             }
             let report = LinkReport::of(site, timeline, &schedule, &links);
             if self.json { Outcome::json(&report) } else { Ok(report.text().into()) }

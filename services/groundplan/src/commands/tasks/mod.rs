@@ -92,7 +92,7 @@ impl Run for Args {
         let inputs: Vec<PathBuf> =
             self.model.paths().iter().cloned().chain(self.schedule.inputs().map(PathBuf::from)).collect();
         let [csv, ics] = [("--csv", &self.csv), ("--ics", &self.ics)]
-            .map(|(option, path)| OutputFile::of(option, path.as_deref(), &inputs));
+            .map(|(option, path)| path.as_deref().map(|path| OutputFile::of(option, path, &inputs)).transpose());
         let (csv, ics) = (csv?, ics?);
         with_timeline(&self.model, &schedule, |site, timeline, _| {
             let wanted = self.task.iter().map(|name| find_task(site, name));
