@@ -567,4 +567,5 @@ def without_a_list_of_tasks_the_page_says_what_it_does_not_know(browser, site):
     assert set(shown) == set(known) <= set(told) and len(known) > 5, (shown, set(told))
     assert all(len(task["elements"]) <= len(told[key]["elements"]) for key, task in known.items())
     assert all((task["start"], task["finish"]) == (told[key]["start"], told[key]["finish"]) for key, task in known.items())
+    browser.leave()
     site.programs.stop(server)

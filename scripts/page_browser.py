@@ -92,6 +92,13 @@ class Browser:
         told = [entry["message"] for entry in self.driver.get_log("browser") if entry["level"] == "SEVERE"]
         return told + self.run("return watched.violations")
 
+    def leave(self):
+        """Closes a page whose server ends, so that it asks for nothing more. Its errors are judged before."""
+        told = self.errors()
+        assert not told, f"errors in the browser: {told}"
+        self.driver.get("about:blank")
+        self.driver.get_log("browser")
+
     def all(self, css):
         return [element for element in self.driver.find_elements(By.CSS_SELECTOR, css) if element.is_displayed()]
 
