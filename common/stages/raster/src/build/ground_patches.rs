@@ -278,10 +278,13 @@ fn join_in_cells(surfaces: &[Drawn], n_seeds: usize, level: Option<&Level>, plac
     in_cells.sort_unstable();
     let of_cell = |cell: usize| {
         let from = in_cells.partition_point(|(c, _)| *c < cell);
-        in_cells[from..].iter().take_while(move |(c, _)| *c == cell).map(|(_, k)| *k)
+        let n = in_cells[from..].iter().take_while(|(c, _)| *c == cell).count();
+        &in_cells[from..from + n]
     };
     let most = [false, true].map(|of_stair| f64::from(climb(place, of_stair)) + STEP_TOLERANCE);
-    for &(cell, k) in in_cells.iter().filter(|(_, k)| *k >= n_seeds) {
+    let z_of = |k: usize, middle: [f64; 2]| z_at(&surfaces[k].plane, middle, spec);
+    for here in in_cells.chunk_by(|a, b| a.0 == b.0).filter(|here| here.iter().any(|(_, k)| *k >= n_seeds)) {
+        let cell = here[0].0;
         let (column, row) = (cell % width, cell / width);
         // The cell itself and its neighbours, with the middle between the two.
         let (x, y) = (column as f64 + 0.5, row as f64 + 0.5);
@@ -293,17 +296,22 @@ fn join_in_cells(surfaces: &[Drawn], n_seeds: usize, level: Option<&Level>, plac
             (cell + width < near.cells.len()).then(|| (cell + width, [x, y + 0.5])),
         ];
         for (neighbour, middle) in neighbours.into_iter().flatten() {
-            let Drawn { plane, is_tread, .. } = &surfaces[k];
-            let z = z_at(plane, middle, spec);
-            let most = |other_is_tread: bool| most[usize::from(*is_tread || other_is_tread)];
-            if level.is_some_and(|level| level.cells.cells[neighbour] && (z - level.floor_z).abs() <= most(false)) {
-                sets.join(k as u32, surfaces.len() as u32);
+            let beside = if neighbour == cell { here } else { of_cell(neighbour) };
+            for &(_, k) in here.iter().filter(|(_, k)| *k >= n_seeds) {
+                let (z, is_tread) = (z_of(k, middle), surfaces[k].is_tread);
+                let most = |other_is_tread: bool| most[usize::from(is_tread || other_is_tread)];
+                if level.is_some_and(|level| level.cells.cells[neighbour] && (z - level.floor_z).abs() <= most(false)) {
+                    sets.join(k as u32, surfaces.len() as u32);
+                }
+                for &(_, other) in beside {
+                    // What is joined already need not be looked at.
+                    if sets.first(k as u32) != sets.first(other as u32)
+                        && (z_of(other, middle) - z).abs() <= most(surfaces[other].is_tread)
+                    {
+                        sets.join(k as u32, other as u32);
+                    }
+                }
             }
-            let meets = |other: &usize| {
-                let Drawn { plane, is_tread, .. } = &surfaces[*other];
-                (z_at(plane, middle, spec) - z).abs() <= most(*is_tread)
-            };
-            of_cell(neighbour).filter(meets).for_each(|other| sets.join(k as u32, other as u32));
         }
     }
 }

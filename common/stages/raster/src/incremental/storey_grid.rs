@@ -14,8 +14,8 @@ use crate::layers::doorway_clearance::CoveredSamples;
 use crate::layers::doorway_connection::SeenCells;
 use crate::layers::floor::{BuiltFloorCache, outline, set_bit};
 use crate::layers::ground_floor::LEVEL;
-use crate::layers::keepout::{Keepout, Margins};
-use crate::layers::localization::Localization;
+use crate::layers::keepout::{Keepout, Margins, keepout_value};
+use crate::layers::localization::{Localization, localization_value};
 use crate::layers::tile::TILE_CELLS;
 use crate::model::cell_area::{slab_above_floor, to_tenths};
 use crate::model::element_runs::ElementRuns;
@@ -154,37 +154,35 @@ impl StoreyGrid {
         storey_floor.update_floor(flags, difference, &drawn_state.finished_floors, (inputs, schedule_state), is_first);
         storey_floor.update_passages(flags, difference, (inputs, schedule_state), is_first);
         let has_no_floor_yet = schedule_state.head.plan_time().is_some() && !self.storey_floor.has_floor;
-        let is_whole = is_first || has_no_floor_yet != self.has_no_floor_yet;
-        if is_whole {
-            self.has_no_floor_yet = has_no_floor_yet;
+        let is_whole = std::mem::replace(&mut self.has_no_floor_yet, has_no_floor_yet) != has_no_floor_yet || is_first;
+        let whole = inputs.storey.whole();
+        if is_first {
             self.difference.cells.clear();
-            self.difference.cells.push(inputs.storey.whole());
-            // Margins are not updated while there is no floor.
-            self.margins.fill(0);
+            self.difference.cells.push(whole);
         }
-        if self.difference.cells.is_empty() {
+        if self.difference.cells.is_empty() && !is_whole {
             return;
         }
         join_rects(&mut self.difference.cells);
         self.difference.flags.clear();
-        let width = inputs.storey.whole().width();
         for index in 0..self.difference.cells.len() {
             let rect = self.difference.cells[index];
-            if is_whole {
-                self.draw_cells(inputs, schedule_state, &rect);
-                self.difference.flags.add_whole(&rect);
-            } else {
-                self.difference.flags.begin(&self.flags, &rect, width);
-                self.draw_cells(inputs, schedule_state, &rect);
-                self.difference.flags.add(&self.flags, &rect, width);
-            }
+            self.difference.flags.begin(&self.flags, &rect, whole.width());
+            self.draw_cells(inputs, schedule_state, &rect);
+            self.difference.flags.add(&self.flags, &rect, whole.width());
         }
-        self.difference.changed.clear();
-        self.difference.changed.extend_from_slice(&self.difference.cells);
+        let StateDifference { cells, changed, flags: differing, .. } = &mut self.difference;
+        changed.clear();
+        changed.extend_from_slice(if is_whole { std::slice::from_ref(&whole) } else { cells });
         if has_no_floor_yet {
-            self.difference.changed.push(inputs.storey.whole());
-            cell_flags::fill_without_floor(&mut self.writer().layers());
+            let rects = std::mem::take(changed);
+            cell_flags::fill_without_floor(&mut self.writer().layers(), &rects, whole.width());
+            self.difference.changed = rects;
         } else {
+            if is_whole {
+                differing.set_to_free(&self.flags, &whole);
+                self.start_layers();
+            }
             self.derive(inputs);
         }
         self.update_door_passages(inputs, schedule_state);
@@ -294,6 +292,17 @@ impl StoreyGrid {
                 of_passage.for_each(|(_, floor)| *floor = FLOOR_ASSUMED);
             }
         }
+    }
+
+    /// Makes the layers that [`Self::derive`] recomputes what they are far from floor and doors.
+    fn start_layers(&mut self) {
+        let Self { archive, flags, margins, .. } = self;
+        let mut writer = GridWriter::resume(archive.bytes_mut(), flags.len());
+        let GridLayers { planning, keepout, localization, .. } = writer.layers();
+        margins.fill(0);
+        planning.iter_mut().zip(&*flags).for_each(|(out, &flags)| *out = PLANNING[usize::from(flags)]);
+        keepout.iter_mut().zip(&*flags).for_each(|(out, &flags)| *out = keepout_value(flags, 0));
+        localization.iter_mut().zip(&*flags).for_each(|(out, &flags)| *out = localization_value(flags, false));
     }
 
     /// Recomputes keep-out and localization in all cells that the difference can affect.

@@ -1,5 +1,6 @@
 //! Per-cell flags (obstacle, door, floor, blocked, structure, work, outline) from which all layers are computed.
 
+use grid::CellRect;
 use messages::GridLayers;
 
 /// An obstacle, or a door that this robot cannot pass.
@@ -63,9 +64,11 @@ pub(crate) const PLANNING: [i8; 256] = {
     planning
 };
 
-/// Layers of a storey before its first slab: everything unknown and keep-out, also where elements already stand.
-pub(crate) fn fill_without_floor(layers: &mut GridLayers<'_>) {
-    layers.planning.fill(NAV_UNKNOWN);
-    layers.localization.fill(NAV_UNKNOWN);
-    layers.keepout.fill(NAV_OCCUPIED);
+/// Layers of a storey before its first slab, in rectangles: everything unknown and keep-out, also where elements already stand.
+pub(crate) fn fill_without_floor(layers: &mut GridLayers<'_>, rects: &[CellRect], width: usize) {
+    for row in rects.iter().flat_map(|rect| rect.rows(width)) {
+        layers.planning[row.clone()].fill(NAV_UNKNOWN);
+        layers.localization[row.clone()].fill(NAV_UNKNOWN);
+        layers.keepout[row].fill(NAV_OCCUPIED);
+    }
 }

@@ -8,7 +8,8 @@ use crate::model::storey_slice::StoreySlice;
 use geometry::{MultiPolygon, close_gaps, difference, union_of};
 use grid::{CellRect, Mask, Run, common_runs, covered_cells, overlapped_cells};
 use messages::{FloorKind, RobotProfile};
-use std::collections::{BTreeMap, HashMap, HashSet};
+use rustc_hash::{FxHashMap, FxHashSet};
+use std::collections::BTreeMap;
 
 /// The surface of a cell that has no patch: the level of the storey's own floor.
 pub(crate) const LEVEL: u32 = u32::MAX;
@@ -52,13 +53,15 @@ pub(crate) fn ground_floor(
     let mut floor = mask(&all);
     let most = f64::from(to_tenths(robot.step_height_m)) + STEP_TOLERANCE;
     let headroom = f64::from(slab_above_floor(robot)[1]);
-    let elements: HashSet<u32> = patches().map(|patch| patch.element).collect();
-    let of_ground = |o: &&ElementRuns| elements.contains(&o.element);
+    let mut elements: Vec<u32> = patches().map(|patch| patch.element).collect();
+    elements.sort_unstable();
+    elements.dedup();
+    let of_ground = |o: &&ElementRuns| elements.binary_search(&o.element).is_ok();
     let bodies = |obstacles| BodyCells::of(Iterator::filter(<[ElementRuns]>::iter(obstacles), of_ground));
     let holes = if storey.floor_kind == FloorKind::Ground {
         earth_around_holes(storey, &there, &floor)
     } else {
-        HashMap::new()
+        FxHashMap::default()
     };
     let mut surfaces = Surfaces {
         storey,
@@ -66,7 +69,7 @@ pub(crate) fn ground_floor(
         holes,
         of_cell: vec![LEVEL; rect.n_cells()],
         above_level: bodies(&storey.obstacles),
-        above_patches: storey.ground.iter().map(|patch| bodies(&patch.obstacles)).collect(),
+        above_patches: there.iter().map(|&k| (k, bodies(&storey.ground[k as usize].obstacles))).collect(),
     };
     let level = (storey.floor_kind != FloorKind::Ground).then(|| {
         let mut cells = mask(level);
@@ -89,23 +92,75 @@ struct Surfaces<'a> {
     storey: &'a StoreySlice,
     rect: CellRect,
     /// Height of the earth beside the hole in which a cell lies, outdoors.
-    holes: HashMap<usize, f64>,
+    holes: FxHashMap<usize, f64>,
     of_cell: Vec<u32>,
     /// Where bodies of ground stand in the way on the storey's level, and on each patch.
-    above_level: BodyCells,
-    above_patches: Vec<BodyCells>,
+    above_level: BodyCells<'a>,
+    above_patches: FxHashMap<u32, BodyCells<'a>>,
 }
 
-/// Cells of bodies, as sorted runs of each.
-struct BodyCells(Vec<Vec<Run>>);
+/// The patches of each cell of a band, in their order.
+#[derive(Default)]
+struct SurfacesOfCells {
+    /// Where those of a cell end, by its place in the band; those of the one before it end where they begin.
+    ends: Vec<u32>,
+    patches: Vec<u32>,
+}
 
-impl BodyCells {
-    fn of<'a>(bodies: impl Iterator<Item = &'a ElementRuns>) -> Self {
-        Self(bodies.map(|body| body.runs.clone()).collect())
+impl SurfacesOfCells {
+    /// Finds the patches `there` of a storey in each cell of a band.
+    fn load(&mut self, storey: &StoreySlice, there: &[u32], band: &CellRect) {
+        let width = storey.spec.width as usize;
+        let first = band.min[1] as usize * width + band.min[0] as usize;
+        let place = |cell: usize| (cell - first) / width * band.width() + (cell - first) % width;
+        let patches = || there.iter().map(|&k| (k, &storey.ground[k as usize])).filter(|(_, p)| p.rect.meets(band));
+        self.ends.clear();
+        self.ends.resize(band.n_cells() + 1, 0);
+        for (_, patch) in patches() {
+            for cells in band.clip(&patch.cells, width) {
+                let at = place(cells.start) + 1;
+                self.ends[at..at + cells.len()].iter_mut().for_each(|n| *n += 1);
+            }
+        }
+        let mut sum = 0;
+        self.ends.iter_mut().for_each(|n| {
+            sum += *n;
+            *n = sum;
+        });
+        // Until it is filled a cell's end is its beginning.
+        self.patches.clear();
+        self.patches.resize(sum as usize, 0);
+        for (k, patch) in patches() {
+            for cells in band.clip(&patch.cells, width) {
+                let at = place(cells.start);
+                for end in &mut self.ends[at..at + cells.len()] {
+                    self.patches[*end as usize] = k;
+                    *end += 1;
+                }
+            }
+        }
+    }
+
+    /// Those of the cell at a place in the band, row by row.
+    fn of(&self, place: usize) -> &[u32] {
+        let begin = place.checked_sub(1).map_or(0, |before| self.ends[before]);
+        &self.patches[begin as usize..self.ends[place] as usize]
+    }
+}
+
+/// Cells of bodies: the rectangle and the sorted runs of each.
+struct BodyCells<'a>(Vec<(CellRect, &'a [Run])>);
+
+impl<'a> BodyCells<'a> {
+    fn of(bodies: impl Iterator<Item = &'a ElementRuns>) -> Self {
+        Self(bodies.filter_map(|body| Some((body.rect?, body.runs.as_slice()))).collect())
     }
 
     fn hold(&self, column: u32, row: u32) -> bool {
-        self.0.iter().any(|runs| {
+        let is_in = |rect: &CellRect| {
+            [column, row].iter().zip(rect.min.iter().zip(&rect.max)).all(|(at, (min, max))| min <= at && at < max)
+        };
+        self.0.iter().filter(|(rect, _)| is_in(rect)).any(|(_, runs)| {
             let at = runs.partition_point(|run| (run.row, run.end) <= (row, column));
             runs.get(at).is_some_and(|run| run.row == row && run.start <= column)
         })
@@ -140,51 +195,54 @@ impl Surfaces<'_> {
 
     fn choose(&mut self, there: &[u32], (floor, level): (&Mask, Option<&Mask>), [step, headroom]: [f64; 2]) {
         let width = self.width();
-        let mut in_band: Vec<(usize, u32)> = Vec::new();
+        let mut in_band = SurfacesOfCells::default();
         let mut above: Vec<(f64, u32)> = Vec::new();
         for first in (self.rect.min[1]..self.rect.max[1]).step_by(BAND_ROWS as usize) {
             let band = CellRect {
                 min: [self.rect.min[0], first],
                 max: [self.rect.max[0], self.rect.max[1].min(first + BAND_ROWS)],
             };
-            in_band.clear();
-            for &k in there {
-                let patch = &self.storey.ground[k as usize];
-                if patch.rect.meets(&band) {
-                    in_band.extend(band.clip(&patch.cells, width).flatten().map(|cell| (cell, k)));
+            in_band.load(self.storey, there, &band);
+            for (cell, at) in band.rows(width).flatten().zip(0..) {
+                let surfaces = in_band.of(at);
+                if surfaces.is_empty() || !floor.cells[cell] {
+                    continue;
                 }
-            }
-            in_band.sort_unstable();
-            for same in in_band.chunk_by(|a, b| a.0 == b.0) {
-                let cell = same[0].0;
-                if !floor.cells[cell] {
+                let at = self.at(cell);
+                let is_of_level = level.is_some_and(|level| level.cells[cell]);
+                if let ([only], false) = (surfaces, is_of_level) {
+                    self.of_cell[at] = *only;
                     continue;
                 }
                 let (column, row) = ((cell % width) as u32, (cell / width) as u32);
                 let middle = [f64::from(column) + 0.5, f64::from(row) + 0.5];
                 above.clear();
-                above.extend(same.iter().map(|&(_, k)| (self.z(k, middle), k)));
+                above.extend(surfaces.iter().map(|&k| (self.z(k, middle), k)));
                 let reference = level.map_or_else(|| self.earth_z(cell, &above), |_| f64::from(self.storey.floor_z));
                 let off = |z: f64| (z - reference).abs();
                 // A patch that begins here is the level floor of this place.
-                if level.is_some_and(|level| level.cells[cell]) && above.iter().all(|(z, _)| off(*z) > step) {
+                if is_of_level && above.iter().all(|(z, _)| off(*z) > step) {
                     above.push((f64::from(self.storey.floor_z), LEVEL));
                 }
                 above.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
                 let is_roofed = |k: usize| above.get(k + 1).is_some_and(|next| next.0 - above[k].0 <= headroom);
-                let is_filled = |surface: u32| {
-                    self.above_patches.get(surface as usize).unwrap_or(&self.above_level).hold(column, row)
-                };
-                let is_open = |k: &usize| !is_roofed(*k) && (above.len() == 1 || !is_filled(above[*k].1));
+                let is_filled =
+                    |surface: u32| self.above_patches.get(&surface).unwrap_or(&self.above_level).hold(column, row);
+                let is_open = |k: usize| !is_roofed(k) && (above.len() == 1 || !is_filled(above[k].1));
                 // Where the robot fits below none, what is in its way there closes the cell.
-                let nearest = (0..above.len())
-                    .min_by(|&a, &b| {
-                        let is_closed = |k: usize| !is_open(&k);
-                        is_closed(a).cmp(&is_closed(b)).then(off(above[a].0).total_cmp(&off(above[b].0)))
-                    })
-                    .map(|k| above[k]);
-                let at = self.at(cell);
-                self.of_cell[at] = nearest.map_or(LEVEL, |(_, k)| k);
+                let mut nearest: Option<(bool, f64, u32)> = None;
+                for (k, &(z, surface)) in above.iter().enumerate() {
+                    let off = off(z);
+                    let is_better =
+                        |is_closed: bool| nearest.is_none_or(|(closed, least, _)| (is_closed, off) < (closed, least));
+                    if is_better(false) {
+                        let is_closed = !is_open(k);
+                        if is_better(is_closed) {
+                            nearest = Some((is_closed, off, surface));
+                        }
+                    }
+                }
+                self.of_cell[at] = nearest.map_or(LEVEL, |(_, _, surface)| surface);
             }
         }
     }
@@ -198,24 +256,32 @@ impl Surfaces<'_> {
             let is_in = (0..2).all(|k| self.rect.min[k] <= place[k] && place[k] < self.rect.max[k]);
             if is_in { self.of_cell[self.at(cell)] } else { LEVEL }
         };
+        let across = self.rect.width();
         let mut found = Vec::new();
-        for cell in self.rect.rows(width).flatten().filter(|&cell| floor.cells[cell]) {
-            let own = surface(cell);
-            let (column, row) = (cell % width, cell / width);
-            let (x, y) = (column as f64 + 0.5, row as f64 + 0.5);
-            let neighbours = [
-                (column > 0).then(|| (cell - 1, [x - 0.5, y])),
-                (column + 1 < width).then(|| (cell + 1, [x + 0.5, y])),
-                (row > 0).then(|| (cell - width, [x, y - 0.5])),
-                (row + 1 < height).then(|| (cell + width, [x, y + 0.5])),
-            ];
-            let is_lower = |(other, middle): (usize, [f64; 2])| {
-                let beside = surface(other);
-                let most = f64::from(climb(own).max(climb(beside))) + STEP_TOLERANCE;
-                floor.cells[other] && beside != own && self.z(own, middle) - self.z(beside, middle) > most
-            };
-            if neighbours.into_iter().flatten().any(is_lower) {
-                found.push(cell);
+        for (cells, first) in self.rect.rows(width).zip((0..).step_by(across)) {
+            for (cell, at) in cells.zip(first..).filter(|&(cell, _)| floor.cells[cell]) {
+                let own = self.of_cell[at];
+                let (column, row) = (cell % width, cell / width);
+                let place = [column as u32, row as u32];
+                let is_inner = (0..2).all(|k| self.rect.min[k] < place[k] && place[k] + 1 < self.rect.max[k]);
+                if is_inner && [at - 1, at + 1, at - across, at + across].iter().all(|at| self.of_cell[*at] == own) {
+                    continue;
+                }
+                let (x, y) = (column as f64 + 0.5, row as f64 + 0.5);
+                let neighbours = [
+                    (column > 0).then(|| (cell - 1, [x - 0.5, y])),
+                    (column + 1 < width).then(|| (cell + 1, [x + 0.5, y])),
+                    (row > 0).then(|| (cell - width, [x, y - 0.5])),
+                    (row + 1 < height).then(|| (cell + width, [x, y + 0.5])),
+                ];
+                let is_lower = |(other, middle): (usize, [f64; 2])| {
+                    let beside = surface(other);
+                    let most = f64::from(climb(own).max(climb(beside))) + STEP_TOLERANCE;
+                    floor.cells[other] && beside != own && self.z(own, middle) - self.z(beside, middle) > most
+                };
+                if neighbours.into_iter().flatten().any(is_lower) {
+                    found.push(cell);
+                }
             }
         }
         found
@@ -243,21 +309,21 @@ impl Surfaces<'_> {
 
 /// Heights of the terrain and roads beside the holes that these have under other ground, such as houses: for each cell of a hole that
 /// of the nearest place beside it, along the cells of the hole.
-fn earth_around_holes(storey: &StoreySlice, there: &[u32], floor: &Mask) -> HashMap<usize, f64> {
+fn earth_around_holes(storey: &StoreySlice, there: &[u32], floor: &Mask) -> FxHashMap<usize, f64> {
     let patches = || there.iter().map(|&k| &storey.ground[k as usize]);
     let (spec, width) = (&storey.spec, storey.spec.width as usize);
     let whole = CellRect::whole(spec.width, spec.height);
     let cells_of = |patch: &'_ GroundPatch| whole.clip(&patch.cells, width).flatten().collect::<Vec<usize>>();
     if patches().all(|patch| patch.is_outdoors) {
-        return HashMap::new();
+        return FxHashMap::default();
     }
     let mut earth = Mask::new(width, spec.height as usize);
     patches().filter(|patch| patch.is_outdoors).for_each(|patch| earth.set_runs(&patch.cells));
     let others = patches().filter(|patch| !patch.is_outdoors).flat_map(cells_of);
-    let mut waiting: HashSet<usize> = others.filter(|&cell| floor.cells[cell] && !earth.cells[cell]).collect();
-    let mut heights: HashMap<usize, f64> = HashMap::new();
+    let mut waiting: FxHashSet<usize> = others.filter(|&cell| floor.cells[cell] && !earth.cells[cell]).collect();
+    let mut heights: FxHashMap<usize, f64> = FxHashMap::default();
     let beside = waiting.iter().flat_map(|&cell| spec.beside(cell)).filter(|&cell| earth.cells[cell]);
-    let beside: HashSet<usize> = beside.collect();
+    let beside: FxHashSet<usize> = beside.collect();
     for patch in patches().filter(|patch| patch.is_outdoors) {
         for cell in whole.clip(&patch.cells, width).flatten().filter(|cell| beside.contains(cell)) {
             let highest = heights.entry(cell).or_insert(f64::NEG_INFINITY);

@@ -56,6 +56,13 @@ fn reach(cells: f64) -> u32 {
     cells.floor() as u32 + 1
 }
 
+/// The mask in a cell: occupied for blocked spaces, work, cells without floor inside the outline, and margins; unknown for all else.
+/// It is never free: Nav2's filter would write that over unknown cells of the costmap.
+pub(crate) const fn keepout_value(flags: u8, margins: u8) -> i8 {
+    let is_keep_out = (flags & (WORK | BLOCKED) != 0) | (margins != 0) | ((flags & OUTLINE != 0) & is_void(flags));
+    if is_keep_out { NAV_OCCUPIED } else { NAV_UNKNOWN }
+}
+
 /// The keep-out mask of a storey and its inputs.
 pub(crate) struct Keepout<'a> {
     pub(crate) flags: &'a [u8],
@@ -90,18 +97,14 @@ impl Keepout<'_> {
         self.write(growth, WORK_MARGIN, tile, &around);
     }
 
-    /// Stores one margin from the grown cells and writes the mask: occupied for blocked spaces, work, cells without floor
-    /// inside the outline, and margins; unknown for all else. The mask is never free: Nav2's filter would write that over
-    /// unknown cells of the costmap.
+    /// Stores one margin from the grown cells and writes the mask.
     fn write(&mut self, growth: &Growth, margin: u8, tile: &CellRect, around: &CellRect) {
         for (row, grown) in tile.rows(self.whole.width()).zip(inner_rows(growth, tile, around)) {
             let layer = self.layer[row.clone()].iter_mut();
             let cells = layer.zip(&mut self.margins[row.clone()]).zip(&self.flags[row]).zip(grown);
             for (((out, margins), &flags), &grown) in cells {
                 *margins = (*margins & !margin) | if grown & REACHED != 0 { margin } else { 0 };
-                let is_keep_out =
-                    (flags & (WORK | BLOCKED) != 0) | (*margins != 0) | ((flags & OUTLINE != 0) & is_void(flags));
-                *out = if is_keep_out { NAV_OCCUPIED } else { NAV_UNKNOWN };
+                *out = keepout_value(flags, *margins);
             }
         }
     }

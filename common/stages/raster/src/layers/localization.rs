@@ -17,6 +17,17 @@ mod region {
     pub(super) const GAP_CORNER: u8 = 8;
 }
 
+/// The layer in a cell: occupied for structure that is seen, free for floor without obstacle, unknown for all else.
+pub(crate) const fn localization_value(flags: u8, is_seen: bool) -> i8 {
+    if is_seen {
+        NAV_OCCUPIED
+    } else if flags & (FLOOR | STRUCTURE | OCCUPIED | DOOR) == FLOOR {
+        NAV_FREE
+    } else {
+        NAV_UNKNOWN
+    }
+}
+
 /// The localization layer of a storey and its inputs.
 pub(crate) struct Localization<'a> {
     pub(crate) flags: &'a [u8],
@@ -48,13 +59,7 @@ impl Localization<'_> {
         growth.grow(region::FLOOR | region::GAP | region::GAP_CORNER, region::STRUCTURE, SHELL_CELLS);
         for (row, grown) in tile.rows(self.whole.width()).zip(inner_rows(growth, tile, &around)) {
             for ((out, &flags), &grown) in self.layer[row.clone()].iter_mut().zip(&self.flags[row]).zip(grown) {
-                *out = if grown & REACHED != 0 {
-                    NAV_OCCUPIED
-                } else if flags & (FLOOR | STRUCTURE | OCCUPIED | DOOR) == FLOOR {
-                    NAV_FREE
-                } else {
-                    NAV_UNKNOWN
-                };
+                *out = localization_value(flags, grown & REACHED != 0);
             }
         }
     }
