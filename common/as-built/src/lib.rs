@@ -76,4 +76,10 @@ pub enum AsBuiltError {
     /// No end.
     #[error("it is cut off: its data has no end (ENDSEC)")]
     Cut,
+    /// No ids for what is new.
+    #[error("its instance #{id} leaves no room for ids of new instances: number it anew")]
+    Ids {
+        /// The greatest id.
+        id: u64,
+    },
 }

@@ -57,6 +57,9 @@ impl Instance<'_> {
     }
 }
 
+/// Greatest id of a file to which instances are added.
+const ID_MAX: u64 = u64::MAX / 2;
+
 impl<'a> StepFile<'a> {
     /// Indexes a file.
     ///
@@ -96,6 +99,9 @@ impl<'a> StepFile<'a> {
         file.schema = known.ok_or_else(|| AsBuiltError::Schema { label: label.into_owned() })?;
         if file.end_of_data == 0 || is_data {
             return Err(AsBuiltError::Cut);
+        }
+        if file.max_id() > ID_MAX {
+            return Err(AsBuiltError::Ids { id: file.max_id() });
         }
         Ok(file)
     }
@@ -377,6 +383,7 @@ mod tests {
         check(b"ISO-10303-21;HEADER;ENDSEC;DATA;ENDSEC;", "FILE_SCHEMA");
         check(b"ISO-10303-21;HEADER;FILE_SCHEMA(('IFC5'));ENDSEC;DATA;ENDSEC;", "IFC5");
         check(b"ISO-10303-21;HEADER;FILE_SCHEMA(('IFC4'));ENDSEC;DATA;#1=IFCA(", "cut off");
+        check(file("#18446744073709551615=IFCA();").as_bytes(), "#18446744073709551615 leaves no room");
     }
 
     #[test]

@@ -37,11 +37,10 @@ impl Outputs {
     /// # Errors
     /// The file system refuses; an earlier file stays as it was.
     pub(super) fn write(&self, written: &AsBuilt) -> Result<(), Failure> {
-        if let Some(file) = &self.changes {
-            let text = serde_json::to_string_pretty(&written.changes).map_err(Failure::work)? + "\n";
-            file.write(text.as_bytes())?;
-        }
-        self.model.write(&written.bytes)
+        let changes = serde_json::to_string_pretty(&written.changes).map_err(Failure::work)? + "\n";
+        // A list of changes never tells of a model that is not there.
+        self.model.write(&written.bytes)?;
+        self.changes.iter().try_for_each(|file| file.write(changes.as_bytes()))
     }
 }
 
