@@ -18,6 +18,12 @@
 //! that are no request of a daemon get an error that names it. While a service works on a request it reports what it does
 //! and the share that is done ([`Reporter`]); the loop sends that to the client, and a client that has left changes nothing.
 //!
+//! # State
+//!
+//! Every 1.x reads the state that an earlier 1.x wrote: files gain fields with defaults, and lose none. A state folder has the version that
+//! wrote it ([`claim_state`]); an earlier version and another major version refuse it and leave it as it is. A file with fields
+//! that this version does not know is refused by its name ([`StateError::Damaged`]), and never replaced unless it can be made anew.
+//!
 //! # A site
 //!
 //! A site has a file like `config/site.toml`: `groundplan up --config site.toml` starts and supervises its daemons, which
@@ -154,9 +160,7 @@ pub use server_config::{
     UNNAMED_ROBOT,
 };
 pub use service::{AnswerOf, Asked, CurrentActivity, Done, Event, Service, Standing};
-pub use setting::{
-    Configured, KeptSetting, OlderSetting, Setting, SettingInForce, SettingKey, SettingSource, check_setting,
-};
+pub use setting::{Configured, KeptSetting, Setting, SettingInForce, SettingKey, SettingSource, check_setting};
 pub use site_process::SiteProcess;
 pub use state::{Epochs, StateError, StateFile};
 pub use state_version::{StateVersionError, claim_state};

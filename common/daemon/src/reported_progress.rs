@@ -15,8 +15,6 @@ use std::path::{Path, PathBuf};
 
 /// Folder of the tables in the state folder.
 const FOLDER: &str = "progress";
-/// The table of earlier versions, in the state folder.
-const OLDER_TABLE: &str = "actuals.csv";
 /// Tables that are kept.
 const MAX_TABLES: usize = 20;
 
@@ -25,13 +23,12 @@ const MAX_TABLES: usize = 20;
 pub struct ReportedProgress {
     state: PathBuf,
     folder: PathBuf,
-    older: PathBuf,
 }
 
 impl ReportedProgress {
     /// Those in a state folder; nothing is made.
     pub fn at(state: &Path) -> Self {
-        Self { state: state.to_owned(), folder: state.join(FOLDER), older: state.join(OLDER_TABLE) }
+        Self { state: state.to_owned(), folder: state.join(FOLDER) }
     }
 
     /// The table in force, and the one before it; the first is missing if nothing was ever reported, the second if nothing
@@ -41,11 +38,7 @@ impl ReportedProgress {
     /// The file system refuses.
     pub fn tables(&self) -> io::Result<[Option<PathBuf>; 2]> {
         let mut tables = self.numbered()?.into_iter().map(|(_, path)| path).rev();
-        match [tables.next(), tables.next()] {
-            // There is no folder of tables before the first report to this version.
-            [None, _] => Ok([Some(self.older.clone()).filter(|older| older.is_file()), None]),
-            two => Ok(two),
-        }
+        Ok([tables.next(), tables.next()])
     }
 
     /// What tells a table from others: its number, and the first eight bytes of the sha256 of its content in hex.
@@ -63,13 +56,13 @@ impl ReportedProgress {
         sealed_content(table)
     }
 
-    /// Makes the folder, takes over the table of an earlier version, and mends tables that were damaged or removed; for the daemon that
-    /// writes them, at its start. The answer is what an operator should know, which is logged too.
+    /// Makes the folder, and mends tables that were damaged or removed; for the daemon that writes them, at its start. The answer is
+    /// what an operator should know, which is logged too.
     ///
     /// # Errors
     /// The file system refuses.
     pub(crate) fn mend(&self) -> io::Result<Option<String>> {
-        self.take_over_older()?;
+        fs::create_dir_all(&self.folder)?;
         let recorded = numbers_in(&records(&self.state).join(FOLDER))?;
         let numbers: BTreeSet<u64> = recorded.into_iter().chain(numbers_in(&self.folder)?).collect();
         let findings: Vec<Option<String>> =
@@ -103,15 +96,6 @@ impl ReportedProgress {
     /// The file system refuses.
     pub fn taking_back(&self) -> io::Result<Option<Save>> {
         Ok(numbers_in(&self.folder)?.last().map(|number| self.table(*number).removing()))
-    }
-
-    /// The table of an earlier version is the first one.
-    fn take_over_older(&self) -> io::Result<()> {
-        fs::create_dir_all(&self.folder)?;
-        if self.older.is_file() {
-            fs::rename(&self.older, self.path(0))?;
-        }
-        Ok(())
     }
 
     fn table(&self, number: u64) -> KeptFile {
@@ -261,21 +245,5 @@ mod tests {
         }
         assert_eq!(progress.numbered().unwrap().len(), MAX_TABLES);
         assert_eq!(texts(&progress)[0], Some((MAX_TABLES + 2).to_string()));
-    }
-
-    #[test]
-    fn the_table_of_an_earlier_version_is_in_force_and_can_be_gone_back_to() {
-        let state = tempfile::tempdir().unwrap();
-        fs::write(state.path().join(OLDER_TABLE), "old").unwrap();
-        let progress = ReportedProgress::at(state.path());
-        assert_eq!(texts(&progress), two(Some("old"), None), "for who reads it before the daemon starts");
-        progress.mend().unwrap();
-        assert_eq!(texts(&progress), two(Some("old"), None));
-        add(&progress, "new");
-        assert_eq!(texts(&progress), two(Some("new"), Some("old")));
-        take_back(&progress);
-        assert_eq!(texts(&progress), two(Some("old"), None));
-        take_back(&progress);
-        assert_eq!(texts(&progress), [None, None]);
     }
 }

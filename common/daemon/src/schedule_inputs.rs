@@ -76,8 +76,6 @@ pub fn progress_in_force<A, E: Error + Send + Sync + 'static>(
     let state = &config.site_state;
     let read = |path: PathBuf| {
         let bytes = match sealed_content(&path) {
-            // Earlier versions wrote no columns where nothing was reported.
-            Ok(bytes) if bytes.is_empty() => return Ok(Vec::new()),
             Ok(bytes) => bytes,
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
             Err(source) => return Err(ConfigFileError::Io { what: "progress", path, source }),

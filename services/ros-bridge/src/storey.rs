@@ -13,7 +13,7 @@ pub(crate) struct RobotStorey {
 
 /// What was told while the daemon ran.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(default)]
+#[serde(deny_unknown_fields)]
 struct Told {
     /// The storey that was set.
     set: Option<u32>,

@@ -13,6 +13,9 @@ use tasks::{MAX_SCHEDULE_FILE_BYTES, ScheduleFile, TableLink, parse_link_table};
 /// The contents in force, in the state folder.
 const KEPT: &str = "schedule-files.bin";
 
+/// The layout of that file, with which it begins: what follows names nothing.
+const LAYOUT: u32 = 1;
+
 /// Names and bytes of the files in force.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 struct Contents {
@@ -209,15 +212,20 @@ fn name_of(path: &Path) -> String {
 fn read_kept(kept: &KeptFile) -> Result<Option<Contents>, Failure> {
     let path = kept.path();
     let bytes = kept.load().map_err(|e| format!("{} cannot be read: {e}", path.display()))?;
-    let parsed = bytes.map(|bytes| postcard::from_bytes(&bytes)).transpose();
-    Ok(parsed.map_err(|e| format!("{}: {e}", path.display()))?)
+    let parsed = |bytes: &[u8]| match postcard::take_from_bytes::<u32>(bytes) {
+        Ok((LAYOUT, contents)) => postcard::from_bytes(contents).map_err(|e| format!("{}: {e}", path.display())),
+        _ => {
+            Err(format!("{} has another layout than {LAYOUT}: remove it and {0}.sealed to start anew", path.display()))
+        }
+    };
+    Ok(bytes.as_deref().map(parsed).transpose()?)
 }
 
 fn saving(kept: &KeptFile, contents: &Contents) -> Result<Save, Failure> {
     if contents.files.is_empty() {
         return Ok(kept.removing());
     }
-    let bytes = postcard::to_allocvec(contents).map_err(|e| format!("{}: {e}", kept.path().display()))?;
+    let bytes = postcard::to_allocvec(&(LAYOUT, contents)).map_err(|e| format!("{}: {e}", kept.path().display()))?;
     Ok(kept.saving(bytes))
 }
 

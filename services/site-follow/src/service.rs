@@ -84,6 +84,7 @@ pub struct InForce {
 
 /// What survives the daemon beside the index itself.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 struct Kept {
     acknowledged: Option<Acknowledged>,
     /// The zone of the clock, and how far the plan time got in it.

@@ -72,7 +72,7 @@ impl Shared {
 
 /// What is kept of a robot.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
-#[serde(default)]
+#[serde(deny_unknown_fields)]
 struct KeptRobot {
     told: Option<(Timestamp, RobotReport)>,
     /// The table of progress that it told last, and its rows by element.

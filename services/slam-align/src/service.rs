@@ -92,7 +92,7 @@ impl SlamAlign {
         config.align.check()?;
         let state = StateFile::at(&config.state, "alignment.json")?;
         let persisted: PersistedState = state.load()?.unwrap_or_default();
-        let map_setting = MapSetting::open(&config.state, &config.align, persisted.older_map.clone())?;
+        let map_setting = MapSetting::open(&config.state, &config.align)?;
         let epochs = Epochs::at(&config.state, "slam-align-epochs.json")?;
         let (evidence, of_evidence) = stored_evidence::read(&config.state);
         let (map, of_map) = match map_setting.map() {

@@ -11,7 +11,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 /// Copies are named by the content of the map, so that the state names one that is whole. They are the files as the robot
-/// saved them, which every version of this program reads.
+/// saved them.
 const PREFIX: &str = "slam-map-";
 const SUFFIXES: [&str; 2] = ["image", "yaml"];
 
