@@ -5,14 +5,12 @@
 
 use crate::replaced_file::folder_of;
 use crate::sealed_file::{Sealed, read_sealed, remove_sealed, sealed_path, write_sealed};
+use crate::state_files::RECORDS;
 use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 use tracing::warn;
-
-/// Folder of the records in the state folder.
-const RECORDS: &str = "kept";
 
 /// A file of the state folder.
 #[derive(Debug, Clone)]

@@ -94,6 +94,7 @@ mod service_thread;
 mod setting;
 mod site_process;
 mod state;
+pub mod state_files;
 mod state_version;
 mod status_board;
 mod stop;
@@ -116,9 +117,9 @@ pub use decision::{AnswerOnce, AnswerTo, Decide, Decision, Now, Occasion, Output
 pub use failure::{Failure, chain};
 pub use file_text::FileText;
 pub use fleet::{
-    AbsentByRobot, DaemonReport, ElementObservation, FLEET_FILE, FleetDocument, FleetElement, FleetRobot,
-    MAX_FLEET_ELEMENTS, Observations, REPORT_INTERVAL_S, ReportAnswer, RobotPlace, RobotReport, RobotState,
-    SILENT_AFTER_S, ToldAbsence, ToldByRobot, ToldObservation, fleet_elements,
+    AbsentByRobot, DaemonReport, ElementObservation, FleetDocument, FleetElement, FleetRobot, MAX_FLEET_ELEMENTS,
+    Observations, REPORT_INTERVAL_S, ReportAnswer, RobotPlace, RobotReport, RobotState, SILENT_AFTER_S, ToldAbsence,
+    ToldByRobot, ToldObservation, fleet_elements,
 };
 pub use history::{History, HistoryEntry, HistoryEvent, HistoryKind, SiteHistory, parse_history};
 pub use input::{Input, NoInput, not_an_input};

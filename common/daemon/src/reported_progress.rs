@@ -7,14 +7,13 @@
 use crate::kept_file::{KeptFile, records};
 use crate::save::Save;
 use crate::sealed_file::sealed_content;
+use crate::state_files::PROGRESS;
 use sha2::{Digest, Sha256};
 use std::collections::BTreeSet;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// Folder of the tables in the state folder.
-const FOLDER: &str = "progress";
 /// Tables that are kept.
 const MAX_TABLES: usize = 20;
 
@@ -28,7 +27,7 @@ pub struct ReportedProgress {
 impl ReportedProgress {
     /// Those in a state folder; nothing is made.
     pub fn at(state: &Path) -> Self {
-        Self { state: state.to_owned(), folder: state.join(FOLDER) }
+        Self { state: state.to_owned(), folder: state.join(PROGRESS) }
     }
 
     /// The table in force, and the one before it; the first is missing if nothing was ever reported, the second if nothing
@@ -63,7 +62,7 @@ impl ReportedProgress {
     /// The file system refuses.
     pub(crate) fn mend(&self) -> io::Result<Option<String>> {
         fs::create_dir_all(&self.folder)?;
-        let recorded = numbers_in(&records(&self.state).join(FOLDER))?;
+        let recorded = numbers_in(&records(&self.state).join(PROGRESS))?;
         let numbers: BTreeSet<u64> = recorded.into_iter().chain(numbers_in(&self.folder)?).collect();
         let findings: Vec<Option<String>> =
             numbers.into_iter().map(|number| mended(&self.table(number))).collect::<io::Result<_>>()?;
@@ -99,7 +98,7 @@ impl ReportedProgress {
     }
 
     fn table(&self, number: u64) -> KeptFile {
-        KeptFile::at(&self.state, format!("{FOLDER}/{}", name_of(number)))
+        KeptFile::at(&self.state, format!("{PROGRESS}/{}", name_of(number)))
     }
 
     fn path(&self, number: u64) -> PathBuf {

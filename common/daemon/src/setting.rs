@@ -10,15 +10,13 @@
 use crate::failure::{Failure, chain};
 use crate::save::Save;
 use crate::state::{StateError, StateFile};
+use crate::state_files::SETTINGS;
 use jiff::Timestamp;
 use schemars::JsonSchema;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::path::{Path, PathBuf};
-
-/// Folder of the settings in the state folder.
-const FOLDER: &str = "settings";
 
 /// A key of `site.toml` whose value is kept.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -57,7 +55,7 @@ impl SettingKey {
     }
 
     fn file_name(self) -> String {
-        format!("{FOLDER}/{}.json", self.name())
+        format!("{SETTINGS}/{}.json", self.name())
     }
 }
 

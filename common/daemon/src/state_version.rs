@@ -5,6 +5,7 @@
 
 use crate::replaced_file::{remove_left_files, write_durably};
 use crate::state::StateError;
+use crate::state_files::VERSION;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -54,7 +55,7 @@ pub fn claim_state(folder: &Path) -> Result<(), StateVersionError> {
 }
 
 fn claim(folder: &Path, own: &str) -> Result<(), StateVersionError> {
-    let path = folder.join("version");
+    let path = folder.join(VERSION);
     let failed = |source| StateError::Io { path: path.clone(), source };
     let found = match fs::read_to_string(&path) {
         Ok(text) => text.trim().to_owned(),

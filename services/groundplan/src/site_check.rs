@@ -2,6 +2,7 @@
 
 use crate::failure::Failure;
 use bus::{DomainError, RobotName};
+use daemon::state_files::REVISIONS;
 use daemon::{Configured, FileText, Robot, SettingKey, SiteConfig, check_setting, line_of_key};
 use frames::PlanTime;
 use grid::GridSpec;
@@ -128,7 +129,7 @@ fn models_before(state: &Path) -> Option<Vec<PathBuf>> {
     struct Loaded {
         configured: Vec<PathBuf>,
     }
-    let bytes = std::fs::read(state.join("loaded.json")).ok()?;
+    let bytes = std::fs::read(state.join(REVISIONS)).ok()?;
     serde_json::from_slice(&bytes).ok().map(|Loaded { configured }| configured)
 }
 

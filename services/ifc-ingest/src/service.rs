@@ -16,7 +16,7 @@ use daemon::facts::{IngestFacts, ModelFile};
 use daemon::{
     Asked, Caller, Committed, CurrentActivity, Decide, Decision, Epochs, Failure, FileWatch, HistoryEvent, HistoryKind,
     IngestAnswer, IngestRequest, MachineTime, NoInput, Now, Occasion, Revision, RevisionEffect, ScheduleVerdict,
-    SiteConfig, Standing, WholeFiles, chain, stamps_of,
+    SiteConfig, Standing, WholeFiles, chain, stamps_of, state_files,
 };
 use ingest::{MAX_MODEL_BYTES, SiteFrame};
 use messages::{Activity, Checked, ContentId, SiteOutline};
@@ -75,7 +75,7 @@ impl Ingest {
             Some(outline) => Some(outline),
             None => cached.as_ref().map(|site| SiteOutline::of(&site.view())),
         };
-        let mut epochs = Epochs::at(&config.state, "ifc-ingest-epochs.json")?;
+        let mut epochs = Epochs::at(&config.state, state_files::SITE_EPOCHS)?;
         let mut in_force = InForce {
             reader: Arc::new(RevisionReader::new(config, activity.clone())),
             revisions,
@@ -92,7 +92,7 @@ impl Ingest {
             // What it was refused for may be mended.
             in_force.to_read = in_force.revisions.refused.as_ref().map(|refused| refused.models.clone());
         }
-        let mut output = SiteOutput::new(Epochs::at(&config.state, "ifc-ingest-candidate-epochs.json")?);
+        let mut output = SiteOutput::new(Epochs::at(&config.state, state_files::CANDIDATE_EPOCHS)?);
         let mut service = Self { in_force, store, activity: activity.clone(), judge, verdict: None };
         match cached {
             Some(site) if service.starts_with(&site)? => output.put(Arc::new(site), &mut epochs),

@@ -4,7 +4,7 @@
 //! robot is localised in the frame, and a revision is compared with the outline.
 
 use crate::revisions::Revisions;
-use daemon::{Failure, FileStamp, Save, StateError, StateFile};
+use daemon::{Failure, FileStamp, Save, StateError, StateFile, state_files};
 use export::SiteFrameFile;
 use ingest::SiteFrame;
 use messages::{ArchiveBuffer, Checked, SiteOutline, payload};
@@ -29,11 +29,11 @@ impl SiteStore {
     /// The folder cannot be made.
     pub(crate) fn at(state: &Path) -> Result<Self, StateError> {
         Ok(Self {
-            revisions: StateFile::at(state, "loaded.json")?,
-            outline: StateFile::at(state, "site-outline.json")?,
-            frame: StateFile::at(state, "site-frame.json")?,
-            frame_path: state.join("site-frame.json"),
-            cache: state.join("site.gpar"),
+            revisions: StateFile::at(state, state_files::REVISIONS)?,
+            outline: StateFile::at(state, state_files::SITE_OUTLINE)?,
+            frame: StateFile::at(state, state_files::SITE_FRAME)?,
+            frame_path: state.join(state_files::SITE_FRAME),
+            cache: state.join(state_files::SITE_CACHE),
         })
     }
 

@@ -20,7 +20,7 @@ use bus::{Bus, CheckedSample, GridSlot, RawSubscriber, Stamp, TopicName, topics}
 use daemon::facts::{Pose, RosBridgeFacts};
 use daemon::{
     Asked, CurrentActivity, Done, Event, Failure, RosBridgeRequest, RosConfig, Service, SiteConfig, Standing,
-    StatusBoard,
+    StatusBoard, state_files,
 };
 use frames::Point2;
 use messages::{Activity, AlignmentVerdict, ContentHash, ContentId, PoseRecord, PoseValidity};
@@ -112,7 +112,7 @@ impl BridgeService {
             mask_topic,
             speed_topic,
             rivals,
-            sender: MapSender::start(map_topics, nav2, config.state.join("ros"))?,
+            sender: MapSender::start(map_topics, nav2, config.state.join(state_files::ROS_MAPS))?,
             foxglove,
             slam_map,
             robot,

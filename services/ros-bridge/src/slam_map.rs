@@ -1,7 +1,7 @@
 //! The robot's SLAM map: grids of ROS 2 in, the topic `slam-map` out.
 
 use bus::{Bus, Daemon, topics};
-use daemon::{Epochs, Failure, LatchedOutput, NewSample, SiteConfig, chain};
+use daemon::{Epochs, Failure, LatchedOutput, NewSample, SiteConfig, chain, state_files};
 use messages::{ArchiveBuffer, Checked, InputHashes, SlamMap, SlamMapHead};
 use ros::msg::geometry_msgs::Quaternion;
 use ros::msg::nav_msgs::OccupancyGrid;
@@ -146,7 +146,7 @@ impl SlamMapInput {
     /// # Errors
     /// State that cannot be used.
     pub(crate) fn new(config: &SiteConfig) -> Result<Self, Failure> {
-        let epochs = Epochs::at(&config.state, "ros-bridge-slam-map-epochs.json")?;
+        let epochs = Epochs::at(&config.state, state_files::SLAM_MAP_EPOCHS)?;
         let output = Output { epochs, bus: None, maps: LatchedOutput::new(topics::SlamMap) };
         Ok(Self { config: config.clone(), output: Mutex::new(output), warnings: Mutex::default() })
     }

@@ -2,6 +2,7 @@
 //!
 //! What is in force is kept in the state folder: a file that is removed or spoilt later changes nothing, and is a warning.
 
+use daemon::state_files::SCHEDULE_FILES;
 use daemon::{Failure, FileStamp, FileWatch, KeptFile, MachineTime, Save, SiteConfig, WholeFiles, chain, stamps_of};
 use jiff::Timestamp;
 use schedule::Rules;
@@ -9,9 +10,6 @@ use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use tasks::{MAX_SCHEDULE_FILE_BYTES, ScheduleFile, TableLink, parse_link_table};
-
-/// The contents in force, in the state folder.
-const KEPT: &str = "schedule-files.bin";
 
 /// The layout of that file, with which it begins: what follows names nothing.
 const LAYOUT: u32 = 1;
@@ -58,7 +56,7 @@ impl ScheduleFiles {
     /// # Errors
     /// Files that cannot be used and were not in force before.
     pub(crate) fn open(config: &SiteConfig, rules: &Rules) -> Result<Self, Failure> {
-        let kept = KeptFile::at(&config.state, KEPT);
+        let kept = KeptFile::at(&config.state, SCHEDULE_FILES);
         let named = Named::of(config);
         let mut watch = FileWatch::new(MAX_SCHEDULE_FILE_BYTES);
         let read_as = stamps_of(&named.paths());
@@ -294,14 +292,19 @@ mod tests {
         let files = ScheduleFiles::open(&config, &rules).unwrap();
         let as_read = format!("{:?}", files.plans());
         fs::remove_file(&path).unwrap();
-        let kept = config.state.join(KEPT);
+        let kept = config.state.join(SCHEDULE_FILES);
         let mut bytes = fs::read(&kept).unwrap();
         let at = bytes.windows(10).position(|text| text == b"2024-03-04").unwrap();
         bytes[at + 9] ^= 1;
         fs::write(&kept, bytes).unwrap();
         let again = ScheduleFiles::open(&config, &rules).unwrap();
         assert_eq!(format!("{:?}", again.plans()), as_read);
-        assert!(again.warning().unwrap().contains(KEPT), "{:?}", again.warning());
-        assert!(ScheduleFiles::open(&config, &rules).unwrap().warning().is_some_and(|warning| !warning.contains(KEPT)));
+        assert!(again.warning().unwrap().contains(SCHEDULE_FILES), "{:?}", again.warning());
+        assert!(
+            ScheduleFiles::open(&config, &rules)
+                .unwrap()
+                .warning()
+                .is_some_and(|warning| !warning.contains(SCHEDULE_FILES))
+        );
     }
 }

@@ -11,7 +11,7 @@ use daemon::{
     ActualsSource, Asked, Caller, Committed, Configured, CurrentActivity, Decide, Decision, Epochs, Failure, FileText,
     HistoryEvent, HistoryKind, NewSample, Now, ObservedPair, ObservedTables, Occasion, ReportedProgress,
     ScheduleAnswer, ScheduleRequest, ScheduleVerdict, Setting, SettingKey, SiteConfig, Standing, StateFile,
-    checked_rate, mend_progress, progress_in_force, saving_observed,
+    checked_rate, mend_progress, progress_in_force, saving_observed, state_files,
 };
 use daemon::{PlanTimeClock, ReachedPlanTime};
 use frames::PlanTime;
@@ -61,7 +61,7 @@ impl ScheduleEval {
         let rules_setting = Setting::open(&config.state, SettingKey::Rules, rules_configured(config))?;
         let rules = parse_rules(rules_setting.value().as_ref())?;
         let plan_time = PlanTimeSetting::open(config, rules.site_zone.as_ref())?;
-        let usable_rules_file = StateFile::at(&config.state, "evaluated-rules.json")?;
+        let usable_rules_file = StateFile::at(&config.state, state_files::EVALUATED_RULES)?;
         let mended_progress = mend_progress(config)?;
         let overrides = Overrides::in_force(progress_in_force(config, parse_actuals)?);
         let robots = config.observers();
@@ -86,7 +86,7 @@ impl ScheduleEval {
         };
         in_force.check_zone()?;
         let edits = in_force.edits(in_force.rules_setting.was_edited(), in_force.plan_time.was_edited());
-        let (state, epochs) = (config.state.clone(), Epochs::at(&config.state, "schedule-eval-epochs.json")?);
+        let (state, epochs) = (config.state.clone(), Epochs::at(&config.state, state_files::SCHEDULE_EPOCHS)?);
         let shared = activity.clone();
         let service = Self {
             in_force,

@@ -11,7 +11,7 @@ use daemon::facts::{FollowFacts, ScheduleFacts};
 use daemon::{
     Clock, Committed, CurrentActivity, Decide, Decision, Epochs, Failure, FollowConfig, FollowRequest, HistoryEvent,
     HistoryKind, KeptFile, MAX_TABLE_BYTES, MachineClock, MachineTime, NoInput, Now, Occasion, PlanTimeClock,
-    ReachedPlanTime, Reading, SiteConfig, Standing, StateFile, chain,
+    ReachedPlanTime, Reading, SiteConfig, Standing, StateFile, chain, state_files,
 };
 use jiff::tz::TimeZone;
 use messages::{ContentHash, ContentId, plan_time};
@@ -28,9 +28,6 @@ const LOOK_INTERVAL: Duration = Duration::from_millis(100);
 
 /// A reading of the clock is on disk at least this often.
 const KEEP_CLOCK_MS: i64 = 3_600_000;
-
-/// The table of progress that the robot observed, in the state folder.
-const OBSERVED_FILE: &str = "follow-observed.csv";
 
 /// A store that was not reached for so many looks is told.
 const LATE_LOOKS: i64 = 4;
@@ -143,8 +140,8 @@ impl SiteFollow {
         let Surroundings { open, clock, disk } = surroundings;
         let folder = ArchiveFolder::at(&config.state, disk)?;
         let files = follow.files.as_deref().map(|folder| Arc::new(FileFolder::at(folder)));
-        let state_file = StateFile::at(&config.state, "site-follow.json")?;
-        let index_file = KeptFile::at(&config.state, "site-follow-index.jsonl");
+        let state_file = StateFile::at(&config.state, state_files::FOLLOWED)?;
+        let index_file = KeptFile::at(&config.state, state_files::FOLLOWED_INDEX);
         let kept: Kept = state_file.load()?.unwrap_or_default();
         let shared = Arc::new(Shared::default());
         let mut finding = state_file.finding().map(str::to_owned);
@@ -161,7 +158,7 @@ impl SiteFollow {
         findings.newest.clone_from(&newest);
         findings.in_force = newest.iter().flat_map(|accepted| archive_ids(&followed, &accepted.signed.index)).collect();
         drop(findings);
-        let observed_file = KeptFile::at(&config.state, OBSERVED_FILE);
+        let observed_file = KeptFile::at(&config.state, state_files::OBSERVED_BY_FOLLOWER);
         let observed = || -> Result<Option<Arc<str>>, Failure> {
             Ok(observed_file.load()?.map(String::from_utf8).transpose()?.map(Arc::from))
         };
@@ -198,7 +195,7 @@ impl SiteFollow {
             to_tell: Arc::clone(&to_tell),
             observed_file,
         };
-        let epochs = Epochs::at(&config.state, "site-follow-epochs.json")?;
+        let epochs = Epochs::at(&config.state, state_files::FOLLOW_EPOCHS)?;
         Ok((Committed::new(service, FollowOutputs::default(), epochs, &config.state, activity), fetcher, to_tell))
     }
 

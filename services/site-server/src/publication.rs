@@ -2,6 +2,7 @@
 
 use crate::exports::{Blobs, ExportedSet, Exports, OfSite};
 use crate::pieces::{Piece, RobotPieces, SetPieces, SitePieces};
+use daemon::state_files::published_epoch;
 use daemon::{Clock, Disk, Failure, MachineClock, ServeConfig, SiteConfig, StateFile, StateFolder, chain};
 use jiff::{SignedDuration, Timestamp};
 use messages::{ContentHash, ContentId, LAYOUT_VERSION};
@@ -735,7 +736,7 @@ struct TakenEpoch {
 
 impl TakenEpoch {
     fn at(state: &Path, site: &SiteName) -> Result<Self, Failure> {
-        let file = StateFile::at(state, &format!("site-server-{site}.json"))?;
+        let file = StateFile::at(state, &published_epoch(site.as_str()))?;
         let epoch = file.load()?.unwrap_or(0);
         Ok(Self { file, epoch })
     }

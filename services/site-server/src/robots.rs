@@ -5,6 +5,7 @@ use crate::giver::{Giver, Rows};
 use crate::publication::Shared as Published;
 use bus::{Daemon, RobotName};
 use daemon::facts::ScheduleFacts;
+use daemon::state_files::TOLD;
 use daemon::{
     AbsentByRobot, ElementObservation, Failure, FleetDocument, FleetRobot, KeptFile, Observations, ObservedTables,
     Report, ReportAnswer, RobotReport, ServeConfig, ServeLinkConfig, StatusBoard, ToldAbsence, ToldByRobot,
@@ -37,9 +38,6 @@ const KEEP_INTERVAL: Duration = Duration::from_secs(60);
 
 /// So many elements no site has.
 const MAX_ELEMENTS: usize = 500_000;
-
-/// What robots told, in the state folder.
-const KEPT_FOLDER: &str = "fleet";
 
 /// Shared with the service.
 #[derive(Default)]
@@ -215,7 +213,7 @@ pub(crate) fn link_settings(serve: &ServeConfig, link: &ServeLinkConfig) -> Serv
 }
 
 fn kept_file(state: &Path, robot: &str) -> KeptFile {
-    KeptFile::at(state, format!("{KEPT_FOLDER}/{robot}.json"))
+    KeptFile::at(state, format!("{TOLD}/{robot}.json"))
 }
 
 impl Robots {
@@ -233,7 +231,7 @@ impl Robots {
         (giver, board): (Arc<Giver>, StatusBoard),
     ) -> Result<Self, Failure> {
         settings.check()?;
-        let folder = state.join(KEPT_FOLDER);
+        let folder = state.join(TOLD);
         std::fs::create_dir_all(&folder).map_err(|why| format!("{} cannot be made: {why}", folder.display()))?;
         let mut robots = BTreeMap::new();
         for robot in &settings.robots {

@@ -18,7 +18,7 @@ use bus::{Bus, CheckedSample, topics};
 use daemon::facts::{AlignFacts, AlignmentSummary};
 use daemon::{
     AlignAnswer, AlignRequest, Asked, Committed, CurrentActivity, Decide, Decision, Epochs, Failure, FileText,
-    NewSample, Now, Occasion, SiteConfig, Standing, StateFile, chain,
+    NewSample, Now, Occasion, SiteConfig, Standing, StateFile, chain, state_files,
 };
 use deviations::AppliedObservations;
 use messages::{Activity, Checked, ContentHash};
@@ -90,16 +90,16 @@ impl SlamAlign {
         give: Box<GiveTable>,
     ) -> Result<Committed<Self>, Failure> {
         config.align.check()?;
-        let state = StateFile::at(&config.state, "alignment.json")?;
+        let state = StateFile::at(&config.state, state_files::ALIGNMENT)?;
         let persisted: PersistedState = state.load()?.unwrap_or_default();
         let map_setting = MapSetting::open(&config.state, &config.align)?;
-        let epochs = Epochs::at(&config.state, "slam-align-epochs.json")?;
+        let epochs = Epochs::at(&config.state, state_files::ALIGNMENT_EPOCHS)?;
         let (evidence, of_evidence) = stored_evidence::read(&config.state);
         let (map, of_map) = match map_setting.map() {
             Ok(found) => found.map_or((None, None), |(map, finding)| (Some(Ok(Arc::new(map))), finding)),
             Err(why) => (Some(Err(chain(&why))), None),
         };
-        let file = config.state.join("slam-align-observed.csv");
+        let file = config.state.join(state_files::OBSERVED_BY_ALIGNMENT);
         let (table, empty) =
             (persisted.observed.table(config.align.apply), AppliedObservations::default().table(false));
         let observed = ObservedTable::new(give, file, table, &empty);

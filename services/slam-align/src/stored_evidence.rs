@@ -1,17 +1,16 @@
 //! Evidence over looks in the state folder.
 
 use crate::job::Evidence;
+use daemon::state_files::ALIGNMENT_EVIDENCE;
 use daemon::{Failure, KeptFile, Save, chain};
 use messages::ArchiveBuffer;
 use std::path::Path;
 use tracing::warn;
 
-const NAME: &str = "alignment-evidence.gpar";
-
 /// The evidence in a state folder, and what an operator should know of it. Where it is lost the next look begins anew, and is worth
 /// less.
 pub(crate) fn read(state: &Path) -> (Option<Evidence>, Option<String>) {
-    let file = KeptFile::at(state, NAME);
+    let file = KeptFile::at(state, ALIGNMENT_EVIDENCE);
     let read = || -> Result<Option<Evidence>, Failure> {
         let Some(bytes) = file.load()? else { return Ok(None) };
         Ok(Some(Evidence::new(ArchiveBuffer::copy_of(&bytes))?))
@@ -29,7 +28,7 @@ pub(crate) fn read(state: &Path) -> (Option<Evidence>, Option<String>) {
 
 /// Evidence, to be saved.
 pub(crate) fn saving(state: &Path, evidence: &Evidence) -> Save {
-    KeptFile::at(state, NAME).saving_anew(evidence.bytes().as_ref().to_vec())
+    KeptFile::at(state, ALIGNMENT_EVIDENCE).saving_anew(evidence.bytes().as_ref().to_vec())
 }
 
 #[cfg(test)]
@@ -47,7 +46,8 @@ mod tests {
         saving(state.path(), &evidence).write().unwrap();
         let n_looks = || read(state.path()).0.map(|evidence| evidence.view().head.n_looks);
         assert_eq!(n_looks(), Some(3));
-        let [path, sealed] = [NAME.to_owned(), format!("{NAME}.sealed")].map(|name| state.path().join(name));
+        let [path, sealed] =
+            [ALIGNMENT_EVIDENCE.to_owned(), format!("{ALIGNMENT_EVIDENCE}.sealed")].map(|name| state.path().join(name));
         let damage = |path: &Path| {
             let mut bytes = std::fs::read(path).unwrap();
             let last = bytes.len() - 1;
@@ -61,11 +61,14 @@ mod tests {
         let whole = std::fs::read(&path).unwrap();
         let mut of_other_layout = whole.clone();
         of_other_layout[4] ^= 0x40;
-        let file = KeptFile::at(state.path(), NAME);
+        let file = KeptFile::at(state.path(), ALIGNMENT_EVIDENCE);
         file.save(&of_other_layout).unwrap();
         let (lost, finding) = read(state.path());
         let finding = finding.unwrap();
-        assert!(lost.is_none() && finding.contains(NAME) && finding.contains("layout version 65"), "{finding}");
+        assert!(
+            lost.is_none() && finding.contains(ALIGNMENT_EVIDENCE) && finding.contains("layout version 65"),
+            "{finding}"
+        );
         file.save(&whole).unwrap();
         damage(&path);
         std::fs::write(&sealed, "sha256").unwrap();

@@ -1,6 +1,7 @@
 //! The copy of a map file in the state folder: the file may go, the map stays.
 
 use crate::robot_map::{RobotMap, RobotMapError};
+use daemon::state_files::SLAM_MAP_COPIES;
 use daemon::{KeptFile, Save};
 use messages::ContentHash;
 use occupancy::{MapFileContent, OccupancyMap};
@@ -12,7 +13,6 @@ use std::path::{Path, PathBuf};
 
 /// Copies are named by the content of the map, so that the state names one that is whole. They are the files as the robot
 /// saved them.
-const PREFIX: &str = "slam-map-";
 const SUFFIXES: [&str; 2] = ["image", "yaml"];
 
 /// A map of which there is a copy.
@@ -85,7 +85,7 @@ impl MapStore {
         let stem =
             |name: &str| [".sealed", ".next"].iter().find_map(|suffix| name.strip_suffix(suffix)).map(str::to_owned);
         let copies = entries.map(|name| stem(&name).unwrap_or(name));
-        let copies: BTreeSet<String> = copies.filter(|name| name.starts_with(PREFIX)).collect();
+        let copies: BTreeSet<String> = copies.filter(|name| name.starts_with(SLAM_MAP_COPIES)).collect();
         for name in copies.into_iter().filter(|name| !needed.contains(name)) {
             // What cannot be removed is named by no state, and does no harm.
             let _ = KeptFile::at(&self.folder, name).remove();
@@ -99,7 +99,7 @@ impl MapStore {
 }
 
 fn names(content_hash: ContentHash) -> [String; 2] {
-    SUFFIXES.map(|suffix| format!("{PREFIX}{content_hash}.{suffix}"))
+    SUFFIXES.map(|suffix| format!("{SLAM_MAP_COPIES}{content_hash}.{suffix}"))
 }
 
 #[cfg(test)]

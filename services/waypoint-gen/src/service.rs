@@ -6,7 +6,7 @@ use daemon::facts::WaypointFacts;
 use daemon::{
     Asked, Caller, Committed, CurrentActivity, Decide, Decision, Epochs, Failure, HistoryEvent, HistoryKind,
     KeptSetting, LatchedOutput, NewSample, Now, Occasion, Published, Setting, SiteConfig, Standing, WaypointAnswer,
-    WaypointOptions, WaypointRequest,
+    WaypointOptions, WaypointRequest, state_files,
 };
 use messages::{Activity, Checked, InputHashes, payload};
 use site_view::{SiteSample, SiteSamples, SiteSet, SiteViews};
@@ -50,7 +50,7 @@ impl WaypointGen {
     /// Options or state that cannot be used.
     pub fn start(config: &SiteConfig, activity: CurrentActivity) -> Result<Committed<Self>, Failure> {
         let setting = options_setting::open(config)?;
-        let epochs = Epochs::at(&config.state, "waypoint-gen-epochs.json")?;
+        let epochs = Epochs::at(&config.state, state_files::MISSION_PLAN_EPOCHS)?;
         let edit = setting.was_edited().then(|| event(setting.value(), None));
         let options = Arc::new(options_setting::parsed(setting.value())?);
         let in_force = InForce { setting, options, unknown_name: None, planned_on: None };
