@@ -113,7 +113,7 @@ pub use committed::{Committed, Disk, StateFolder};
 pub use config::{BusConfig, ClockConfig, ConfigError, LogConfig, LogFormat, ScheduleConfig, SiteConfig, WorldConfig};
 pub use config_file::{ConfigFileError, read_parsed};
 pub use config_key::line_of_key;
-pub use decision::{AnswerOnce, AnswerTo, Decide, Decision, Now, Occasion, Outputs};
+pub use decision::{AnswerOnce, AnswerTo, Decide, Decision, Now, Occasion, OutputEnd, Outputs};
 pub use failure::{Failure, chain};
 pub use file_text::FileText;
 pub use fleet::{
@@ -125,7 +125,7 @@ pub use history::{History, HistoryEntry, HistoryEvent, HistoryKind, SiteHistory,
 pub use input::{Input, NoInput, not_an_input};
 pub use kept_file::KeptFile;
 pub use known_places::{KnownPlaces, PointInRoom};
-pub use latched_output::{LatchedOutput, NewSample};
+pub use latched_output::{LatchedOutput, NewSample, OneTopic};
 pub use log::{Log, LogError};
 pub use machine_time::{Clock, MachineClock, MachineTime};
 pub use map_reports::{hear_daemons, next_state, schedule_report};

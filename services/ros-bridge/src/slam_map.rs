@@ -1,7 +1,7 @@
 //! The robot's SLAM map: grids of ROS 2 in, the topic `slam-map` out.
 
 use bus::{Bus, Daemon, topics};
-use daemon::{Epochs, Failure, LatchedOutput, NewSample, SiteConfig, chain, state_files};
+use daemon::{Epochs, Failure, LatchedOutput, NewSample, OutputEnd, SiteConfig, chain, state_files};
 use messages::{ArchiveBuffer, Checked, InputHashes, SlamMap, SlamMapHead};
 use ros::msg::geometry_msgs::Quaternion;
 use ros::msg::nav_msgs::OccupancyGrid;

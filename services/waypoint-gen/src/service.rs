@@ -5,8 +5,8 @@ use bus::{Bus, GridSlot, RawSubscriber, TopicName, topics};
 use daemon::facts::WaypointFacts;
 use daemon::{
     Asked, Caller, Committed, CurrentActivity, Decide, Decision, Epochs, Failure, HistoryEvent, HistoryKind,
-    KeptSetting, LatchedOutput, NewSample, Now, Occasion, Published, Setting, SiteConfig, Standing, WaypointAnswer,
-    WaypointOptions, WaypointRequest, state_files,
+    KeptSetting, LatchedOutput, NewSample, Now, Occasion, OneTopic, Published, Setting, SiteConfig, Standing,
+    WaypointAnswer, WaypointOptions, WaypointRequest, state_files,
 };
 use messages::{Activity, Checked, InputHashes, payload};
 use site_view::{SiteSample, SiteSamples, SiteSet, SiteViews};
@@ -61,7 +61,7 @@ impl WaypointGen {
             samples: SiteSamples::default(),
             planner: Mutex::default(),
         };
-        let output = LatchedOutput::new(topics::MissionPlan);
+        let output = OneTopic(LatchedOutput::new(topics::MissionPlan));
         Ok(Committed::new(service, output, epochs, &config.state, activity).recording(edit.into_iter().collect()))
     }
 
@@ -142,10 +142,10 @@ impl WaypointGen {
 
     /// What a client is told. Without maps that belong together there is no mission plan of its options yet.
     fn answer(&self, now: &Now<'_, Self>, is_planned: bool) -> WaypointAnswer {
-        let plan = now.outputs.last().filter(|_| is_planned).map(Checked::view);
+        let plan = now.outputs.0.last().filter(|_| is_planned).map(Checked::view);
         let storeys = plan.iter().flat_map(|plan| plan.waypoints).map(|waypoint| waypoint.map_storey);
         WaypointAnswer {
-            mission_plan: if is_planned { now.outputs.published() } else { Published::default() },
+            mission_plan: if is_planned { now.outputs.0.published() } else { Published::default() },
             storeys: storeys.collect::<BTreeSet<_>>().len(),
             waypoints: plan.as_ref().map_or(0, |plan| plan.waypoints.len()),
             scans: plan.as_ref().map_or(0, |plan| plan.storeys.iter().map(|storey| storey.n_scans).sum()),
@@ -176,7 +176,7 @@ impl Decide for WaypointGen {
     type Request = WaypointRequest;
     type Facts = WaypointFacts;
     type InForce = InForce;
-    type Outputs = LatchedOutput<topics::MissionPlan>;
+    type Outputs = OneTopic<topics::MissionPlan>;
 
     fn take(&mut self, input: WaypointInput) {
         self.samples.insert(match input {
@@ -232,10 +232,10 @@ impl Decide for WaypointGen {
     }
 
     fn facts(&self, now: &Now<'_, Self>) -> WaypointFacts {
-        let last = now.outputs.last().map(Checked::view);
+        let last = now.outputs.0.last().map(Checked::view);
         WaypointFacts {
-            mission_plan: now.outputs.published(),
-            grids_hash: now.outputs.inputs().grids,
+            mission_plan: now.outputs.0.published(),
+            grids_hash: now.outputs.0.inputs().grids,
             waypoints: last.as_ref().map_or(0, |plan| plan.waypoints.len()),
             scans: last.as_ref().map_or(0, |plan| plan.storeys.iter().map(|storey| storey.n_scans).sum()),
             settings: vec![self.in_force.setting.in_force(WaypointOptions::words)],
