@@ -101,6 +101,7 @@ mod stop;
 mod systemd;
 #[cfg(test)]
 mod testing;
+mod watched;
 mod waypoint_options;
 mod web_config;
 mod whole_files;
@@ -168,6 +169,7 @@ pub use state_version::{StateVersionError, claim_state};
 pub use status_board::{OutputStamp, Report, StatusBoard};
 pub use stop::{ReloadSignal, StopSignal};
 pub use systemd::{alive, ready, stopping};
+pub use watched::Watched;
 pub use waypoint_options::WaypointOptions;
 pub use web_config::WebConfig;
 pub use whole_files::{FileStamp, FileWatch, WholeFiles, stamps_of};

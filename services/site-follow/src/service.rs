@@ -103,7 +103,9 @@ impl SiteFollow {
             // What can be known of it now is not found out later, in a thread.
             settings.check()?;
             let fetched = fetcher.shared();
-            let teller = Teller::new(config.clone(), settings, to_tell, move || fetched.call());
+            let teller = Teller::new(config.clone(), settings, to_tell, move || {
+                fetched.change(|findings| findings.is_called = true)
+            });
             std::thread::Builder::new().name("site-follow-tell".to_owned()).spawn(|| {
                 daemon::in_background();
                 teller.run();
@@ -347,15 +349,14 @@ impl Decide for SiteFollow {
 
     fn gather(&mut self) -> Result<(), Failure> {
         self.show_files();
-        let mut findings = self.shared.lock();
         let damaged = match &*self.trouble.lock().unwrap_or_else(PoisonError::into_inner) {
             Some(SetError::Damaged { id, .. }) => Some(*id),
             _ => None,
         };
-        if let Some(id) = damaged.filter(|id| !findings.damaged.contains(id)) {
-            findings.damaged.push(id);
-            self.shared.wake();
+        if let Some(id) = damaged.filter(|id| !self.shared.lock().damaged.contains(id)) {
+            self.shared.change(|findings| findings.damaged.push(id));
         }
+        let findings = self.shared.lock();
         let in_force = self.in_force.kept.acknowledged.as_ref().filter(|_| self.in_force.index.is_some());
         let newest = findings.newest.as_ref().filter(|newest| in_force != Some(&newest.acknowledged));
         // What was shown before the start counts until something is in force, also where a newer index is not here yet.

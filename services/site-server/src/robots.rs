@@ -9,7 +9,7 @@ use daemon::state_files::TOLD;
 use daemon::{
     AbsentByRobot, ElementObservation, Failure, FleetDocument, FleetRobot, KeptFile, Observations, ObservedTables,
     Report, ReportAnswer, RobotReport, ServeConfig, ServeLinkConfig, StatusBoard, ToldAbsence, ToldByRobot,
-    ToldObservation, chain, fleet_elements, replace_file,
+    ToldObservation, Watched, chain, fleet_elements, replace_file,
 };
 use fleet_link::{Identity, Message, MessageKind, ServerLink, ServerSettings};
 use frames::PlanTime;
@@ -19,8 +19,8 @@ use schedule::{ABSENT, Actual, parse_actuals};
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use tracing::{info, warn};
 
@@ -41,9 +41,7 @@ const MAX_ELEMENTS: usize = 500_000;
 
 /// Shared with the service.
 #[derive(Default)]
-pub(crate) struct Shared {
-    state: Mutex<State>,
-}
+pub(crate) struct Shared(Watched<State>);
 
 #[derive(Default)]
 struct State {
@@ -53,18 +51,14 @@ struct State {
 }
 
 impl Shared {
-    fn lock(&self) -> MutexGuard<'_, State> {
-        self.state.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
     /// Why robots have no link.
     pub(crate) fn error(&self) -> Option<String> {
-        self.lock().error.clone()
+        self.0.lock().error.clone()
     }
 
     /// Ends the thread, with the service.
     pub(crate) fn stop(&self) {
-        self.lock().is_stopped = true;
+        self.0.lock().is_stopped = true;
     }
 }
 
@@ -272,7 +266,7 @@ impl Robots {
         let (sender, messages) = channel();
         let mut tried: Option<Instant> = None;
         loop {
-            if self.shared.lock().is_stopped {
+            if self.shared.0.lock().is_stopped {
                 self.keep();
                 return;
             }
@@ -300,7 +294,7 @@ impl Robots {
             }
             Err(why) => Some(chain(&why)),
         };
-        let mut state = self.shared.lock();
+        let mut state = self.shared.0.lock();
         if state.error != error {
             self.is_changed = true;
             if let Some(error) = &error {
@@ -476,7 +470,7 @@ impl Robots {
         FleetDocument {
             site: self.serve.site.clone(),
             written: now,
-            error: self.shared.lock().error.clone(),
+            error: self.shared.0.lock().error.clone(),
             epoch,
             robots: robots.collect(),
             elements,
