@@ -115,7 +115,7 @@ pub use config::{BusConfig, ClockConfig, ConfigError, LogConfig, LogFormat, Sche
 pub use config_file::{ConfigFileError, read_parsed};
 pub use config_key::line_of_key;
 pub use decision::{AnswerOnce, AnswerTo, Decide, Decision, Now, Occasion, OutputEnd, Outputs};
-pub use failure::{Failure, chain};
+pub use failure::{Failure, chain, joined};
 pub use file_text::FileText;
 pub use fleet::{
     AbsentByRobot, DaemonReport, ElementObservation, FleetDocument, FleetElement, FleetRobot, MAX_FLEET_ELEMENTS,

@@ -4,6 +4,7 @@
 //! to write another one, to take back is to remove the last: a death at any moment leaves one or the other. Each is kept twice,
 //! so that none is lost by the damage or the removal of a file.
 
+use crate::failure::joined;
 use crate::kept_file::{KeptFile, records};
 use crate::save::Save;
 use crate::sealed_file::sealed_content;
@@ -66,8 +67,7 @@ impl ReportedProgress {
         let numbers: BTreeSet<u64> = recorded.into_iter().chain(numbers_in(&self.folder)?).collect();
         let findings: Vec<Option<String>> =
             numbers.into_iter().map(|number| mended(&self.table(number))).collect::<io::Result<_>>()?;
-        let findings: Vec<String> = findings.into_iter().flatten().collect();
-        Ok((!findings.is_empty()).then(|| findings.join("; ")))
+        Ok(joined(findings.into_iter().flatten()))
     }
 
     /// What puts this table in force: another file, and the removal of the oldest beyond those that are kept; nothing if its content

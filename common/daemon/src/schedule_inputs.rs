@@ -3,7 +3,7 @@
 
 use crate::config::SiteConfig;
 use crate::config_file::ConfigFileError;
-use crate::failure::Failure;
+use crate::failure::{Failure, joined};
 use crate::file_text::FileText;
 use crate::kept_file::KeptFile;
 use crate::observed_tables::{ObservedTables, observed_tables_file};
@@ -50,9 +50,7 @@ pub fn mend_progress(config: &SiteConfig) -> io::Result<Option<String>> {
         true => KeptFile::at(state, OBSERVED),
         false => observed_tables_file(state),
     };
-    let findings = [ReportedProgress::at(state).mend()?, mended(&observed)?];
-    let findings: Vec<String> = findings.into_iter().flatten().collect();
-    Ok((!findings.is_empty()).then(|| findings.join("; ")))
+    Ok(joined([ReportedProgress::at(state).mend()?, mended(&observed)?].into_iter().flatten()))
 }
 
 /// Bytes of a table of progress.

@@ -7,7 +7,7 @@
 //! A value is kept whole, not as the name of a file: a file that is removed or spoilt later changes nothing, and is told as
 //! a warning.
 
-use crate::failure::{Failure, chain};
+use crate::failure::{Failure, chain, joined};
 use crate::save::Save;
 use crate::state::{StateError, StateFile};
 use crate::state_files::SETTINGS;
@@ -208,8 +208,7 @@ impl<T: Clone + Default + PartialEq + Serialize + DeserializeOwned> Setting<T> {
             file.save(&kept)?;
         }
         let was_edited = before.is_some_and(|before| before != kept);
-        let warnings: Vec<String> = mended.into_iter().chain(warning).collect();
-        let warning = (!warnings.is_empty()).then(|| format!("{key}: {}", warnings.join("; ")));
+        let warning = joined(mended.into_iter().chain(warning)).map(|text| format!("{key}: {text}"));
         Ok(Self { key, file, kept, warning, was_edited })
     }
 
@@ -326,7 +325,7 @@ pub fn check_setting<T>(state: &Path, key: SettingKey, now: Configured<T>) -> Re
         (_, Ok(_)) => Ok(mended),
         (Some(kept), Err(why)) => {
             let warning = stand_in(&kept, now.file.as_deref(), why)?;
-            Ok(Some(mended.into_iter().chain([warning]).collect::<Vec<_>>().join("; ")))
+            Ok(joined(mended.into_iter().chain([warning])))
         }
         (None, Err(why)) => Err(why),
     }

@@ -16,7 +16,7 @@ use daemon::facts::{IngestFacts, ModelFile};
 use daemon::{
     Asked, Caller, Committed, CurrentActivity, Decide, Decision, Epochs, Failure, FileWatch, HistoryEvent, HistoryKind,
     IngestAnswer, IngestRequest, MachineTime, NoInput, Now, Occasion, Revision, RevisionEffect, ScheduleVerdict,
-    SiteConfig, Standing, WholeFiles, chain, stamps_of, state_files,
+    SiteConfig, Standing, WholeFiles, chain, joined, stamps_of, state_files,
 };
 use ingest::{MAX_MODEL_BYTES, SiteFrame};
 use messages::{Activity, Checked, ContentId, SiteOutline};
@@ -575,9 +575,8 @@ impl Decide for Ingest {
         });
         let revisions = revisions.standing();
         let of_revisions = [revisions.warning.as_deref(), late.as_deref()];
-        let warnings: Vec<&str> = self.store.findings().chain(of_revisions.into_iter().flatten()).collect();
-        let warning = (!warnings.is_empty()).then(|| warnings.join("; "));
-        Standing { error: error.clone().or(revisions.error), warning }
+        let warnings = self.store.findings().chain(of_revisions.into_iter().flatten());
+        Standing { error: error.clone().or(revisions.error), warning: joined(warnings) }
     }
 
     fn facts(&self, now: &Now<'_, Self>) -> IngestFacts {

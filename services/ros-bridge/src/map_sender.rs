@@ -3,7 +3,7 @@
 use crate::graph::MapTopics;
 use crate::nav2::{Nav2, RouteGraph};
 use crate::outputs::{GridMessages, GridsKey, Outputs};
-use daemon::{Failure, Watched, chain, write_durably};
+use daemon::{Failure, Watched, chain, joined, write_durably};
 use ros::maps::keepout_everywhere;
 use ros::msg::nav_msgs::MapMetaData;
 use ros::msg::std_msgs::{self, Header};
@@ -187,8 +187,8 @@ impl Publication {
 
     /// What has been published, with all that an operator should know.
     fn sent(&self) -> Sent {
-        let warnings: Vec<&str> = [&self.sent.warning, &self.late].into_iter().flatten().map(String::as_str).collect();
-        Sent { warning: (!warnings.is_empty()).then(|| warnings.join("; ")), ..self.sent.clone() }
+        let warnings = [&self.sent.warning, &self.late].into_iter().flatten().map(String::as_str);
+        Sent { warning: joined(warnings), ..self.sent.clone() }
     }
 
     /// The map goes out when the readers have the mask, and a robot that stands goes on when they have both, and not while parts of

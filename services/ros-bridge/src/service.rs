@@ -20,7 +20,7 @@ use bus::{Bus, CheckedSample, GridSlot, RawSubscriber, Stamp, TopicName, topics}
 use daemon::facts::{Pose, RosBridgeFacts};
 use daemon::{
     Asked, CurrentActivity, Done, Event, Failure, RosBridgeRequest, RosConfig, Service, SiteConfig, Standing,
-    StatusBoard, state_files,
+    StatusBoard, joined, state_files,
 };
 use frames::Point2;
 use messages::{Activity, AlignmentVerdict, ContentHash, ContentId, PoseRecord, PoseValidity};
@@ -354,9 +354,8 @@ impl Service for BridgeService {
             self.slam_map.as_ref().and_then(|input| input.warning()),
             self.clock.warning(),
         ];
-        let warnings: Vec<String> = warnings.into_iter().flatten().collect();
         let error = self.foxglove.as_ref().and_then(FoxgloveServer::error);
-        Standing { error, warning: (!warnings.is_empty()).then(|| warnings.join("; ")) }
+        Standing { error, warning: joined(warnings.into_iter().flatten()) }
     }
 
     fn facts(&self) -> RosBridgeFacts {

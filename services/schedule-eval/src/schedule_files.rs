@@ -3,7 +3,9 @@
 //! What is in force is kept in the state folder: a file that is removed or spoilt later changes nothing, and is a warning.
 
 use daemon::state_files::SCHEDULE_FILES;
-use daemon::{Failure, FileStamp, FileWatch, KeptFile, MachineTime, Save, SiteConfig, WholeFiles, chain, stamps_of};
+use daemon::{
+    Failure, FileStamp, FileWatch, KeptFile, MachineTime, Save, SiteConfig, WholeFiles, chain, joined, stamps_of,
+};
 use jiff::Timestamp;
 use schedule::Rules;
 use serde::{Deserialize, Serialize};
@@ -82,7 +84,7 @@ impl ScheduleFiles {
                 files.plans = Arc::new(contents.plans(rules)?);
                 files.contents = Arc::new(contents);
                 let finding = files.kept.finding().map(str::to_owned);
-                files.warning = Some([stays(why.as_ref())].into_iter().chain(finding).collect::<Vec<_>>().join("; "));
+                files.warning = joined([stays(why.as_ref())].into_iter().chain(finding));
             }
         }
         Ok(files)

@@ -11,7 +11,7 @@ use daemon::{
     ActualsSource, Asked, Caller, Committed, Configured, CurrentActivity, Decide, Decision, Epochs, Failure, FileText,
     HistoryEvent, HistoryKind, NewSample, Now, ObservedPair, ObservedTables, Occasion, ReportedProgress,
     ScheduleAnswer, ScheduleRequest, ScheduleVerdict, Setting, SettingKey, SiteConfig, Standing, StateFile,
-    checked_rate, mend_progress, progress_in_force, saving_observed, state_files,
+    checked_rate, joined, mend_progress, progress_in_force, saving_observed, state_files,
 };
 use daemon::{PlanTimeClock, ReachedPlanTime};
 use frames::PlanTime;
@@ -537,8 +537,7 @@ impl Decide for ScheduleEval {
         let of_state = [rules_setting.warning(), files.warning(), plan_time.warning()];
         let [of_rules, of_files, of_plan_time] = of_state.map(|w| w.map(str::to_owned));
         let warnings = [warning, of_rules, of_files, of_plan_time, self.mended_progress.clone(), gone, conflict];
-        let warnings: Vec<String> = warnings.into_iter().flatten().collect();
-        Standing { error: error.clone(), warning: (!warnings.is_empty()).then(|| warnings.join("; ")) }
+        Standing { error: error.clone(), warning: joined(warnings.into_iter().flatten()) }
     }
 
     fn facts(&self, now: &Now<'_, Self>) -> ScheduleFacts {

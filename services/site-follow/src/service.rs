@@ -11,7 +11,7 @@ use daemon::facts::{FollowFacts, ScheduleFacts};
 use daemon::{
     Clock, Committed, CurrentActivity, Decide, Decision, Epochs, Failure, FollowConfig, FollowRequest, HistoryEvent,
     HistoryKind, KeptFile, MAX_TABLE_BYTES, MachineClock, MachineTime, NoInput, Now, Occasion, PlanTimeClock,
-    ReachedPlanTime, Reading, SiteConfig, Standing, StateFile, chain, state_files,
+    ReachedPlanTime, Reading, SiteConfig, Standing, StateFile, chain, joined, state_files,
 };
 use jiff::tz::TimeZone;
 use messages::{ContentHash, ContentId, plan_time};
@@ -423,13 +423,11 @@ impl Decide for SiteFollow {
             let told = shown.map_or(why.clone(), |shown| format!("{why}; {shown}"));
             // A store that cannot be asked for a moment is no error: what is shown stays.
             match is_answer || is_late {
-                true => error = Some(error.map_or(told.clone(), |own| format!("{own}; {told}"))),
-                false => warning = Some(warning.map_or(told.clone(), |own| format!("{own}; {told}"))),
+                true => error = joined(error.into_iter().chain([told])),
+                false => warning = joined(warning.into_iter().chain([told])),
             }
         }
-        let unheard = self.unheard();
-        let warnings: Vec<String> = warning.into_iter().chain(distrust).chain(unheard).collect();
-        Standing { error, warning: (!warnings.is_empty()).then(|| warnings.join("; ")) }
+        Standing { error, warning: joined(warning.into_iter().chain(distrust).chain(self.unheard())) }
     }
 
     fn facts(&self, now: &Now<'_, Self>) -> FollowFacts {

@@ -18,7 +18,7 @@ use bus::{Bus, CheckedSample, topics};
 use daemon::facts::{AlignFacts, AlignmentSummary};
 use daemon::{
     AlignAnswer, AlignRequest, Asked, Committed, CurrentActivity, Decide, Decision, Epochs, Failure, FileText,
-    NewSample, Now, Occasion, SiteConfig, Standing, StateFile, chain, state_files,
+    NewSample, Now, Occasion, SiteConfig, Standing, StateFile, chain, joined, state_files,
 };
 use deviations::AppliedObservations;
 use messages::{Activity, Checked, ContentHash};
@@ -371,9 +371,8 @@ impl Decide for SlamAlign {
         let InForce { job_errors, map_setting, map_error, .. } = &self.in_force;
         let failed = job_errors.iter().next().map(|(kind, why)| format!("{} failed: {why}", kind.name()));
         let warning = map_setting.warning().map(str::to_owned);
-        let warnings: Vec<String> =
-            self.findings.iter().cloned().chain(warning).chain(self.in_force.why_not_effective()).collect();
-        Standing { error: map_error.clone().or(failed), warning: (!warnings.is_empty()).then(|| warnings.join("; ")) }
+        let warnings = self.findings.iter().cloned().chain(warning).chain(self.in_force.why_not_effective());
+        Standing { error: map_error.clone().or(failed), warning: joined(warnings) }
     }
 
     fn facts(&self, now: &Now<'_, Self>) -> AlignFacts {

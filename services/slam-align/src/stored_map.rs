@@ -2,7 +2,7 @@
 
 use crate::robot_map::{RobotMap, RobotMapError};
 use daemon::state_files::SLAM_MAP_COPIES;
-use daemon::{KeptFile, Save};
+use daemon::{KeptFile, Save, joined};
 use messages::ContentHash;
 use occupancy::{MapFileContent, OccupancyMap};
 use serde::{Deserialize, Serialize};
@@ -73,8 +73,7 @@ impl MapStore {
         let text = String::from_utf8(description).map_err(failed)?;
         let map = OccupancyMap::parse(&text, &image).map_err(RobotMapError::from).and_then(RobotMap::of);
         let map = map.map_err(|source| MapStoreError::Damaged { path: path(), source: Box::new(source) })?;
-        let findings: Vec<&str> = files.iter().filter_map(KeptFile::finding).collect();
-        Ok((map, (!findings.is_empty()).then(|| findings.join("; "))))
+        Ok((map, joined(files.iter().filter_map(KeptFile::finding))))
     }
 
     /// Removes all copies but these, and what is left of a failed one.
