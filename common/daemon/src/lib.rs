@@ -109,7 +109,7 @@ mod work_watch;
 
 pub use ask_config::AskConfig;
 pub use caller::Caller;
-pub use client::{Answer, Client, ClientError, OpenRequest, RequestTimeouts, ask};
+pub use client::{Answer, Client, ClientError, OpenRequest, RequestTimeouts, ask, ask_site};
 pub use committed::{Committed, Disk, StateFolder};
 pub use config::{BusConfig, ClockConfig, ConfigError, LogConfig, LogFormat, ScheduleConfig, SiteConfig, WorldConfig};
 pub use config_file::{ConfigFileError, read_parsed};
