@@ -145,7 +145,7 @@ pub use requests::{
     SearchState, ServeRequest, WaypointAnswer, WaypointRequest, WebRequest, checked_rate,
 };
 pub use robot_config::{AlignConfig, NamedRobotConfig, PoseHint, PoseHintError, RobotConfig, WaypointConfig};
-pub use robot_file::{Robot, RobotFileError};
+pub use robot_file::{Robot, RobotTextError};
 pub use robots_config::RobotChoiceError;
 pub use ros_config::{
     FoxgloveConfig, Nav2Config, Nav2Pause, QosConfig, RosConfig, RosOutput, RosServiceMapping, SimTimeConfig,

@@ -128,7 +128,7 @@ mod tests {
         let (home, first, second) = folder();
         assert_eq!(in_force(&opened(&home, &first)), ("first", SettingSource::SiteToml, false));
         let settings = opened(&home, &first);
-        let (_, profile) = Robot::read_with_text(&second).unwrap();
+        let profile = FileText::read_up_to("robot profile", &second, 1_000).unwrap();
         let (settings, saves) = settings.commanded(profile.clone(), 7).unwrap();
         assert_eq!(
             in_force(&opened(&home, &first)),
