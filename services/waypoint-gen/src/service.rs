@@ -1,7 +1,7 @@
 //! The decisions of waypoint-gen: waypoints are planned once per set of maps and options.
 
 use crate::options_setting;
-use bus::{Bus, GridSlot, RawSubscriber, TopicName, topics};
+use bus::{Bus, topics};
 use daemon::facts::WaypointFacts;
 use daemon::{
     Asked, Caller, Committed, CurrentActivity, Decide, Decision, Epochs, Failure, HistoryEvent, HistoryKind,
@@ -9,7 +9,7 @@ use daemon::{
     WaypointAnswer, WaypointOptions, WaypointRequest, state_files,
 };
 use messages::{Activity, Checked, InputHashes, payload};
-use site_view::{SiteSample, SiteSamples, SiteSet, SiteViews};
+use site_view::{SiteReader, SiteSample, SiteSamples, SiteSet, SiteViews};
 use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
@@ -25,7 +25,7 @@ daemon::inputs! {
 pub struct WaypointGen {
     in_force: InForce,
     activity: CurrentActivity,
-    grids: Vec<RawSubscriber>,
+    grids: SiteReader,
     samples: SiteSamples,
     /// Keeps plans of storeys: what it plans depends on its input alone.
     planner: Mutex<MissionPlanner>,
@@ -57,7 +57,7 @@ impl WaypointGen {
         let service = Self {
             in_force,
             activity: activity.clone(),
-            grids: Vec::new(),
+            grids: SiteReader::default(),
             samples: SiteSamples::default(),
             planner: Mutex::default(),
         };
@@ -188,18 +188,12 @@ impl Decide for WaypointGen {
 
     fn attach(&mut self, bus: &Bus) -> Result<(), Failure> {
         self.samples = SiteSamples::default();
-        let slots = GridSlot::all().map(TopicName::Grid);
-        self.grids = slots.map(|slot| bus.raw_subscriber(slot)).collect::<Result<_, _>>()?;
+        self.grids = SiteReader::of_grids(bus)?;
         Ok(())
     }
 
     fn gather(&mut self) -> Result<(), Failure> {
-        for subscriber in &self.grids {
-            if let Some(sample) = subscriber.take()? {
-                SiteSample::check(sample)?.into_iter().for_each(|grid| self.samples.insert(grid));
-            }
-        }
-        Ok(())
+        Ok(self.grids.take(|grid| self.samples.insert(grid))?)
     }
 
     fn decide(&self, occasion: Occasion<'_, WaypointRequest>, _: &Now<'_, Self>) -> Result<Decision<Self>, Failure> {
