@@ -533,3 +533,22 @@ fn documents_name_files_that_exist() {
         }
     }
 }
+
+#[test]
+fn files_of_the_state_folder_are_named_in_one_place() {
+    let openers = ["StateFile::at(", "StateFile::of(", "KeptFile::at(", "Epochs::at(", "state.join("];
+    let products = crates().into_iter().filter(|folder| !folder.starts_with(root().join("tests")));
+    let modules = products.flat_map(|folder| modules(&folder.join("src")));
+    let mut n_openers = 0;
+    for (module, text) in modules.filter(|(module, _)| !module.iter().any(|name| name == "tests")) {
+        let product = text.split("#[cfg(test)]").next().unwrap();
+        for line in product.lines() {
+            let Some(opened) = openers.iter().find_map(|opener| line.split(opener).nth(1)) else { continue };
+            n_openers += 1;
+            let module = module.join("::");
+            let is_named = opened.starts_with('"') || opened.contains(", \"");
+            assert!(!is_named, "{module}: {}: the name belongs in daemon::state_files", line.trim());
+        }
+    }
+    assert!(n_openers > 20, "{n_openers}");
+}

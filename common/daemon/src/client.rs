@@ -1,5 +1,6 @@
 //! Client side of requests: a client of one daemon, which cannot be sent another's requests.
 
+use crate::config::SiteConfig;
 use crate::failure::Failure;
 use crate::progress::Progress;
 use crate::request::Request;
@@ -132,6 +133,21 @@ pub struct RequestTimeouts {
     pub starting: Duration,
     /// For the answer, from the first attempt.
     pub answer: Duration,
+}
+
+/// For a daemon to answer who asks without showing progress; it may just be started again.
+const OF_SITE: RequestTimeouts = RequestTimeouts { starting: Duration::from_secs(5), answer: Duration::from_secs(20) };
+/// Interval between two looks for such an answer.
+const POLL_INTERVAL: Duration = Duration::from_millis(20);
+
+/// Asks a daemon of a site that runs, as a client of it. Each request joins the bus anew: it may have been replaced since the last.
+///
+/// # Errors
+/// The site does not run, the daemon refuses or does not answer within 20 s.
+pub fn ask_site<R: Request>(config: &SiteConfig, request: &R) -> Result<R::Answer, Failure> {
+    let (bus, mut waiter) = Bus::join(&config.domain()?, Daemon::Groundplan)?;
+    let pause = || waiter.wait(POLL_INTERVAL).map(drop).map_err(Into::into);
+    Ok(ask(&bus, request, OF_SITE, |_| {}, pause)?)
 }
 
 /// Sends a request and waits for its answer; `progress` gets its progress, `pause` sleeps between two polls. A request that

@@ -1,4 +1,14 @@
 //! Decisions carried out in one order: disk, bus, in force, history, answer. A step that fails undoes those before it.
+//!
+//! # Where disk or shared memory is full
+//!
+//! - Nothing changes: files and samples of the decision are taken back, and what was in force stays.
+//! - A request is refused, with the bytes that are missing and free.
+//! - What nobody asked for stands in the status, and is decided again at the next look, with each heartbeat; rules whose decisions take
+//!   long wait longer ([`Decide::not_committed`]).
+//! - What may come later than it is in force is [pending](crate::OutputEnd::is_pending), and is published before the next look decides
+//!   anything: the site of `ifc-ingest`, observed progress for `schedule-eval`, all of a new generation of the bus, and what comes back.
+//! - The history loses a line, and the log says so; a heartbeat that finds no room is left out.
 
 use crate::decision::{AnswerTo, Decide, Decision, Now, Occasion, Outputs, PublicationsOf};
 use crate::failure::{Failure, chain};

@@ -122,17 +122,48 @@ impl<D: Decide> Decision<D> {
     }
 }
 
+/// A topic of a daemon, or what else has to follow what is in force.
+pub trait OutputEnd {
+    /// Joins a generation of the bus. What was published last comes again, at once or as soon as there is room.
+    ///
+    /// # Errors
+    /// The bus refuses.
+    fn attach(&mut self, bus: &Bus, epochs: &mut Epochs) -> Result<(), Failure>;
+
+    /// What was published last stays.
+    fn settle(&mut self);
+
+    /// What was there before the last publication comes back, if that is not settled.
+    fn go_back(&mut self, epochs: &mut Epochs);
+
+    /// True while what came last is not published.
+    fn is_pending(&self) -> bool;
+
+    /// Publishes what is pending, if there is a bus.
+    ///
+    /// # Errors
+    /// The epoch cannot be kept, or the bus refuses, for instance because shared memory is full; it stays pending.
+    fn retry(&mut self, epochs: &mut Epochs) -> Result<(), Failure>;
+}
+
 /// The topics of a daemon: what was published last stays until the next is committed, and comes again in every generation of the bus.
 pub trait Outputs<D: Decide + ?Sized>: Send {
     /// What can be published.
     type Publication: Send;
+
+    /// Its ends, in the order in which they are published; none where it does itself what follows.
+    fn ends(&mut self) -> Vec<&mut dyn OutputEnd> {
+        Vec::new()
+    }
 
     /// Opens its ends in a generation of the bus. What was published last comes again: at once, as soon as there is room, or by the
     /// decision that its inputs lead to there.
     ///
     /// # Errors
     /// The bus refuses.
-    fn attach(&mut self, bus: &Bus, epochs: &mut Epochs) -> Result<(), Failure>;
+    fn attach(&mut self, bus: &Bus, epochs: &mut Epochs) -> Result<(), Failure> {
+        self.ends().into_iter().try_for_each(|end| end.attach(bus, epochs))
+    }
 
     /// Publishes.
     ///
@@ -142,16 +173,31 @@ pub trait Outputs<D: Decide + ?Sized>: Send {
     fn publish(&mut self, publication: Self::Publication, decider: &D, epochs: &mut Epochs) -> Result<(), Failure>;
 
     /// All publications of a decision are out: there is no way back from here.
-    fn settle(&mut self);
+    fn settle(&mut self) {
+        for end in self.ends() {
+            end.settle();
+        }
+    }
 
     /// What was published before the decision that failed comes back.
-    fn go_back(&mut self, decider: &D, epochs: &mut Epochs);
+    fn go_back(&mut self, _decider: &D, epochs: &mut Epochs) {
+        for end in self.ends() {
+            end.go_back(epochs);
+        }
+    }
 
     /// Publishes what is pending; true if anything was.
     ///
     /// # Errors
     /// As [`Self::publish`]; it stays pending.
-    fn retry(&mut self, decider: &D, epochs: &mut Epochs) -> Result<bool, Failure>;
+    fn retry(&mut self, _decider: &D, epochs: &mut Epochs) -> Result<bool, Failure> {
+        let mut is_late = false;
+        for end in self.ends() {
+            is_late |= end.is_pending();
+            end.retry(epochs)?;
+        }
+        Ok(is_late)
+    }
 
     /// The last sample of its main topic.
     fn published(&self) -> Published;

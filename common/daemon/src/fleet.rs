@@ -15,9 +15,6 @@ pub const REPORT_INTERVAL_S: u64 = 10;
 /// A robot that told nothing for so long is silent.
 pub const SILENT_AFTER_S: i64 = 3 * REPORT_INTERVAL_S as i64;
 
-/// The document of the fleet in the state folder of a server: it is made anew all the time.
-pub const FLEET_FILE: &str = "fleet.json";
-
 /// So many elements are in the document; how many there are is said beside them.
 pub const MAX_FLEET_ELEMENTS: usize = 2_000;
 

@@ -8,6 +8,7 @@ use crate::caller::Caller;
 use crate::config::SiteConfig;
 use crate::robots_config::robot_states;
 use crate::state::StateError;
+use crate::state_files::HISTORY;
 use bus::RobotName;
 use clap::ValueEnum;
 use jiff::Timestamp;
@@ -163,7 +164,7 @@ pub struct History {
 impl History {
     /// The history in a state folder.
     pub fn at(state: &Path) -> Self {
-        Self { folder: state.join("history") }
+        Self { folder: state.join(HISTORY) }
     }
 
     /// Appends an event; it is on disk when this returns.

@@ -5,14 +5,12 @@
 
 use crate::replaced_file::folder_of;
 use crate::sealed_file::{Sealed, read_sealed, remove_sealed, sealed_path, write_sealed};
+use crate::state_files::RECORDS;
 use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 use tracing::warn;
-
-/// Folder of the records in the state folder.
-const RECORDS: &str = "kept";
 
 /// A file of the state folder.
 #[derive(Debug, Clone)]
@@ -86,7 +84,7 @@ impl KeptFile {
             }
             Sealed::Nothing => found(None, None, true),
             Sealed::Intact(content) => found(Some(content), None, true),
-            Sealed::Unfinished(content) | Sealed::OfEarlierVersion(content) => found(Some(content), None, false),
+            Sealed::Unfinished(content) | Sealed::Unsealed(content) => found(Some(content), None, false),
             Sealed::Mended(content, finding) => found(Some(content), Some(finding), false),
             Sealed::Damaged(why) => Err(io::Error::new(io::ErrorKind::InvalidData, why)),
         }
@@ -187,7 +185,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_of_an_earlier_version_is_recorded_when_it_is_loaded() {
+    fn a_file_that_was_put_there_is_recorded_when_it_is_loaded() {
         let state = tempfile::tempdir().unwrap();
         let file = || KeptFile::at(state.path(), "date.json");
         fs::write(file().path(), "old").unwrap();

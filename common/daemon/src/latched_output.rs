@@ -1,7 +1,7 @@
 //! The output of a service on a latched topic: what was published last comes again in every generation of the bus, and after a
 //! full memory; what was published before comes again where a decision fails.
 
-use crate::decision::{Decide, Outputs};
+use crate::decision::{Decide, OutputEnd, Outputs};
 use crate::failure::Failure;
 use crate::request::Published;
 use crate::state::Epochs;
@@ -57,22 +57,6 @@ impl<T: Topic> LatchedOutput<T> {
         Self { topic, bus: None, publisher: None, last: None, is_pending: false, before: None }
     }
 
-    /// Joins a generation of the bus, and brings it what was published last; what cannot be published is pending.
-    ///
-    /// # Errors
-    /// A topic that cannot be opened.
-    pub fn attach(&mut self, bus: &Bus, epochs: &mut Epochs) -> Result<(), Failure> {
-        // The end of the earlier generation first: there is one publisher.
-        self.publisher = None;
-        self.bus = Some(bus.clone());
-        self.open()?;
-        self.is_pending = self.last.is_some();
-        if let Err(why) = self.retry(epochs) {
-            warn!(error = crate::chain(why.as_ref()), "what was published last has no room yet");
-        }
-        Ok(())
-    }
-
     /// Opens the end of the topic, if there is a bus and it is not open.
     fn open(&mut self) -> Result<(), Failure> {
         if let (Some(bus), None) = (&self.bus, &self.publisher) {
@@ -88,10 +72,10 @@ impl<T: Topic> LatchedOutput<T> {
     }
 
     /// Publishes an archive under the next epoch; before the bus is there it waits for it. The one before can
-    /// [come back](Self::go_back) until this one is [settled](Self::settle).
+    /// [come back](OutputEnd::go_back) until this one is [settled](OutputEnd::settle).
     ///
     /// # Errors
-    /// As [`Self::retry`]. The archive is pending.
+    /// As [`OutputEnd::retry`]. The archive is pending.
     pub fn publish(&mut self, epochs: &mut Epochs, sample: NewSample<T>) -> Result<(), Failure> {
         let NewSample { archive, frame_epoch, inputs } = sample;
         let last = self.last.replace(Last { archive, epoch: None, frame_epoch, inputs });
@@ -108,51 +92,6 @@ impl<T: Topic> LatchedOutput<T> {
         let published = self.publish(epochs, sample);
         self.settle();
         published
-    }
-
-    /// What was published last stays.
-    pub fn settle(&mut self) {
-        self.before = None;
-    }
-
-    /// What was there before the last sample comes back, if that is not settled: on the bus under another epoch where the bus has
-    /// the last sample, at once or as soon as there is room.
-    pub fn go_back(&mut self, epochs: &mut Epochs) {
-        let Some(before) = self.before.take() else { return };
-        let is_on_bus = !self.is_pending;
-        (self.last, self.is_pending) = (before.last, before.is_pending);
-        if let Some(last) = self.last.as_mut().filter(|_| is_on_bus) {
-            (last.epoch, self.is_pending) = (None, true);
-            if let Err(why) = self.retry(epochs) {
-                warn!(error = crate::chain(why.as_ref()), "what was published before has no room yet");
-            }
-        }
-    }
-
-    /// Publishes what is pending, if there is a bus.
-    ///
-    /// # Errors
-    /// The epoch cannot be kept, or the bus refuses, for instance because shared memory is full; it stays pending.
-    pub fn retry(&mut self, epochs: &mut Epochs) -> Result<(), Failure> {
-        if self.is_pending {
-            self.open()?;
-        }
-        let Some(last) = self.last.as_mut().filter(|_| self.is_pending) else { return Ok(()) };
-        let epoch = match last.epoch {
-            Some(epoch) => epoch,
-            None => *last.epoch.insert(epochs.take()?),
-        };
-        if let Some(publisher) = &self.publisher {
-            let origin = Origin { epoch, frame_epoch: last.frame_epoch, inputs: last.inputs };
-            publisher.publish_copy(last.archive.bytes().bytes(), origin)?;
-            self.is_pending = false;
-        }
-        Ok(())
-    }
-
-    /// True while what came last is not published.
-    pub fn is_pending(&self) -> bool {
-        self.is_pending
     }
 
     /// What came last.
@@ -181,33 +120,74 @@ impl<T: Topic> LatchedOutput<T> {
     }
 }
 
-/// The output of a daemon with one topic.
-impl<D: Decide + ?Sized, T: Topic> Outputs<D> for LatchedOutput<T> {
-    type Publication = NewSample<T>;
-
+impl<T: Topic> OutputEnd for LatchedOutput<T> {
     fn attach(&mut self, bus: &Bus, epochs: &mut Epochs) -> Result<(), Failure> {
-        self.attach(bus, epochs)
-    }
-
-    fn publish(&mut self, sample: NewSample<T>, _: &D, epochs: &mut Epochs) -> Result<(), Failure> {
-        self.publish(epochs, sample)
+        // The end of the earlier generation first: there is one publisher.
+        self.publisher = None;
+        self.bus = Some(bus.clone());
+        self.open()?;
+        self.is_pending = self.last.is_some();
+        if let Err(why) = self.retry(epochs) {
+            warn!(error = crate::chain(why.as_ref()), "what was published last has no room yet");
+        }
+        Ok(())
     }
 
     fn settle(&mut self) {
-        self.settle();
+        self.before = None;
     }
 
-    fn go_back(&mut self, _: &D, epochs: &mut Epochs) {
-        self.go_back(epochs);
+    /// On the bus it comes under another epoch where the bus has the last sample.
+    fn go_back(&mut self, epochs: &mut Epochs) {
+        let Some(before) = self.before.take() else { return };
+        let is_on_bus = !self.is_pending;
+        (self.last, self.is_pending) = (before.last, before.is_pending);
+        if let Some(last) = self.last.as_mut().filter(|_| is_on_bus) {
+            (last.epoch, self.is_pending) = (None, true);
+            if let Err(why) = self.retry(epochs) {
+                warn!(error = crate::chain(why.as_ref()), "what was published before has no room yet");
+            }
+        }
     }
 
-    fn retry(&mut self, _: &D, epochs: &mut Epochs) -> Result<bool, Failure> {
-        let is_late = self.is_pending();
-        self.retry(epochs).map(|()| is_late)
+    fn is_pending(&self) -> bool {
+        self.is_pending
+    }
+
+    fn retry(&mut self, epochs: &mut Epochs) -> Result<(), Failure> {
+        if self.is_pending {
+            self.open()?;
+        }
+        let Some(last) = self.last.as_mut().filter(|_| self.is_pending) else { return Ok(()) };
+        let epoch = match last.epoch {
+            Some(epoch) => epoch,
+            None => *last.epoch.insert(epochs.take()?),
+        };
+        if let Some(publisher) = &self.publisher {
+            let origin = Origin { epoch, frame_epoch: last.frame_epoch, inputs: last.inputs };
+            publisher.publish_copy(last.archive.bytes().bytes(), origin)?;
+            self.is_pending = false;
+        }
+        Ok(())
+    }
+}
+
+/// The output of a daemon with one topic.
+pub struct OneTopic<T: Topic>(pub LatchedOutput<T>);
+
+impl<D: Decide + ?Sized, T: Topic> Outputs<D> for OneTopic<T> {
+    type Publication = NewSample<T>;
+
+    fn ends(&mut self) -> Vec<&mut dyn OutputEnd> {
+        vec![&mut self.0]
+    }
+
+    fn publish(&mut self, sample: NewSample<T>, _: &D, epochs: &mut Epochs) -> Result<(), Failure> {
+        self.0.publish(epochs, sample)
     }
 
     fn published(&self) -> Published {
-        self.published()
+        self.0.published()
     }
 }
 

@@ -18,6 +18,12 @@
 //! that are no request of a daemon get an error that names it. While a service works on a request it reports what it does
 //! and the share that is done ([`Reporter`]); the loop sends that to the client, and a client that has left changes nothing.
 //!
+//! # State
+//!
+//! Every 1.x reads the state that an earlier 1.x wrote: files gain fields with defaults, and lose none. A state folder has the version that
+//! wrote it ([`claim_state`]); an earlier version and another major version refuse it and leave it as it is. A file with fields
+//! that this version does not know is refused by its name ([`StateError::Damaged`]), and never replaced unless it can be made anew.
+//!
 //! # A site
 //!
 //! A site has a file like `config/site.toml`: `groundplan up --config site.toml` starts and supervises its daemons, which
@@ -88,12 +94,14 @@ mod service_thread;
 mod setting;
 mod site_process;
 mod state;
+pub mod state_files;
 mod state_version;
 mod status_board;
 mod stop;
 mod systemd;
 #[cfg(test)]
 mod testing;
+mod watched;
 mod waypoint_options;
 mod web_config;
 mod whole_files;
@@ -101,24 +109,24 @@ mod work_watch;
 
 pub use ask_config::AskConfig;
 pub use caller::Caller;
-pub use client::{Answer, Client, ClientError, OpenRequest, RequestTimeouts, ask};
+pub use client::{Answer, Client, ClientError, OpenRequest, RequestTimeouts, ask, ask_site};
 pub use committed::{Committed, Disk, StateFolder};
 pub use config::{BusConfig, ClockConfig, ConfigError, LogConfig, LogFormat, ScheduleConfig, SiteConfig, WorldConfig};
 pub use config_file::{ConfigFileError, read_parsed};
 pub use config_key::line_of_key;
-pub use decision::{AnswerOnce, AnswerTo, Decide, Decision, Now, Occasion, Outputs};
-pub use failure::{Failure, chain};
+pub use decision::{AnswerOnce, AnswerTo, Decide, Decision, Now, Occasion, OutputEnd, Outputs};
+pub use failure::{Failure, chain, joined};
 pub use file_text::FileText;
 pub use fleet::{
-    AbsentByRobot, DaemonReport, ElementObservation, FLEET_FILE, FleetDocument, FleetElement, FleetRobot,
-    MAX_FLEET_ELEMENTS, Observations, REPORT_INTERVAL_S, ReportAnswer, RobotPlace, RobotReport, RobotState,
-    SILENT_AFTER_S, ToldAbsence, ToldByRobot, ToldObservation, fleet_elements,
+    AbsentByRobot, DaemonReport, ElementObservation, FleetDocument, FleetElement, FleetRobot, MAX_FLEET_ELEMENTS,
+    Observations, REPORT_INTERVAL_S, ReportAnswer, RobotPlace, RobotReport, RobotState, SILENT_AFTER_S, ToldAbsence,
+    ToldByRobot, ToldObservation, fleet_elements,
 };
 pub use history::{History, HistoryEntry, HistoryEvent, HistoryKind, SiteHistory, parse_history};
 pub use input::{Input, NoInput, not_an_input};
 pub use kept_file::KeptFile;
 pub use known_places::{KnownPlaces, PointInRoom};
-pub use latched_output::{LatchedOutput, NewSample};
+pub use latched_output::{LatchedOutput, NewSample, OneTopic};
 pub use log::{Log, LogError};
 pub use machine_time::{Clock, MachineClock, MachineTime};
 pub use map_reports::{hear_daemons, next_state, schedule_report};
@@ -137,7 +145,7 @@ pub use requests::{
     SearchState, ServeRequest, WaypointAnswer, WaypointRequest, WebRequest, checked_rate,
 };
 pub use robot_config::{AlignConfig, NamedRobotConfig, PoseHint, PoseHintError, RobotConfig, WaypointConfig};
-pub use robot_file::{Robot, RobotFileError};
+pub use robot_file::{Robot, RobotTextError};
 pub use robots_config::RobotChoiceError;
 pub use ros_config::{
     FoxgloveConfig, Nav2Config, Nav2Pause, QosConfig, RosConfig, RosOutput, RosServiceMapping, SimTimeConfig,
@@ -154,15 +162,14 @@ pub use server_config::{
     UNNAMED_ROBOT,
 };
 pub use service::{AnswerOf, Asked, CurrentActivity, Done, Event, Service, Standing};
-pub use setting::{
-    Configured, KeptSetting, OlderSetting, Setting, SettingInForce, SettingKey, SettingSource, check_setting,
-};
+pub use setting::{Configured, KeptSetting, Setting, SettingInForce, SettingKey, SettingSource, check_setting};
 pub use site_process::SiteProcess;
 pub use state::{Epochs, StateError, StateFile};
 pub use state_version::{StateVersionError, claim_state};
 pub use status_board::{OutputStamp, Report, StatusBoard};
 pub use stop::{ReloadSignal, StopSignal};
 pub use systemd::{alive, ready, stopping};
+pub use watched::Watched;
 pub use waypoint_options::WaypointOptions;
 pub use web_config::WebConfig;
 pub use whole_files::{FileStamp, FileWatch, WholeFiles, stamps_of};

@@ -10,10 +10,8 @@ pub struct MachineTime {
     /// What the clock says, milliseconds since 1970 in UTC.
     pub wall_ms: i64,
     /// Time since the boot, that of suspension included, in milliseconds.
-    #[serde(default)]
     pub since_boot_ms: i64,
     /// Which boot; `None` if the system does not tell.
-    #[serde(default)]
     pub boot: Option<u64>,
 }
 

@@ -5,15 +5,13 @@
 
 use crate::kept_file::KeptFile;
 use crate::save::Save;
+use crate::state_files::OBSERVED_BY_ROBOTS;
 use bus::RobotName;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::io;
 use std::path::Path;
-
-/// The tables in the state folder of a site.
-const FILE: &str = "observed-robots.json";
 
 /// Observed progress by robot.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -64,7 +62,7 @@ impl ObservedTables {
     /// # Errors
     /// A file that cannot be read, or holds something else.
     pub fn load(state: &Path, robots: &[RobotName]) -> io::Result<Self> {
-        let Some(bytes) = KeptFile::at(state, FILE).look()?.content else { return Ok(Self::default()) };
+        let Some(bytes) = KeptFile::at(state, OBSERVED_BY_ROBOTS).look()?.content else { return Ok(Self::default()) };
         let mut tables: Self = serde_json::from_slice(&bytes)?;
         tables.robots.retain(|name, _| robots.iter().any(|robot| robot.as_str() == name));
         Ok(tables)
@@ -124,13 +122,13 @@ impl ObservedTables {
     /// # Errors
     /// They are none of JSON, which they always are.
     pub fn saving(&self, state: &Path) -> io::Result<Save> {
-        Ok(KeptFile::at(state, FILE).saving(serde_json::to_vec(self)?))
+        Ok(KeptFile::at(state, OBSERVED_BY_ROBOTS).saving(serde_json::to_vec(self)?))
     }
 }
 
 /// The file of the tables, to be mended.
 pub(crate) fn observed_tables_file(state: &Path) -> KeptFile {
-    KeptFile::at(state, FILE)
+    KeptFile::at(state, OBSERVED_BY_ROBOTS)
 }
 
 #[cfg(test)]

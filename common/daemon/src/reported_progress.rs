@@ -4,19 +4,17 @@
 //! to write another one, to take back is to remove the last: a death at any moment leaves one or the other. Each is kept twice,
 //! so that none is lost by the damage or the removal of a file.
 
+use crate::failure::joined;
 use crate::kept_file::{KeptFile, records};
 use crate::save::Save;
 use crate::sealed_file::sealed_content;
+use crate::state_files::PROGRESS;
 use sha2::{Digest, Sha256};
 use std::collections::BTreeSet;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// Folder of the tables in the state folder.
-const FOLDER: &str = "progress";
-/// The table of earlier versions, in the state folder.
-const OLDER_TABLE: &str = "actuals.csv";
 /// Tables that are kept.
 const MAX_TABLES: usize = 20;
 
@@ -25,13 +23,12 @@ const MAX_TABLES: usize = 20;
 pub struct ReportedProgress {
     state: PathBuf,
     folder: PathBuf,
-    older: PathBuf,
 }
 
 impl ReportedProgress {
     /// Those in a state folder; nothing is made.
     pub fn at(state: &Path) -> Self {
-        Self { state: state.to_owned(), folder: state.join(FOLDER), older: state.join(OLDER_TABLE) }
+        Self { state: state.to_owned(), folder: state.join(PROGRESS) }
     }
 
     /// The table in force, and the one before it; the first is missing if nothing was ever reported, the second if nothing
@@ -41,11 +38,7 @@ impl ReportedProgress {
     /// The file system refuses.
     pub fn tables(&self) -> io::Result<[Option<PathBuf>; 2]> {
         let mut tables = self.numbered()?.into_iter().map(|(_, path)| path).rev();
-        match [tables.next(), tables.next()] {
-            // There is no folder of tables before the first report to this version.
-            [None, _] => Ok([Some(self.older.clone()).filter(|older| older.is_file()), None]),
-            two => Ok(two),
-        }
+        Ok([tables.next(), tables.next()])
     }
 
     /// What tells a table from others: its number, and the first eight bytes of the sha256 of its content in hex.
@@ -63,19 +56,18 @@ impl ReportedProgress {
         sealed_content(table)
     }
 
-    /// Makes the folder, takes over the table of an earlier version, and mends tables that were damaged or removed; for the daemon that
-    /// writes them, at its start. The answer is what an operator should know, which is logged too.
+    /// Makes the folder, and mends tables that were damaged or removed; for the daemon that writes them, at its start. The answer is
+    /// what an operator should know, which is logged too.
     ///
     /// # Errors
     /// The file system refuses.
     pub(crate) fn mend(&self) -> io::Result<Option<String>> {
-        self.take_over_older()?;
-        let recorded = numbers_in(&records(&self.state).join(FOLDER))?;
+        fs::create_dir_all(&self.folder)?;
+        let recorded = numbers_in(&records(&self.state).join(PROGRESS))?;
         let numbers: BTreeSet<u64> = recorded.into_iter().chain(numbers_in(&self.folder)?).collect();
         let findings: Vec<Option<String>> =
             numbers.into_iter().map(|number| mended(&self.table(number))).collect::<io::Result<_>>()?;
-        let findings: Vec<String> = findings.into_iter().flatten().collect();
-        Ok((!findings.is_empty()).then(|| findings.join("; ")))
+        Ok(joined(findings.into_iter().flatten()))
     }
 
     /// What puts this table in force: another file, and the removal of the oldest beyond those that are kept; nothing if its content
@@ -105,17 +97,8 @@ impl ReportedProgress {
         Ok(numbers_in(&self.folder)?.last().map(|number| self.table(*number).removing()))
     }
 
-    /// The table of an earlier version is the first one.
-    fn take_over_older(&self) -> io::Result<()> {
-        fs::create_dir_all(&self.folder)?;
-        if self.older.is_file() {
-            fs::rename(&self.older, self.path(0))?;
-        }
-        Ok(())
-    }
-
     fn table(&self, number: u64) -> KeptFile {
-        KeptFile::at(&self.state, format!("{FOLDER}/{}", name_of(number)))
+        KeptFile::at(&self.state, format!("{PROGRESS}/{}", name_of(number)))
     }
 
     fn path(&self, number: u64) -> PathBuf {
@@ -261,21 +244,5 @@ mod tests {
         }
         assert_eq!(progress.numbered().unwrap().len(), MAX_TABLES);
         assert_eq!(texts(&progress)[0], Some((MAX_TABLES + 2).to_string()));
-    }
-
-    #[test]
-    fn the_table_of_an_earlier_version_is_in_force_and_can_be_gone_back_to() {
-        let state = tempfile::tempdir().unwrap();
-        fs::write(state.path().join(OLDER_TABLE), "old").unwrap();
-        let progress = ReportedProgress::at(state.path());
-        assert_eq!(texts(&progress), two(Some("old"), None), "for who reads it before the daemon starts");
-        progress.mend().unwrap();
-        assert_eq!(texts(&progress), two(Some("old"), None));
-        add(&progress, "new");
-        assert_eq!(texts(&progress), two(Some("new"), Some("old")));
-        take_back(&progress);
-        assert_eq!(texts(&progress), two(Some("old"), None));
-        take_back(&progress);
-        assert_eq!(texts(&progress), [None, None]);
     }
 }

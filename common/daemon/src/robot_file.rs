@@ -1,12 +1,14 @@
 //! Reads robot profiles from TOML.
 
-use crate::failure::Failure;
+use crate::config_file::{ConfigFileError, read_parsed};
 use crate::file_text::FileText;
 use crate::setting::Configured;
-use input_files::{MAX_CONFIGURATION_BYTES, read_regular_text};
 use messages::{DoorCapability, Grids, RobotProfile, SafetyKind, SafetyRules, SafetySubject};
 use serde::Deserialize;
-use std::path::{Path, PathBuf};
+use std::path::Path;
+
+/// What a profile configures, for errors.
+const WHAT: &str = "robot profile";
 
 /// A robot: what the stages use, and what is passed on to files.
 #[derive(Debug, Clone, PartialEq)]
@@ -21,33 +23,15 @@ pub struct Robot {
     pub safety: SafetyRules,
 }
 
-/// A file that is no robot profile.
+/// A text that is no robot profile.
 #[derive(Debug, thiserror::Error)]
-pub enum RobotFileError {
-    /// The file cannot be read.
-    #[error("robot profile {} cannot be read", path.display())]
-    Io {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        source: std::io::Error,
-    },
-    /// Not TOML, an unknown key, or a value of the wrong type: the source has line and column.
-    #[error("robot profile {}", path.display())]
-    Toml {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        source: Box<toml::de::Error>,
-    },
-    /// A value out of range.
-    #[error("robot profile {}: {what}", path.display())]
-    Value {
-        /// The file.
-        path: PathBuf,
-        /// Which value and what it may be.
-        what: String,
-    },
+pub enum RobotTextError {
+    /// Not TOML, an unknown key, or a value of the wrong type: with line and column.
+    #[error(transparent)]
+    Toml(#[from] Box<toml::de::Error>),
+    /// A value that no robot has, and what it may be.
+    #[error("{0}")]
+    Value(String),
 }
 
 /// The file's keys; see `config/robots/default.toml`.
@@ -112,42 +96,30 @@ impl Robot {
     ///
     /// # Errors
     /// A file that cannot be read, is no TOML of these keys, or has a value that no robot has.
-    pub fn read(path: &Path) -> Result<Self, RobotFileError> {
-        Self::read_with_text(path).map(|(robot, _)| robot)
-    }
-
-    /// Reads a profile, with the content of the file for those who keep it.
-    ///
-    /// # Errors
-    /// As [`Self::read`].
-    pub fn read_with_text(path: &Path) -> Result<(Self, FileText), RobotFileError> {
-        let text = read_regular_text(path, MAX_CONFIGURATION_BYTES)
-            .map_err(|source| RobotFileError::Io { path: path.to_owned(), source })?;
-        Ok((Self::parse(&text, path)?, FileText { path: path.to_owned(), text }))
+    pub fn read(path: &Path) -> Result<Self, ConfigFileError> {
+        read_parsed(WHAT, path, Self::parse)
     }
 
     /// What `robot.profile` of `site.toml` says.
     pub fn configured(path: Option<&Path>) -> Configured<Option<FileText>> {
-        let read = |path| Self::read_with_text(path).map(|(_, file)| file);
-        Configured { file: path.map(Path::to_owned), value: path.map(read).transpose().map_err(Failure::from) }
+        FileText::configured(WHAT, path, Self::parse)
     }
 
     /// The robot of a profile that was kept; without one, the default robot.
     ///
     /// # Errors
     /// Content that is none of this version's profiles.
-    pub fn of(profile: Option<&FileText>) -> Result<Self, RobotFileError> {
-        profile.map_or_else(|| Ok(Self::default()), |file| Self::parse(&file.text, &file.path))
+    pub fn of(profile: Option<&FileText>) -> Result<Self, ConfigFileError> {
+        profile.map_or_else(|| Ok(Self::default()), |file| file.parse(WHAT, Self::parse))
     }
 
-    /// The robot that a text says; `path` is the file that errors name.
+    /// The robot that a text says.
     ///
     /// # Errors
     /// No TOML of these keys, or a value that no robot has.
-    pub fn parse(text: &str, path: &Path) -> Result<Self, RobotFileError> {
-        let parsed: RobotToml = toml::from_str(text)
-            .map_err(|source| RobotFileError::Toml { path: path.to_owned(), source: Box::new(source) })?;
-        parsed.into_robot().map_err(|what| RobotFileError::Value { path: path.to_owned(), what })
+    pub fn parse(text: &str) -> Result<Self, RobotTextError> {
+        let parsed: RobotToml = toml::from_str(text).map_err(Box::new)?;
+        parsed.into_robot().map_err(RobotTextError::Value)
     }
 }
 

@@ -2,14 +2,9 @@
 
 use crate::config::SiteConfig;
 use crate::robot_config::{NamedRobotConfig, RobotConfig};
+use crate::state_files::{GRID_EPOCHS, ROBOTS};
 use bus::{RobotName, names_of_robots};
 use std::path::{Path, PathBuf};
-
-/// Folder of the robots in the state folder of a site.
-const FOLDER: &str = "robots";
-
-/// The state of a robot without a name, by the file that its rasterize writes first.
-const UNNAMED_STATE: &str = "rasterize-epochs.json";
 
 /// A robot that is not named, or that there is not.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -72,7 +67,7 @@ impl SiteConfig {
                 .ok_or_else(|| RobotChoiceError::Unknown { robot: name, robots: robots() })?,
         };
         let NamedRobotConfig { name, profile, resolution_m, waypoints, align, ros } = robot.clone();
-        let state = self.site_state.join(FOLDER).join(name.as_str());
+        let state = self.site_state.join(ROBOTS).join(name.as_str());
         let robot = RobotConfig { profile, resolution_m };
         Ok(Self { robot_name: Some(name), state, robot, waypoints, align, ros, ..self.clone() })
     }
@@ -90,18 +85,18 @@ impl SiteConfig {
     pub fn unused_robot_state(&self) -> Vec<String> {
         let mut found = Vec::new();
         let shown = self.site_state.display();
-        if !self.robots.is_empty() && self.site_state.join(UNNAMED_STATE).exists() {
+        if !self.robots.is_empty() && self.site_state.join(GRID_EPOCHS).exists() {
             found.push(format!(
                 "the state of the robot without a name, of before [[robots]], stays in {shown} and is not used"
             ));
         }
-        let folders = std::fs::read_dir(self.site_state.join(FOLDER)).into_iter().flatten().flatten();
+        let folders = std::fs::read_dir(self.site_state.join(ROBOTS)).into_iter().flatten().flatten();
         let mut names: Vec<RobotName> =
             folders.filter_map(|folder| folder.file_name().to_str()?.parse().ok()).collect();
         names.sort_unstable();
         names.retain(|name| self.robots.iter().all(|robot| robot.name != *name));
         found.extend(names.into_iter().map(|name| {
-            format!("the state of the robot {name}, which the site does not have, stays in {shown}/{FOLDER}/{name} and is not used")
+            format!("the state of the robot {name}, which the site does not have, stays in {shown}/{ROBOTS}/{name} and is not used")
         }));
         found
     }
@@ -109,7 +104,7 @@ impl SiteConfig {
 
 /// The state folder of a robot in that of its site.
 pub(crate) fn robot_states(site_state: &Path, robots: &[RobotName]) -> Vec<(RobotName, PathBuf)> {
-    robots.iter().map(|name| (*name, site_state.join(FOLDER).join(name.as_str()))).collect()
+    robots.iter().map(|name| (*name, site_state.join(ROBOTS).join(name.as_str()))).collect()
 }
 
 #[cfg(test)]

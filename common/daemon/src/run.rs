@@ -110,7 +110,7 @@ fn own_config(daemon: Daemon, site: &SiteConfig, robot: Option<RobotName>) -> Re
 fn exit_code_of_start(why: &Failure) -> ExitCode {
     let of_version = why.downcast_ref().and_then(|why| match why {
         StateVersionError::State(why) => Some(why),
-        StateVersionError::Newer { .. } => None,
+        StateVersionError::Newer { .. } | StateVersionError::OtherLayout { .. } => None,
     });
     match why.downcast_ref().or(of_version) {
         Some(StateError::Io { .. }) => ExitCode::FAILURE,

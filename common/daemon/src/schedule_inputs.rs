@@ -3,7 +3,7 @@
 
 use crate::config::SiteConfig;
 use crate::config_file::ConfigFileError;
-use crate::failure::Failure;
+use crate::failure::{Failure, joined};
 use crate::file_text::FileText;
 use crate::kept_file::KeptFile;
 use crate::observed_tables::{ObservedTables, observed_tables_file};
@@ -11,6 +11,7 @@ use crate::reported_progress::{ReportedProgress, mended};
 use crate::save::Save;
 use crate::sealed_file::sealed_content;
 use crate::setting::{SettingKey, would_be_in_force};
+use crate::state_files::OBSERVED;
 use input_files::read_regular_file;
 use std::error::Error;
 use std::io;
@@ -33,12 +34,9 @@ pub fn rules_in_force<R: Default, E: Error + Send + Sync + 'static>(
     kept.value().as_ref().map_or_else(|| Ok(R::default()), |file| Ok(file.parse("rules", &parse)?))
 }
 
-/// The table of observed progress in the state folder of a site; one that is not there is empty.
-const OBSERVED_TABLE: &str = "observed.csv";
-
 /// A table of observed progress, to be saved.
 pub fn saving_observed(state: &Path, table: Vec<u8>) -> Save {
-    KeptFile::at(state, OBSERVED_TABLE).saving(table)
+    KeptFile::at(state, OBSERVED).saving(table)
 }
 
 /// Mends tables of progress that were damaged or removed, reported and observed; for the daemon that writes them, at its start. The
@@ -49,12 +47,10 @@ pub fn saving_observed(state: &Path, table: Vec<u8>) -> Save {
 pub fn mend_progress(config: &SiteConfig) -> io::Result<Option<String>> {
     let state = &config.site_state;
     let observed = match config.observers().is_empty() {
-        true => KeptFile::at(state, OBSERVED_TABLE),
+        true => KeptFile::at(state, OBSERVED),
         false => observed_tables_file(state),
     };
-    let findings = [ReportedProgress::at(state).mend()?, mended(&observed)?];
-    let findings: Vec<String> = findings.into_iter().flatten().collect();
-    Ok((!findings.is_empty()).then(|| findings.join("; ")))
+    Ok(joined([ReportedProgress::at(state).mend()?, mended(&observed)?].into_iter().flatten()))
 }
 
 /// Bytes of a table of progress.
@@ -76,8 +72,6 @@ pub fn progress_in_force<A, E: Error + Send + Sync + 'static>(
     let state = &config.site_state;
     let read = |path: PathBuf| {
         let bytes = match sealed_content(&path) {
-            // Earlier versions wrote no columns where nothing was reported.
-            Ok(bytes) if bytes.is_empty() => return Ok(Vec::new()),
             Ok(bytes) => bytes,
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
             Err(source) => return Err(ConfigFileError::Io { what: "progress", path, source }),
@@ -89,7 +83,7 @@ pub fn progress_in_force<A, E: Error + Send + Sync + 'static>(
     let reported = reported.map_or_else(|| Ok(Vec::new()), read)?;
     let observers = config.observers();
     if observers.is_empty() {
-        return Ok([reported, read(state.join(OBSERVED_TABLE))?]);
+        return Ok([reported, read(state.join(OBSERVED))?]);
     }
     let (what, path) = ("observed progress", observed_tables_file(state).path());
     let tables = ObservedTables::load(state, &observers);

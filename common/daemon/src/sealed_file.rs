@@ -1,7 +1,7 @@
 //! Files that are kept twice: as people and programs read them, and sealed beside with a hash.
 //!
 //! The sealed file is `NAME.sealed`: a line with the SHA-256 of the content, and the content. What it says counts. Any damage of
-//! one of the two files, also its removal, is mended from the other. A file without a sealed one is of an earlier version.
+//! one of the two files, also its removal, is mended from the other. A file without a sealed one, as of a backup, counts as it is.
 //!
 //! The next sealed file is written first, as `NAME.next`; then the open one is replaced, and `NAME.next` becomes the sealed one.
 //! An open file that is as `NAME.next` says was not changed by anybody: its writer died between the two.
@@ -22,8 +22,8 @@ pub(crate) enum Sealed {
     Intact(Vec<u8>),
     /// The content of a writer that died before it was sealed.
     Unfinished(Vec<u8>),
-    /// The content, as an earlier version wrote it: there is no sealed file.
-    OfEarlierVersion(Vec<u8>),
+    /// The content, of which there is no sealed file: somebody has put it there.
+    Unsealed(Vec<u8>),
     /// The content of the file that is intact, and a sentence about the other.
     Mended(Vec<u8>, String),
     /// Neither is known to be intact; why, in a sentence.
@@ -78,7 +78,7 @@ impl Files {
     fn sealed(&self, path: &Path) -> Sealed {
         let (line, content) = match (&self.open, &self.sealed) {
             (None, None) => return Sealed::Nothing,
-            (Some(open), None) if !self.is_next(open) => return Sealed::OfEarlierVersion(open.clone()),
+            (Some(open), None) if !self.is_next(open) => return Sealed::Unsealed(open.clone()),
             (_, sealed) => split(sealed.as_deref().unwrap_or_default()),
         };
         let is_sealed = |content: &[u8]| hash_line(content).as_bytes() == line;
@@ -113,7 +113,7 @@ pub(crate) fn sealed_content(path: &Path) -> io::Result<Vec<u8>> {
         Sealed::Nothing => Err(io::ErrorKind::NotFound.into()),
         Sealed::Intact(content)
         | Sealed::Unfinished(content)
-        | Sealed::OfEarlierVersion(content)
+        | Sealed::Unsealed(content)
         | Sealed::Mended(content, _) => Ok(content),
         Sealed::Damaged(why) => Err(io::Error::new(io::ErrorKind::InvalidData, why)),
     }
@@ -201,12 +201,12 @@ mod tests {
     }
 
     #[test]
-    fn a_removed_file_comes_back_and_that_of_an_earlier_version_counts() {
+    fn a_removed_file_comes_back_and_one_that_is_put_there_counts() {
         let home = tempfile::tempdir().unwrap();
         let path = home.path().join("date.json");
         assert_eq!(read_sealed(&path).unwrap(), Sealed::Nothing);
         fs::write(&path, "old").unwrap();
-        assert_eq!(read_sealed(&path).unwrap(), Sealed::OfEarlierVersion(b"old".to_vec()));
+        assert_eq!(read_sealed(&path).unwrap(), Sealed::Unsealed(b"old".to_vec()));
         write_sealed(&path, b"new").unwrap();
         fs::remove_file(&path).unwrap();
         let Sealed::Mended(content, why) = read_sealed(&path).unwrap() else { panic!() };

@@ -1,6 +1,6 @@
 //! Reports of a daemon about itself: the heartbeat on the bus, the report on the status board, the watchdog of systemd.
 
-use crate::failure::Failure;
+use crate::failure::{Failure, joined};
 use crate::service::{CurrentActivity, Standing};
 use crate::site_process::SiteProcess;
 use crate::status_board::{BoardEntry, OutputStamp, Report};
@@ -199,7 +199,7 @@ impl SelfReport {
                 texts.push(text);
             }
         }
-        (!texts.is_empty()).then(|| texts.join("; "))
+        joined(texts)
     }
 }
 

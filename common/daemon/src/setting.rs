@@ -7,18 +7,16 @@
 //! A value is kept whole, not as the name of a file: a file that is removed or spoilt later changes nothing, and is told as
 //! a warning.
 
-use crate::failure::{Failure, chain};
+use crate::failure::{Failure, chain, joined};
 use crate::save::Save;
 use crate::state::{StateError, StateFile};
+use crate::state_files::SETTINGS;
 use jiff::Timestamp;
 use schemars::JsonSchema;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::path::{Path, PathBuf};
-
-/// Folder of the settings in the state folder.
-const FOLDER: &str = "settings";
 
 /// A key of `site.toml` whose value is kept.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -57,7 +55,7 @@ impl SettingKey {
     }
 
     fn file_name(self) -> String {
-        format!("{FOLDER}/{}.json", self.name())
+        format!("{SETTINGS}/{}.json", self.name())
     }
 }
 
@@ -159,15 +157,6 @@ impl<T> KeptSetting<T> {
     }
 }
 
-/// A setting in the state of an earlier version.
-#[derive(Debug)]
-pub enum OlderSetting<T> {
-    /// What `site.toml` said, and the file that it named.
-    SiteToml(Option<PathBuf>, T),
-    /// What a command set.
-    Command(T),
-}
-
 /// A setting of a daemon.
 #[derive(Debug, Clone)]
 pub struct Setting<T> {
@@ -179,18 +168,12 @@ pub struct Setting<T> {
 }
 
 impl<T: Clone + Default + PartialEq + Serialize + DeserializeOwned> Setting<T> {
-    /// The setting at the start of its daemon. `older` reads it from the state of an earlier version, and is asked only
-    /// where there is none yet.
+    /// The setting at the start of its daemon.
     ///
     /// # Errors
     /// An edit that cannot be used, or state that cannot be read or written.
-    pub fn open(
-        state: &Path,
-        key: SettingKey,
-        now: Configured<T>,
-        older: impl FnOnce() -> Result<Option<OlderSetting<T>>, Failure>,
-    ) -> Result<Self, Failure> {
-        Self::open_with(state, key, now, older, |_, why| Err(why))
+    pub fn open(state: &Path, key: SettingKey, now: Configured<T>) -> Result<Self, Failure> {
+        Self::open_with(state, key, now, |_, why| Err(why))
     }
 
     /// As [`Self::open`], for a value that its daemon can start without: an edit that cannot be used is a warning, and what was
@@ -198,13 +181,8 @@ impl<T: Clone + Default + PartialEq + Serialize + DeserializeOwned> Setting<T> {
     ///
     /// # Errors
     /// State that cannot be read or written.
-    pub fn open_without_edit(
-        state: &Path,
-        key: SettingKey,
-        now: Configured<T>,
-        older: impl FnOnce() -> Result<Option<OlderSetting<T>>, Failure>,
-    ) -> Result<Self, Failure> {
-        Self::open_with(state, key, now, older, |kept, why| {
+    pub fn open_without_edit(state: &Path, key: SettingKey, now: Configured<T>) -> Result<Self, Failure> {
+        Self::open_with(state, key, now, |kept, why| {
             let nothing = || FromSiteToml { file: None, value: T::default(), since: Timestamp::now() };
             Ok((kept.unwrap_or_else(|| KeptSetting { site_toml: nothing(), command: None }), chain(why.as_ref())))
         })
@@ -214,20 +192,15 @@ impl<T: Clone + Default + PartialEq + Serialize + DeserializeOwned> Setting<T> {
         state: &Path,
         key: SettingKey,
         now: Configured<T>,
-        older: impl FnOnce() -> Result<Option<OlderSetting<T>>, Failure>,
         unusable: impl FnOnce(Option<KeptSetting<T>>, Failure) -> Result<(KeptSetting<T>, String), Failure>,
     ) -> Result<Self, Failure> {
         let file = StateFile::at(state, &key.file_name())?;
         let at = Timestamp::now();
-        let (before, mended) = file.load_and_tell()?;
-        let kept = match &before {
-            Some(kept) => Some(KeptSetting::clone(kept)),
-            None => older()?.map(|older| taken_over(older, &now, at)),
-        };
-        let (kept, warning) = match read(kept.clone(), now, at) {
+        let (before, mended): (Option<KeptSetting<T>>, _) = file.load_and_tell()?;
+        let (kept, warning) = match read(before.clone(), now, at) {
             Ok(read) => read,
             Err(why) => {
-                let (kept, warning) = unusable(kept, why).map_err(|why| named(key, why.as_ref()))?;
+                let (kept, warning) = unusable(before.clone(), why).map_err(|why| named(key, why.as_ref()))?;
                 (kept, Some(warning))
             }
         };
@@ -235,8 +208,7 @@ impl<T: Clone + Default + PartialEq + Serialize + DeserializeOwned> Setting<T> {
             file.save(&kept)?;
         }
         let was_edited = before.is_some_and(|before| before != kept);
-        let warnings: Vec<String> = mended.into_iter().chain(warning).collect();
-        let warning = (!warnings.is_empty()).then(|| format!("{key}: {}", warnings.join("; ")));
+        let warning = joined(mended.into_iter().chain(warning)).map(|text| format!("{key}: {text}"));
         Ok(Self { key, file, kept, warning, was_edited })
     }
 
@@ -337,20 +309,6 @@ fn stand_in<T>(kept: &KeptSetting<T>, file: Option<&Path>, why: Failure) -> Resu
     Ok(format!("{}; what was in force before stays", chain(why.as_ref())))
 }
 
-/// A setting of an earlier version. What `site.toml` said beside a command was not kept then, and is taken as it is now.
-fn taken_over<T: Clone + Default>(older: OlderSetting<T>, now: &Configured<T>, at: Timestamp) -> KeptSetting<T> {
-    match older {
-        OlderSetting::SiteToml(file, value) => {
-            KeptSetting { site_toml: FromSiteToml { file, value, since: at }, command: None }
-        }
-        OlderSetting::Command(value) => {
-            let said = now.value.as_ref().map_or_else(|_| T::default(), T::clone);
-            let site_toml = FromSiteToml { file: now.file.clone(), value: said, since: at };
-            KeptSetting { site_toml, command: Some(FromCommand { value, by_uid: None, since: at }) }
-        }
-    }
-}
-
 fn named(key: SettingKey, why: &(dyn std::error::Error + 'static)) -> Failure {
     format!("{key}: {}", chain(why)).into()
 }
@@ -367,7 +325,7 @@ pub fn check_setting<T>(state: &Path, key: SettingKey, now: Configured<T>) -> Re
         (_, Ok(_)) => Ok(mended),
         (Some(kept), Err(why)) => {
             let warning = stand_in(&kept, now.file.as_deref(), why)?;
-            Ok(Some(mended.into_iter().chain([warning]).collect::<Vec<_>>().join("; ")))
+            Ok(joined(mended.into_iter().chain([warning])))
         }
         (None, Err(why)) => Err(why),
     }
@@ -436,7 +394,7 @@ mod tests {
         fn start(&mut self) -> Result<(), Failure> {
             let state = self.home.path().join("state");
             let checked = check_setting(&state, SettingKey::RobotProfile, self.configured());
-            let opened = Setting::open(&state, SettingKey::RobotProfile, self.configured(), || Ok(None));
+            let opened = Setting::open(&state, SettingKey::RobotProfile, self.configured());
             assert_eq!(checked.is_ok(), opened.is_ok(), "a check before a start says what the start does");
             self.setting = Some(opened?);
             assert_eq!(checked.unwrap().is_some(), self.setting.as_ref().unwrap().warning().is_some());
@@ -498,25 +456,15 @@ mod tests {
     }
 
     #[test]
-    fn what_an_earlier_version_kept_stays_in_force() {
-        let open = |home: &Path, file: &str, older| {
-            let configured = FileText::configured("profile", Some(&home.join(file)), parse);
-            Setting::open(&home.join("state"), SettingKey::RobotProfile, configured, move || Ok(older))
-        };
-        let text = |text: &str| Some(FileText { path: "/old".into(), text: text.to_owned() });
-        for is_there in [true, false] {
-            let home = tempfile::tempdir().unwrap();
-            if is_there {
-                fs::write(home.path().join("0"), "a").unwrap();
-            }
-            let older = OlderSetting::Command(text("old"));
-            assert_eq!(open(home.path(), "0", Some(older)).unwrap().value(), &text("old"));
-            assert_eq!(open(home.path(), "0", None).unwrap().value(), &text("old"));
-        }
-        let home = tempfile::tempdir().unwrap();
-        let older = OlderSetting::SiteToml(Some(home.path().join("0")), text("old"));
-        let setting = open(home.path(), "0", Some(older)).unwrap();
-        assert!(setting.value() == &text("old") && setting.warning().is_some());
+    fn state_of_another_layout_is_refused_by_name_and_stays_as_it_is() {
+        let mut site = Site::new();
+        site.start().unwrap();
+        let path = site.home.path().join("state/settings/robot.profile.json");
+        let other = fs::read_to_string(&path).unwrap().replacen('{', r#"{"unit":1,"#, 1);
+        crate::sealed_file::write_sealed(&path, other.as_bytes()).unwrap();
+        let why = chain(site.start().unwrap_err().as_ref());
+        assert!(why.contains("robot.profile.json") && why.contains("another layout") && why.contains("unit"), "{why}");
+        assert_eq!(fs::read_to_string(&path).unwrap(), other);
     }
 
     #[test]

@@ -24,7 +24,11 @@ pub enum StateError {
         source: io::Error,
     },
     /// The file holds something else.
-    #[error("state {} is damaged: remove it and {} to start anew", path.display(), sealed_path(path).display())]
+    #[error(
+        "state {} is damaged or has another layout: remove it and {} to start anew",
+        path.display(),
+        sealed_path(path).display()
+    )]
     Damaged {
         /// The file.
         path: PathBuf,
@@ -36,7 +40,7 @@ pub enum StateError {
 /// A JSON file that is replaced whole: what was saved is there after a power cut, and never half.
 ///
 /// It is kept twice, as it is and sealed with its hash: what is damaged, or removed as it is, is mended from the sealed one. That both
-/// were removed is told. A file without the sealed one is taken over, as one of an earlier version.
+/// were removed is told. A file without the sealed one, as of a backup, counts as it is.
 #[derive(Debug, Clone)]
 pub struct StateFile {
     pub(crate) file: KeptFile,
@@ -263,7 +267,7 @@ mod tests {
     }
 
     #[test]
-    fn state_of_an_earlier_version_is_taken_over() {
+    fn state_of_a_backup_is_taken_over() {
         let home = tempfile::tempdir().unwrap();
         fs::write(home.path().join("state.json"), "7").unwrap();
         let file = StateFile::at(home.path(), "state.json").unwrap();

@@ -1,7 +1,11 @@
-//! The version of groundplan that last wrote a state folder: an older one does not touch it.
+//! The version of groundplan that last wrote a state folder: versions that cannot read it do not touch it.
+//!
+//! The layout of a state folder has the number of the first part of the version, and starts at 1: state of 1.x is read by every
+//! later 1.x. An earlier version, or one of another layout, refuses it and leaves it as it is.
 
 use crate::replaced_file::{remove_left_files, write_durably};
 use crate::state::StateError;
+use crate::state_files::VERSION;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -24,22 +28,34 @@ pub enum StateVersionError {
         /// The version.
         found: String,
     },
+    /// A version with another layout of the state has written it.
+    #[error(
+        "the state in {} was written by version {found}, and has another layout than that of version {OWN}: choose another state folder, \
+         or move this one away to start anew",
+        folder.display()
+    )]
+    OtherLayout {
+        /// The state folder.
+        folder: PathBuf,
+        /// The version.
+        found: String,
+    },
     /// The file cannot be read or written.
     #[error(transparent)]
     State(#[from] StateError),
 }
 
-/// Marks the state folder as one of this version, which reads the state of every earlier one. The file `version` in it is
-/// also read by the package, which refuses to go back.
+/// Marks the state folder as one of this version, which reads the state of every earlier one with the same layout. The file
+/// `version` in it is also read by the package, which refuses to go back.
 ///
 /// # Errors
-/// State of a later version, a folder that cannot be written.
+/// State of a later version or of another layout, a folder that cannot be written.
 pub fn claim_state(folder: &Path) -> Result<(), StateVersionError> {
     claim(folder, OWN)
 }
 
 fn claim(folder: &Path, own: &str) -> Result<(), StateVersionError> {
-    let path = folder.join("version");
+    let path = folder.join(VERSION);
     let failed = |source| StateError::Io { path: path.clone(), source };
     let found = match fs::read_to_string(&path) {
         Ok(text) => text.trim().to_owned(),
@@ -52,6 +68,9 @@ fn claim(folder: &Path, own: &str) -> Result<(), StateVersionError> {
     }
     if numbers(own) < numbers(&found) {
         return Err(StateVersionError::Newer { folder: folder.to_owned(), found });
+    }
+    if !found.is_empty() && numbers(own).first() != numbers(&found).first() {
+        return Err(StateVersionError::OtherLayout { folder: folder.to_owned(), found });
     }
     fs::create_dir_all(folder).map_err(failed)?;
     // Daemons start at the same time: the last one stays.
@@ -79,6 +98,8 @@ mod tests {
         claim(&folder, "0.10.0").unwrap();
         let refused = claim(&folder, "0.9.3").unwrap_err().to_string();
         assert!(refused.contains("written by version 0.10.0, which version"), "{refused}");
+        let refused = claim(&folder, "1.0.0").unwrap_err().to_string();
+        assert!(refused.contains("by version 0.10.0, and has another layout"), "{refused}");
         assert_eq!(fs::read_to_string(folder.join("version")).unwrap(), "0.10.0\n");
         assert_eq!(fs::read_dir(&folder).unwrap().count(), 1, "nothing stays beside it");
     }

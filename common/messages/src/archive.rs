@@ -7,11 +7,8 @@ use bytemuck::{AnyBitPattern, NoUninit, Pod, Zeroable};
 use std::ops::Range;
 use xxhash_rust::xxh3::{Xxh3Default, xxh3_64};
 
-/// Version of all layouts of this crate; a reader refuses any other. Who raises it looks after [`upgrade_site`].
-pub const LAYOUT_VERSION: u32 = 13;
-
-/// Earlier versions whose site archives have the records of this one.
-const LAYOUTS_OF_SAME_SITE: [u32; 7] = [6, 7, 8, 9, 10, 11, 12];
+/// Version of all layouts of this crate; a reader refuses any other.
+pub const LAYOUT_VERSION: u32 = 1;
 
 /// An index that points at nothing.
 pub const NONE: u32 = u32::MAX;
@@ -73,22 +70,6 @@ impl Preamble {
         }
         Ok(preamble)
     }
-}
-
-/// Makes a site archive of an earlier version readable, if its records are those of this one; true if it was one. The content hash
-/// stays, because it is that of what follows the preamble; what is no such archive stays as it is.
-///
-/// Such a site has its frame, bodies and rooms. It may lack contacts, zones and groups, terrain and classes of ground, and which
-/// floors are assumed, and its diagnostics may have the codes of others: it serves until its models are read again.
-pub fn upgrade_site(archive: &mut ArchiveBuffer) -> bool {
-    let Some(preamble) = archive.bytes_mut().get_mut(..size_of::<Preamble>()) else { return false };
-    let preamble: &mut Preamble = bytemuck::from_bytes_mut(preamble);
-    let is_site = preamble.magic == MAGIC && preamble.kind == ArchiveKind::Site as u32;
-    let is_earlier = is_site && LAYOUTS_OF_SAME_SITE.contains(&preamble.layout_version);
-    if is_earlier {
-        preamble.layout_version = LAYOUT_VERSION;
-    }
-    is_earlier
 }
 
 /// An entry of the section table, which follows the preamble.

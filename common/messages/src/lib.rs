@@ -35,6 +35,8 @@
 //!   (`src/packed_grid.rs`), so that one storey at a time is dense in memory.
 //! - Archives that are each whole may still be of different sites: `check_site` of each view tells.
 //! - Archives are read in place; none is turned back into a model.
+//! - All layouts have one version, [`LAYOUT_VERSION`], which is 1 in the first release and rises with any change of a record or section: a
+//!   reader refuses every other one with both numbers, and nothing converts archives. What is kept of them is made anew.
 //!
 //! # Where
 //!
@@ -107,7 +109,6 @@ pub use alignment_evidence::{AlignmentEvidence, AlignmentEvidenceBuilder, Alignm
 pub use alignment_records::*;
 pub use archive::{
     Archive, ArchiveBuffer, ArchiveError, Block, HASHED_BLOCK, LAYOUT_VERSION, NONE, Preamble, Text, TextList,
-    upgrade_site,
 };
 pub use archive_kind::ArchiveKind;
 pub use archive_writer::ArchiveWriter;

@@ -33,12 +33,10 @@ pub struct SiteComparison {
     /// Rooms by GlobalId.
     pub rooms: Difference,
     /// Names of storeys that had a map and have none.
-    #[serde(default)]
     pub unmapped: Vec<String>,
     /// Warnings and errors about the files, before and after.
     pub warnings: [usize; 2],
     /// Records that cannot be read, ids that are used again and references to nothing, before and after.
-    #[serde(default)]
     pub damages: [usize; 2],
     /// True if the model lies elsewhere on earth, or it is no longer, or only now, known where.
     pub other_georeference: bool,
@@ -73,10 +71,8 @@ pub struct StoreyDifference {
     /// Its elements; `shared` are those that it had and that the revision has, on any storey.
     pub elements: Difference,
     /// Those of its elements that had a body.
-    #[serde(default)]
     pub n_bodies: usize,
     /// Those of them that have none any more, or are gone.
-    #[serde(default)]
     pub n_bodies_lost: usize,
 }
 

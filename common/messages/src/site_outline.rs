@@ -6,8 +6,8 @@ use diagnostics::{DiagnosticCode, Severity};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// The outline of a site. It does not depend on the layout of archives, so that a site is compared with one that an earlier
-/// version read.
+/// The outline of a site. It does not depend on the layout of archives, so that a site is compared with one that a version with
+/// another layout read.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct SiteOutline {
     /// Where the model lies on earth; `None` if no file says it.
@@ -18,14 +18,12 @@ pub struct SiteOutline {
     pub elements: BTreeMap<String, ElementOutline>,
     /// Names of rooms by GlobalId.
     pub rooms: BTreeMap<String, String>,
-    /// Storeys that have a map, from low to high; earlier versions did not keep them.
-    #[serde(default)]
+    /// Storeys that have a map, from low to high.
     pub map_storeys: Vec<MapStoreyOutline>,
     /// Warnings and errors about the files.
     pub n_warnings: usize,
     /// Those of them that a file has of which two versions are mixed, or of which a part is missing: records that cannot be read,
-    /// ids that are used again, references to nothing. Earlier versions did not count them.
-    #[serde(default)]
+    /// ids that are used again, references to nothing.
     pub n_damages: usize,
 }
 

@@ -207,8 +207,7 @@ const _: () = assert!(size_of::<TerrainRecord>() == 72);
 
 /// Bits of [`ElementRecord::flags`].
 pub mod element_flags {
-    /// Maps take its upward faces for floor: [`crate::GroundClass::is_floor_of_maps`] of its class. It is a bit of its own because
-    /// sites that an earlier version kept have no classes, and maps are drawn of them.
+    /// Maps take its upward faces for floor: [`crate::GroundClass::is_floor_of_maps`] of its class.
     pub const FLOOR: u32 = 1;
     /// It lets light through: a lidar does not see it.
     pub const GLASS: u32 = 2;

@@ -1,6 +1,6 @@
 //! Lists of exported files: paths in an output folder, and the blobs that have their bytes.
 
-use crate::index::BlobEntry;
+use crate::index::{BlobEntry, Form};
 use messages::ContentId;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
@@ -88,15 +88,16 @@ impl FileList {
     /// # Errors
     /// Bytes that are no list, or one with paths that lead elsewhere.
     pub fn parse(bytes: &[u8]) -> Result<Self, BadFileList> {
+        let Form { format: found } = serde_json::from_slice(bytes)?;
+        if found != FORMAT {
+            return Err(BadFileList::Form { found });
+        }
         let list: Self = serde_json::from_slice(bytes)?;
         list.check()?;
         Ok(list)
     }
 
     fn check(&self) -> Result<(), BadFileList> {
-        if self.format != FORMAT {
-            return Err(BadFileList::Form { found: self.format });
-        }
         if self.files.len() > MAX_FILES {
             return Err(BadFileList::Size(format!("{} files, and {MAX_FILES} are the most", self.files.len())));
         }
@@ -194,8 +195,8 @@ mod tests {
         assert!(matches!(FileList::of(many), Err(BadFileList::Size(_))));
         let all = (0..70).map(|k| FileEntry { bytes: MAX_FILE_BYTES, ..file(&format!("{k}")) }).collect();
         assert!(matches!(FileList::of(all), Err(BadFileList::Size(_))));
-        let newer = FileList { format: 9, files: Vec::new() };
-        assert!(matches!(FileList::parse(&newer.to_bytes()), Err(BadFileList::Form { found: 9 })));
+        let newer = br#"{"format":9,"folders":[]}"#;
+        assert!(matches!(FileList::parse(newer), Err(BadFileList::Form { found: 9 })));
         assert!(matches!(FileList::parse(b"[]"), Err(BadFileList::Json(_))));
     }
 }

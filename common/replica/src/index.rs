@@ -5,6 +5,12 @@ use messages::{ContentHash, ContentId};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
+/// What of a document of a store is read before all else: the version of its form.
+#[derive(Debug, Deserialize)]
+pub(crate) struct Form {
+    pub(crate) format: u32,
+}
+
 /// The index of a site at an epoch.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -141,7 +147,7 @@ pub struct SetChoice {
 
 impl SiteIndex {
     /// The form that this version reads and writes.
-    pub const FORMAT: u32 = 2;
+    pub const FORMAT: u32 = 1;
 
     /// The set to be shown at a plan time of the robot's clock, where it has one: the last one that has begun, and never one before the
     /// first, which is the server's word for the present.
@@ -198,7 +204,7 @@ pub(crate) mod tests {
             site: "tower".parse().unwrap(),
             epoch,
             published: "2026-11-28T12:00:00Z".to_owned(),
-            layout_version: 13,
+            layout_version: messages::LAYOUT_VERSION,
             frame_epoch: 1,
             clock,
             site_archive: entry("site"),

@@ -1,7 +1,7 @@
 //! Recipes: of which blocks an archive consists, in which packs they lie, and which of them are to be fetched.
 
 use crate::blocks::{block_lengths, cut, pack_block};
-use crate::index::{ArchiveEntry, BlobEntry};
+use crate::index::{ArchiveEntry, BlobEntry, Form};
 use messages::{ContentHash, ContentId};
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, HashMap};
@@ -30,7 +30,7 @@ const MAX_ARCHIVE: u64 = 64 << 30;
 pub const MAX_RECIPE_BYTES: u64 = 16 << 20;
 
 /// The form of recipes that this version reads and writes.
-const FORMAT: u32 = 2;
+const FORMAT: u32 = 1;
 
 /// How an archive is put together.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -94,12 +94,6 @@ struct DocumentBlock(
     /// How many bytes it has there.
     u64,
 );
-
-/// What of a recipe is read before all else.
-#[derive(Debug, Deserialize)]
-struct Form {
-    format: Option<u32>,
-}
 
 /// A recipe with the packs that it needs, where blocks are new.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -255,9 +249,7 @@ impl Recipe {
     /// # Errors
     /// Bytes that are no recipe.
     pub fn parse_any(bytes: &[u8]) -> Result<Self, BadRecipe> {
-        let Form { format } = serde_json::from_slice(bytes)?;
-        // The first form had no number.
-        let found = format.unwrap_or(1);
+        let Form { format: found } = serde_json::from_slice(bytes)?;
         if found != FORMAT {
             return Err(BadRecipe::Form { found });
         }
@@ -494,11 +486,11 @@ mod tests {
         for (k, change) in cases.iter().enumerate() {
             assert!(refused(*change).contains("is wrong"), "{k}");
         }
-        assert!(matches!(Recipe::parse(b"{}", &entry), Err(BadRecipe::Form { found: 1 })));
-        let newer = String::from_utf8(good.to_bytes()).unwrap().replacen("\"format\":2", "\"format\":3", 1);
-        assert!(matches!(Recipe::parse(newer.as_bytes(), &entry), Err(BadRecipe::Form { found: 3 })));
-        assert!(matches!(Recipe::parse(b"[", &entry), Err(BadRecipe::Json(_))));
-        assert!(matches!(Recipe::parse(b"{\"format\":2}", &entry), Err(BadRecipe::Json(_))));
+        let newer = String::from_utf8(good.to_bytes()).unwrap().replacen("\"format\":1", "\"format\":2", 1);
+        assert!(matches!(Recipe::parse(newer.as_bytes(), &entry), Err(BadRecipe::Form { found: 2 })));
+        for broken in ["[", "{}", "{\"format\":1}"] {
+            assert!(matches!(Recipe::parse(broken.as_bytes(), &entry), Err(BadRecipe::Json(_))), "{broken}");
+        }
     }
 
     #[test]

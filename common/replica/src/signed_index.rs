@@ -1,6 +1,6 @@
 //! The file of an index: four lines of JSON. A list of keys, its signature by a root key, the index, its signature by a key of the list.
 
-use crate::index::SiteIndex;
+use crate::index::{Form, SiteIndex};
 use crate::keys::{KeyList, PublicKey, Signature, SigningKey};
 use serde::{Deserialize, Serialize};
 use std::str::from_utf8;
@@ -72,12 +72,6 @@ pub enum SignedIndexError {
 struct SignedBy {
     key: PublicKey,
     signature: Signature,
-}
-
-/// What of an index is read before all else.
-#[derive(Debug, Deserialize)]
-struct Form {
-    format: u32,
 }
 
 /// The two lines of a list of keys that a root key signs: the file `keys.jsonl` of a server.
@@ -246,7 +240,7 @@ pub(crate) mod tests {
     fn an_index_of_another_form_is_told_by_its_number() {
         let keys = TestKeys::new();
         let list = keys.list(1, &[keys.signing.public()]);
-        for document in [serde_json::json!({"format": 1, "site": "tower"}), serde_json::json!({"format": 77})] {
+        for document in [serde_json::json!({"format": 2, "site": "tower"}), serde_json::json!({"format": 77})] {
             let file = format!("{list}{}", signed(INDEX, &document, &keys.signing));
             let why = SignedIndex::parse(file.as_bytes(), &[keys.root.public()]).unwrap_err().to_string();
             assert!(why.contains(&format!("its form is {}, this version reads", document["format"])), "{why}");

@@ -1,7 +1,7 @@
 //! The robots of a site, as its server knows them.
 
 use bus::Daemon;
-use daemon::{FLEET_FILE, FleetDocument, Report, SiteConfig, StatusBoard};
+use daemon::{FleetDocument, Report, SiteConfig, StatusBoard, state_files};
 use input_files::read_regular_file;
 use serde::de::IgnoredAny;
 use std::path::PathBuf;
@@ -38,7 +38,7 @@ pub fn fleet_document(config: &SiteConfig) -> Result<Option<FleetDocument>, Flee
     if config.serve.as_ref().is_none_or(|serve| serve.link.is_none()) {
         return Ok(None);
     }
-    let path = config.site_state.join(FLEET_FILE);
+    let path = config.site_state.join(state_files::FLEET);
     let io = |source| FleetError::Io { path: path.clone(), source };
     let bytes = read_regular_file(&path, MAX_BYTES).map_err(io)?;
     let json = |source| FleetError::Json { path: path.clone(), source };

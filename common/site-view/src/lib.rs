@@ -64,4 +64,4 @@ pub use map_rule::MapRule;
 pub use map_verdict::{MapVerdict, NoMapReason};
 pub use plan_clock::{ClockTime, NextState};
 pub use site_set::{SiteSample, SiteSamples, SiteSet, SiteState, SiteViews};
-pub use site_set_reader::{SiteSetError, SiteSetReader};
+pub use site_set_reader::{SiteReader, SiteSetError, SiteSetReader};

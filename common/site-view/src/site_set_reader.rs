@@ -4,9 +4,13 @@ use crate::site_set::{SiteSample, SiteSamples, SiteSet, SiteState};
 use bus::{Bus, GridSlot, PortError, RawSubscriber, ReceiveError, TopicName};
 use messages::ArchiveError;
 
+/// Follows topics of a site set.
+#[derive(Default)]
+pub struct SiteReader(Vec<RawSubscriber>);
+
 /// Follows the topics of a site set, and holds the newest sample of each.
 pub struct SiteSetReader {
-    subscribers: Vec<RawSubscriber>,
+    reader: SiteReader,
     samples: SiteSamples,
 }
 
@@ -26,19 +30,51 @@ pub enum SiteSetError {
     },
 }
 
+impl SiteReader {
+    /// A reader of all topics of whole sets.
+    ///
+    /// # Errors
+    /// A topic that cannot be opened.
+    pub fn of_sets(bus: &Bus) -> Result<Self, PortError> {
+        let of_site =
+            [TopicName::Site, TopicName::Tasks, TopicName::ScheduleState, TopicName::Grids, TopicName::MissionPlan];
+        Self::of_topics(bus, of_site.into_iter().chain(GridSlot::all().map(TopicName::Grid)))
+    }
+
+    /// A reader of grids, for who gets the other topics as its inputs.
+    ///
+    /// # Errors
+    /// As [`Self::of_sets`].
+    pub fn of_grids(bus: &Bus) -> Result<Self, PortError> {
+        Self::of_topics(bus, GridSlot::all().map(TopicName::Grid))
+    }
+
+    fn of_topics(bus: &Bus, topics: impl IntoIterator<Item = TopicName>) -> Result<Self, PortError> {
+        Ok(Self(topics.into_iter().map(|topic| bus.raw_subscriber(topic)).collect::<Result<_, _>>()?))
+    }
+
+    /// Takes what has come.
+    ///
+    /// # Errors
+    /// A sample that cannot be taken, or is damaged; what was taken before stays.
+    pub fn take(&self, mut insert: impl FnMut(SiteSample)) -> Result<(), SiteSetError> {
+        for subscriber in &self.0 {
+            let Some(sample) = subscriber.take()? else { continue };
+            let topic = sample.topic();
+            let sample = SiteSample::check(sample).map_err(|source| SiteSetError::Archive { topic, source })?;
+            sample.into_iter().for_each(&mut insert);
+        }
+        Ok(())
+    }
+}
+
 impl SiteSetReader {
     /// A reader of whole sets.
     ///
     /// # Errors
     /// A topic that cannot be opened.
     pub fn of(bus: &Bus) -> Result<Self, PortError> {
-        let slots = GridSlot::all().map(TopicName::Grid);
-        Self::of_topics(
-            bus,
-            [TopicName::Site, TopicName::Tasks, TopicName::ScheduleState, TopicName::Grids, TopicName::MissionPlan]
-                .into_iter()
-                .chain(slots),
-        )
+        Ok(Self { reader: SiteReader::of_sets(bus)?, samples: SiteSamples::default() })
     }
 
     /// A reader of sites and schedule states alone: there are no sets.
@@ -46,12 +82,8 @@ impl SiteSetReader {
     /// # Errors
     /// As [`SiteSetReader::of`].
     pub fn of_states(bus: &Bus) -> Result<Self, PortError> {
-        Self::of_topics(bus, [TopicName::Site, TopicName::ScheduleState])
-    }
-
-    fn of_topics(bus: &Bus, topics: impl IntoIterator<Item = TopicName>) -> Result<Self, PortError> {
-        let subscribers = topics.into_iter().map(|topic| bus.raw_subscriber(topic)).collect::<Result<_, _>>()?;
-        Ok(Self { subscribers, samples: SiteSamples::default() })
+        let reader = SiteReader::of_topics(bus, [TopicName::Site, TopicName::ScheduleState])?;
+        Ok(Self { reader, samples: SiteSamples::default() })
     }
 
     /// Takes what has come.
@@ -59,13 +91,7 @@ impl SiteSetReader {
     /// # Errors
     /// A sample that cannot be taken, or is damaged; what was taken before stays.
     pub fn take(&mut self) -> Result<(), SiteSetError> {
-        for subscriber in &self.subscribers {
-            let Some(sample) = subscriber.take()? else { continue };
-            let topic = sample.topic();
-            let sample = SiteSample::check(sample).map_err(|source| SiteSetError::Archive { topic, source })?;
-            sample.into_iter().for_each(|sample| self.samples.insert(sample));
-        }
-        Ok(())
+        self.reader.take(|sample| self.samples.insert(sample))
     }
 
     /// The newest sample of each topic.

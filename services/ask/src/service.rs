@@ -7,6 +7,7 @@ use crate::site::Site;
 use crate::takers::Takers;
 use bus::Bus;
 use daemon::facts::AskFacts;
+use daemon::state_files::ASK_TOKEN;
 use daemon::{AskRequest, Asked, Done, Event, Failure, Service, SiteConfig, Standing};
 use site_http::{Listening, ListeningFor, ServerSettings, access_of};
 use std::sync::Arc;
@@ -16,8 +17,6 @@ daemon::inputs! {
     pub(crate) enum AskInput { MissionPlan, Deviations }
 }
 
-/// File of the token's hash, in the state folder.
-const TOKEN_FILE: &str = "ask-token.sha256";
 /// Connections at the same time.
 const MAX_CONNECTIONS: usize = 100;
 
@@ -42,7 +41,7 @@ impl AskService {
         let is_encrypted = tls.is_some();
         // Who has a name for this server lets others in.
         let is_own_machine = ask.listen.ip().is_loopback() && ask.hosts.is_empty();
-        let access = access_of(is_own_machine, &config.site_state.join(TOKEN_FILE), |token| {
+        let access = access_of(is_own_machine, &config.site_state.join(ASK_TOKEN), |token| {
             eprintln!("groundplan-ask: who asks sends this token, which is shown this once: {token}");
             if !is_encrypted {
                 eprintln!("groundplan-ask: it is sent unencrypted: certificate and key in [ask] make it https");

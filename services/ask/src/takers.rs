@@ -2,12 +2,12 @@
 //! of answers at once.
 
 use crate::site::{Lane, Site};
-use bus::{Bus, GridSlot, RawSubscriber, TopicName};
+use bus::Bus;
 use daemon::Failure;
-use site_view::SiteSample;
+use site_view::SiteReader;
 
 /// Takes samples for all lanes.
-pub(crate) struct Takers([(Lane, Vec<RawSubscriber>); 2]);
+pub(crate) struct Takers([(Lane, SiteReader); 2]);
 
 impl Takers {
     /// On a generation of the bus.
@@ -15,14 +15,8 @@ impl Takers {
     /// # Errors
     /// A topic that cannot be opened.
     pub(crate) fn of(bus: &Bus) -> Result<Self, Failure> {
-        let subscribers = || {
-            let of_site =
-                [TopicName::Site, TopicName::Tasks, TopicName::ScheduleState, TopicName::Grids, TopicName::MissionPlan];
-            let topics = of_site.into_iter().chain(GridSlot::all().map(TopicName::Grid));
-            topics.map(|topic| bus.raw_subscriber(topic)).collect::<Result<_, _>>()
-        };
         let [at_once, drawing] = Lane::ALL;
-        Ok(Self([(at_once, subscribers()?), (drawing, subscribers()?)]))
+        Ok(Self([(at_once, SiteReader::of_sets(bus)?), (drawing, SiteReader::of_sets(bus)?)]))
     }
 
     /// Takes what has come.
@@ -30,12 +24,8 @@ impl Takers {
     /// # Errors
     /// A sample that cannot be taken, or is damaged; what was taken before stays.
     pub(crate) fn take(&self, site: &Site) -> Result<(), Failure> {
-        for (lane, subscribers) in &self.0 {
-            for subscriber in subscribers {
-                if let Some(sample) = subscriber.take()? {
-                    SiteSample::check(sample)?.into_iter().for_each(|sample| site.insert(*lane, sample));
-                }
-            }
+        for (lane, reader) in &self.0 {
+            reader.take(|sample| site.insert(*lane, sample))?;
         }
         Ok(())
     }

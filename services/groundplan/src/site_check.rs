@@ -2,6 +2,7 @@
 
 use crate::failure::Failure;
 use bus::{DomainError, RobotName};
+use daemon::state_files::REVISIONS;
 use daemon::{Configured, FileText, Robot, SettingKey, SiteConfig, check_setting, line_of_key};
 use frames::PlanTime;
 use grid::GridSpec;
@@ -126,12 +127,10 @@ fn models(found: &mut Findings<'_>, config: &SiteConfig) {
 fn models_before(state: &Path) -> Option<Vec<PathBuf>> {
     #[derive(serde::Deserialize)]
     struct Loaded {
-        models: Vec<PathBuf>,
-        configured: Option<Vec<PathBuf>>,
+        configured: Vec<PathBuf>,
     }
-    let bytes = std::fs::read(state.join("loaded.json")).ok()?;
-    let Loaded { models, configured } = serde_json::from_slice(&bytes).ok()?;
-    Some(configured.unwrap_or(models))
+    let bytes = std::fs::read(state.join(REVISIONS)).ok()?;
+    serde_json::from_slice(&bytes).ok().map(|Loaded { configured }| configured)
 }
 
 /// The plan time is read in the zone of the rules.
@@ -260,8 +259,7 @@ mod tests {
         let profile = home.path().join("robot.toml");
         std::fs::write(&profile, "name = \"x\"\n").unwrap();
         let (state, toml) = (home.path().join("state"), "[robot]\nprofile = \"robot.toml\"");
-        daemon::Setting::open(&state, SettingKey::RobotProfile, Robot::configured(Some(&profile)), || Ok(None))
-            .unwrap();
+        daemon::Setting::open(&state, SettingKey::RobotProfile, Robot::configured(Some(&profile))).unwrap();
         std::fs::remove_file(&profile).unwrap();
         let found_now = found(home.path(), toml);
         assert!(
@@ -275,8 +273,7 @@ mod tests {
     fn models_of_the_site_in_force_may_be_gone() {
         let home = tempfile::tempdir().unwrap();
         std::fs::create_dir(home.path().join("state")).unwrap();
-        let loaded =
-            serde_json::json!({ "models": ["/other.ifc"], "configured": [home.path().join("a.ifc")], "stamps": [] });
+        let loaded = serde_json::json!({ "configured": [home.path().join("a.ifc")] });
         std::fs::write(home.path().join("state/loaded.json"), loaded.to_string()).unwrap();
         let found_now = found(home.path(), "models = [\"a.ifc\"]");
         assert!(

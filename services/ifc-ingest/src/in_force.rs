@@ -96,9 +96,8 @@ impl NextTry {
 impl InForce {
     /// Files that the configuration names since it was edited are to be read; what was loaded by a command counts until then.
     pub(crate) fn follow_configured_models(&mut self, config: &SiteConfig) {
-        let configured = self.revisions.configured.replace(config.models.clone());
-        let is_edited = configured.is_some_and(|before| before != config.models);
-        if is_edited && config.models != self.revisions.models && !config.models.is_empty() {
+        let before = std::mem::replace(&mut self.revisions.configured, config.models.clone());
+        if before != config.models && config.models != self.revisions.models && !config.models.is_empty() {
             self.to_read = Some(config.models.clone());
         }
     }

@@ -2,7 +2,7 @@
 //! there while it is judged.
 
 use bus::{Bus, topics};
-use daemon::{Decide, Epochs, Failure, LatchedOutput, NewSample, Outputs, Published, chain};
+use daemon::{Decide, Epochs, Failure, LatchedOutput, NewSample, OutputEnd, Outputs, Published, chain};
 use messages::{Checked, InputHashes, payload};
 use std::sync::Arc;
 use tracing::{info, warn};

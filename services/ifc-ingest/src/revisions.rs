@@ -7,42 +7,36 @@ use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
 /// The revisions of a site, as they are on disk.
-#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub(crate) struct Revisions {
     /// Files of the revision in force, or of the first one that is to be.
     pub(crate) models: Vec<PathBuf>,
     /// What they looked like when they were read; empty while no revision is in force.
     pub(crate) stamps: Vec<Option<FileStamp>>,
     /// What they looked like when they were last read, whatever came of it: files that look different are read again.
-    #[serde(default)]
     pub(crate) seen: Option<Vec<Option<FileStamp>>>,
-    /// Content hash of the site in force; earlier versions did not keep it.
-    #[serde(default)]
+    /// Content hash of the site in force; `None` before the first.
     pub(crate) site_hash: Option<ContentHash>,
     /// Epoch of the map frame in force: another frame has a higher one, also if its file is lost.
-    #[serde(default)]
     pub(crate) frame_epoch: u32,
-    /// Files that the configuration named when the files above were chosen; earlier versions did not keep them.
-    #[serde(default)]
-    pub(crate) configured: Option<Vec<PathBuf>>,
-    /// Where the files above come from; earlier versions did not keep it.
-    #[serde(default)]
+    /// Files that the configuration named when the files above were chosen.
+    pub(crate) configured: Vec<PathBuf>,
+    /// Where the files above come from; `None` before the first site.
     pub(crate) setting: Option<SettingInForce>,
     /// The revision that was refused last.
-    #[serde(default)]
     pub(crate) refused: Option<Refused>,
     /// The revision that waits for an operator.
-    #[serde(default)]
     pub(crate) waiting: Option<Waiting>,
 }
 
 /// A revision that cannot take effect.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub(crate) struct Refused {
     /// Its files.
     pub(crate) models: Vec<PathBuf>,
     /// What they looked like: when they look different they are read again.
-    #[serde(default)]
     pub(crate) stamps: Vec<Option<FileStamp>>,
     /// Why.
     pub(crate) why: String,
@@ -50,6 +44,7 @@ pub(crate) struct Refused {
 
 /// A revision that takes effect when an operator confirms it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub(crate) struct Waiting {
     /// Its files, and how it differs from the site in force.
     pub(crate) revision: Revision,
@@ -100,7 +95,7 @@ impl Revisions {
         if let Some(setting) = self.setting.as_ref().filter(|_| self.models == models) {
             return setting.clone();
         }
-        let is_configured = self.configured.as_deref().is_none_or(|configured| configured == models);
+        let is_configured = self.configured == models;
         let (source, by_uid) =
             if is_configured { (SettingSource::SiteToml, None) } else { (SettingSource::Command, by_uid) };
         SettingInForce::now(SettingKey::Models, names_of(models), source, by_uid)
@@ -140,7 +135,7 @@ mod tests {
     fn files_that_were_tried_are_not_tried_again_and_those_in_force_keep_their_stamps() {
         let models = vec![PathBuf::from("/a.ifc")];
         let stamp = |n: u64| -> Vec<Option<FileStamp>> {
-            serde_json::from_str(&format!(r#"[{{"length":{n},"modified_ns":1}}]"#)).unwrap()
+            serde_json::from_str(&format!(r#"[{{"length":{n},"modified_ns":1,"changed_ns":1,"inode":1}}]"#)).unwrap()
         };
         let mut revisions = Revisions { models: models.clone(), stamps: stamp(1), ..Revisions::default() };
         assert!(revisions.are_seen(&stamp(1)) && !revisions.are_seen(&stamp(2)));
@@ -154,7 +149,7 @@ mod tests {
     #[test]
     fn files_come_from_the_configuration_or_from_the_command_that_chose_others() {
         let [a, b] = ["/a.ifc", "/b.ifc"].map(|path| vec![PathBuf::from(path)]);
-        let mut revisions = Revisions { models: a.clone(), configured: Some(a.clone()), ..Revisions::default() };
+        let mut revisions = Revisions { models: a.clone(), configured: a.clone(), ..Revisions::default() };
         let origin = |setting: &SettingInForce| (setting.source, setting.by_uid);
         assert_eq!(origin(&revisions.setting_of(&a, Some(7))), (SettingSource::SiteToml, None));
         let command = revisions.setting_of(&b, Some(7));
@@ -165,9 +160,13 @@ mod tests {
     }
 
     #[test]
-    fn revisions_of_an_earlier_version_are_read() {
-        let text = r#"{"models":["/a.ifc"],"stamps":[null]}"#;
-        let revisions: Revisions = serde_json::from_str(text).unwrap();
-        assert!(revisions.are_seen(&[None]) && revisions.standing() == Standing::default());
+    fn revisions_of_another_layout_are_not_read() {
+        let whole = serde_json::to_value(Revisions::default()).unwrap();
+        let read = |of: &serde_json::Value| serde_json::from_value::<Revisions>(of.clone());
+        assert_eq!(read(&whole).unwrap(), Revisions::default());
+        let (mut more, mut less) = (whole.clone(), whole);
+        more["sources"] = "/a.ifc".into();
+        less.as_object_mut().unwrap().remove("frame_epoch");
+        assert!(read(&more).is_err() && read(&less).is_err());
     }
 }

@@ -10,13 +10,13 @@ use crate::model_files::{ModelFiles, names_of};
 use crate::output::{SiteOutput, SiteSample};
 use crate::revision_reader::{Compared, ReadRevision, RevisionReader};
 use crate::revisions::{Refused, Revisions, Waiting};
-use crate::site_store::{CachedSite, SiteStore};
+use crate::site_store::SiteStore;
 use bus::Bus;
 use daemon::facts::{IngestFacts, ModelFile};
 use daemon::{
     Asked, Caller, Committed, CurrentActivity, Decide, Decision, Epochs, Failure, FileWatch, HistoryEvent, HistoryKind,
     IngestAnswer, IngestRequest, MachineTime, NoInput, Now, Occasion, Revision, RevisionEffect, ScheduleVerdict,
-    SiteConfig, Standing, WholeFiles, chain, stamps_of,
+    SiteConfig, Standing, WholeFiles, chain, joined, stamps_of, state_files,
 };
 use ingest::{MAX_MODEL_BYTES, SiteFrame};
 use messages::{Activity, Checked, ContentId, SiteOutline};
@@ -37,9 +37,6 @@ pub struct Ingest {
     judge: Box<dyn Judge>,
     /// What was found of the proposal.
     verdict: Option<ScheduleVerdict>,
-    /// All epochs of frames before this start are below this one. Earlier versions did not keep them, but every frame came with a
-    /// sample.
-    earlier_epochs: u32,
 }
 
 /// How long a client waits for schedule-eval to judge a revision, and when an operator is told that it has not.
@@ -76,9 +73,9 @@ impl Ingest {
         let cached = store.cached_site(&revisions);
         let outline = match store.outline()? {
             Some(outline) => Some(outline),
-            None => cached.as_ref().map(|cached| SiteOutline::of(&cached.site.view())),
+            None => cached.as_ref().map(|site| SiteOutline::of(&site.view())),
         };
-        let mut epochs = Epochs::at(&config.state, "ifc-ingest-epochs.json")?;
+        let mut epochs = Epochs::at(&config.state, state_files::SITE_EPOCHS)?;
         let mut in_force = InForce {
             reader: Arc::new(RevisionReader::new(config, activity.clone())),
             revisions,
@@ -95,18 +92,11 @@ impl Ingest {
             // What it was refused for may be mended.
             in_force.to_read = in_force.revisions.refused.as_ref().map(|refused| refused.models.clone());
         }
-        let mut output = SiteOutput::new(Epochs::at(&config.state, "ifc-ingest-candidate-epochs.json")?);
-        let earlier_epochs = u32::try_from(epochs.reserved()).unwrap_or(u32::MAX - 1);
-        let mut service = Self { in_force, store, activity: activity.clone(), judge, verdict: None, earlier_epochs };
+        let mut output = SiteOutput::new(Epochs::at(&config.state, state_files::CANDIDATE_EPOCHS)?);
+        let mut service = Self { in_force, store, activity: activity.clone(), judge, verdict: None };
         match cached {
-            Some(CachedSite { site, is_earlier }) => {
-                if is_earlier {
-                    service.in_force.revisions.seen = Some(Vec::new());
-                }
-                if service.starts_with(&site)? {
-                    output.put(Arc::new(site), &mut epochs);
-                }
-            }
+            Some(site) if service.starts_with(&site)? => output.put(Arc::new(site), &mut epochs),
+            Some(_) => {}
             // What was tried before is tried again.
             None => service.in_force.revisions.seen = Some(Vec::new()),
         }
@@ -122,7 +112,7 @@ impl Ingest {
                 self.in_force.revisions.seen = Some(Vec::new());
                 return Ok(false);
             }
-            // A site of an earlier version has its frame in the cache alone.
+            // A file of the frame that was removed comes back.
             Ok(_) => self.store.saving_frame(site)?.write()?,
             Err(why) => self.in_force.error = Some(chain(why.as_ref())),
         }
@@ -146,14 +136,6 @@ impl Ingest {
                 .into())
             }
             (kept, in_force) => Ok(kept.or(in_force)),
-        }
-    }
-
-    /// The highest epoch that a map frame of this site may have had.
-    fn last_frame_epoch(&self) -> u32 {
-        match self.in_force.revisions.frame_epoch {
-            0 if !self.in_force.revisions.stamps.is_empty() => self.earlier_epochs,
-            kept => kept,
         }
     }
 
@@ -190,7 +172,7 @@ impl Ingest {
         let frame = self.frame_in_force(now.outputs.site().map(frame_of));
         let read = whole.and_then(|whole| {
             let frame = frame?;
-            let last_epoch = frame.map_or(0, |frame| frame.frame_epoch).max(self.last_frame_epoch());
+            let last_epoch = frame.map_or(0, |frame| frame.frame_epoch).max(self.in_force.revisions.frame_epoch);
             let in_force = Compared { frame, last_epoch, outline: self.in_force.outline.as_deref() };
             decision.next.reader.read(ModelFiles::of(models.clone(), whole), in_force, &reporter)
         });
@@ -593,9 +575,8 @@ impl Decide for Ingest {
         });
         let revisions = revisions.standing();
         let of_revisions = [revisions.warning.as_deref(), late.as_deref()];
-        let warnings: Vec<&str> = self.store.findings().chain(of_revisions.into_iter().flatten()).collect();
-        let warning = (!warnings.is_empty()).then(|| warnings.join("; "));
-        Standing { error: error.clone().or(revisions.error), warning }
+        let warnings = self.store.findings().chain(of_revisions.into_iter().flatten());
+        Standing { error: error.clone().or(revisions.error), warning: joined(warnings) }
     }
 
     fn facts(&self, now: &Now<'_, Self>) -> IngestFacts {

@@ -4,10 +4,10 @@
 //! robot is localised in the frame, and a revision is compared with the outline.
 
 use crate::revisions::Revisions;
-use daemon::{Failure, FileStamp, Save, StateError, StateFile};
+use daemon::{Failure, FileStamp, Save, StateError, StateFile, state_files};
 use export::SiteFrameFile;
 use ingest::SiteFrame;
-use messages::{ArchiveBuffer, Checked, ElementRecord, GroundClass, SiteOutline, element_flags, payload, upgrade_site};
+use messages::{ArchiveBuffer, Checked, SiteOutline, payload};
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -22,19 +22,6 @@ pub(crate) struct SiteStore {
     cache: PathBuf,
 }
 
-/// True if floors with a body have no ground class: an earlier version of the same layout wrote the site.
-fn lacks_ground(elements: &[ElementRecord]) -> bool {
-    let is_floor = |e: &ElementRecord| e.n_parts > 0 && e.has(element_flags::FLOOR);
-    elements.iter().any(|e| is_floor(e) && e.ground.get() == GroundClass::None)
-}
-
-/// The site in force, as it was kept.
-pub(crate) struct CachedSite {
-    pub(crate) site: Checked<payload::Site>,
-    /// An earlier version kept it: it serves until its models are read again.
-    pub(crate) is_earlier: bool,
-}
-
 impl SiteStore {
     /// The files in a state folder.
     ///
@@ -42,11 +29,11 @@ impl SiteStore {
     /// The folder cannot be made.
     pub(crate) fn at(state: &Path) -> Result<Self, StateError> {
         Ok(Self {
-            revisions: StateFile::at(state, "loaded.json")?,
-            outline: StateFile::at(state, "site-outline.json")?,
-            frame: StateFile::at(state, "site-frame.json")?,
-            frame_path: state.join("site-frame.json"),
-            cache: state.join("site.gpar"),
+            revisions: StateFile::at(state, state_files::REVISIONS)?,
+            outline: StateFile::at(state, state_files::SITE_OUTLINE)?,
+            frame: StateFile::at(state, state_files::SITE_FRAME)?,
+            frame_path: state.join(state_files::SITE_FRAME),
+            cache: state.join(state_files::SITE_CACHE),
         })
     }
 
@@ -130,43 +117,27 @@ impl SiteStore {
 
     /// The site in force, from its cache; one that is damaged, of another layout or of another revision is not used, and files are
     /// read anew.
-    pub(crate) fn cached_site(&self, revisions: &Revisions) -> Option<CachedSite> {
+    pub(crate) fn cached_site(&self, revisions: &Revisions) -> Option<Checked<payload::Site>> {
         if revisions.stamps.iter().all(Option::<FileStamp>::is_none) {
             return None;
         }
-        let read = || -> Result<CachedSite, Failure> {
+        let read = || -> Result<Checked<payload::Site>, Failure> {
             let mut file = std::fs::File::open(&self.cache)?;
             let mut buffer = ArchiveBuffer::zeroed(usize::try_from(file.metadata()?.len())?);
             file.read_exact(buffer.bytes_mut())?;
-            let is_earlier = upgrade_site(&mut buffer);
             let site = Checked::<payload::Site>::new(buffer)?;
             match revisions.site_hash {
                 Some(hash) if hash != site.content_hash() => Err("it is of a revision that did not take effect".into()),
-                _ => Ok(CachedSite { is_earlier: is_earlier || lacks_ground(site.view().elements), site }),
+                _ => Ok(site),
             }
         };
         match read() {
-            Ok(cached) => Some(cached),
+            Ok(site) => Some(site),
             Err(why) => {
                 let (path, error) = (self.cache.display(), daemon::chain(why.as_ref()));
                 warn!(service = "ifc-ingest", %path, error, "the cache cannot be used; files are read anew");
                 None
             }
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use bytemuck::Zeroable;
-
-    #[test]
-    fn floors_with_a_body_alone_tell_that_a_kept_site_lacks_ground_classes() {
-        let floor = ElementRecord { flags: element_flags::FLOOR, ..ElementRecord::zeroed() };
-        let with_body = ElementRecord { n_parts: 1, ..floor };
-        assert!(!lacks_ground(&[floor]), "an assembly has no body, and no class");
-        assert!(lacks_ground(&[floor, with_body]));
-        assert!(!lacks_ground(&[ElementRecord { ground: GroundClass::Floor.into(), ..with_body }]));
     }
 }

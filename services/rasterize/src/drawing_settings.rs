@@ -1,13 +1,8 @@
 //! The robot and the resolution that grids are drawn for, kept with the content of the robot's profile.
 
 use daemon::facts::RobotSummary;
-use daemon::{
-    Configured, Failure, FileText, OlderSetting, Robot, RobotConfig, Save, Setting, SettingInForce, SettingKey,
-    StateFile,
-};
-use serde::Deserialize;
-use std::path::{Path, PathBuf};
-use tracing::warn;
+use daemon::{Configured, Failure, FileText, Robot, RobotConfig, Save, Setting, SettingInForce, SettingKey};
+use std::path::Path;
 
 /// The settings of grids.
 #[derive(Debug, Clone)]
@@ -17,53 +12,14 @@ pub(crate) struct DrawingSettings {
     robot: Robot,
 }
 
-/// The robot in the state of earlier versions, in `robot.json`.
-#[derive(Debug, Deserialize)]
-#[serde(untagged)]
-enum OlderRobot {
-    /// The content of its profile, and whether a command set it.
-    Content { profile: PathBuf, text: String, is_requested: bool },
-    /// The path of the profile that a command set.
-    Path(PathBuf),
-}
-
-impl OlderRobot {
-    fn taken_over(self) -> Option<OlderSetting<Option<FileText>>> {
-        match self {
-            Self::Content { profile: path, text, is_requested } => {
-                let file = Some(FileText { path: path.clone(), text });
-                Some(if is_requested { OlderSetting::Command(file) } else { OlderSetting::SiteToml(Some(path), file) })
-            }
-            Self::Path(path) => match Robot::read_with_text(&path) {
-                Ok((_, file)) => Some(OlderSetting::Command(Some(file))),
-                Err(why) => {
-                    let error = daemon::chain(&why);
-                    warn!(
-                        service = "rasterize",
-                        error, "the robot of an earlier command is lost: that of site.toml is in force"
-                    );
-                    None
-                }
-            },
-        }
-    }
-}
-
-/// Its file.
-const OLDER_FILE: &str = "robot.json";
-
 impl DrawingSettings {
     /// The settings at the start of the daemon.
     ///
     /// # Errors
     /// An edit of the site's file that cannot be used, or state that cannot be read or written.
     pub(crate) fn open(state: &Path, config: &RobotConfig) -> Result<Self, Failure> {
-        let older_file = StateFile::at(state, OLDER_FILE)?;
-        let older = || Ok(older_file.load()?.and_then(OlderRobot::taken_over));
-        let configured = Robot::configured(config.profile.as_deref());
-        let profile = Setting::open(state, SettingKey::RobotProfile, configured, older)?;
-        older_file.remove()?;
-        let resolution = Setting::open(state, SettingKey::Resolution, resolution_of(config), || Ok(None))?;
+        let profile = Setting::open(state, SettingKey::RobotProfile, Robot::configured(config.profile.as_deref()))?;
+        let resolution = Setting::open(state, SettingKey::Resolution, resolution_of(config))?;
         let robot = Robot::of(profile.value().as_ref())?;
         Ok(Self { profile, resolution, robot })
     }
@@ -144,6 +100,7 @@ mod tests {
     use super::*;
     use daemon::SettingSource;
     use std::fs;
+    use std::path::PathBuf;
 
     /// A folder with profiles of two robots, and the state folder.
     fn folder() -> (tempfile::TempDir, PathBuf, PathBuf) {
@@ -171,7 +128,7 @@ mod tests {
         let (home, first, second) = folder();
         assert_eq!(in_force(&opened(&home, &first)), ("first", SettingSource::SiteToml, false));
         let settings = opened(&home, &first);
-        let (_, profile) = Robot::read_with_text(&second).unwrap();
+        let profile = FileText::read_up_to("robot profile", &second, 1_000).unwrap();
         let (settings, saves) = settings.commanded(profile.clone(), 7).unwrap();
         assert_eq!(
             in_force(&opened(&home, &first)),
@@ -205,40 +162,5 @@ mod tests {
         assert_eq!((edited.resolution_m(), settings.resolution_m()), (0.025, 0.05));
         let (same, saves) = settings.edited(&config(&first)).unwrap();
         assert!(same.draw_alike(&settings) && saves.is_empty());
-    }
-
-    #[test]
-    fn a_path_that_a_command_left_with_an_earlier_version_is_read_once() {
-        let (home, first, second) = folder();
-        let state = home.path().join("state");
-        fs::create_dir(&state).unwrap();
-        fs::write(state.join(OLDER_FILE), serde_json::json!(second).to_string()).unwrap();
-        assert_eq!(in_force(&opened(&home, &first)), ("second", SettingSource::Command, false));
-        fs::remove_file(&second).unwrap();
-        assert_eq!(in_force(&opened(&home, &first)), ("second", SettingSource::Command, false));
-    }
-
-    #[test]
-    fn the_robot_of_an_earlier_version_stays_in_force() {
-        for is_requested in [false, true] {
-            let (home, first, second) = folder();
-            let state = home.path().join("state");
-            fs::create_dir(&state).unwrap();
-            let older = if is_requested { &second } else { &first };
-            let text = fs::read_to_string(older).unwrap();
-            let older_state = serde_json::json!({ "profile": older, "text": text, "is_requested": is_requested });
-            fs::write(state.join(OLDER_FILE), older_state.to_string()).unwrap();
-            fs::remove_file(older).unwrap();
-            for _ in 0..2 {
-                let settings = opened(&home, &first);
-                let expected = if is_requested {
-                    ("second", SettingSource::Command, false)
-                } else {
-                    ("first", SettingSource::SiteToml, true)
-                };
-                assert_eq!(in_force(&settings), expected);
-                assert!(!state.join(OLDER_FILE).exists());
-            }
-        }
     }
 }

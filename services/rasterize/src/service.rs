@@ -6,7 +6,7 @@ use bus::{Bus, CheckedSample, GridSlot, topics};
 use daemon::facts::RasterizeFacts;
 use daemon::{
     Asked, Caller, Committed, CurrentActivity, Decide, Decision, Epochs, Failure, HistoryEvent, HistoryKind, Now,
-    Occasion, RasterizeAnswer, RasterizeRequest, Save, SiteConfig, Standing,
+    Occasion, RasterizeAnswer, RasterizeRequest, Save, SiteConfig, Standing, state_files,
 };
 use messages::{Activity, ContentHash, ScheduleStateHead};
 use raster::Rasterizer;
@@ -51,7 +51,7 @@ impl Rasterize {
     /// A robot profile, a resolution or state that cannot be used.
     pub fn start(config: &SiteConfig, activity: CurrentActivity) -> Result<Committed<Self>, Failure> {
         let settings = DrawingSettings::open(&config.state, &config.robot)?;
-        let epochs = Epochs::at(&config.state, "rasterize-epochs.json")?;
+        let epochs = Epochs::at(&config.state, state_files::GRID_EPOCHS)?;
         let edit = settings.were_edited().then(|| event(&settings, None));
         let in_force = InForce { settings: Arc::new(settings), undrawable: None, drawn: Which::Drawn };
         let shared = activity.clone();

@@ -1,33 +1,31 @@
 //! Changes of the site that other nodes ask for, where it allows them.
 
-use bus::{Bus, Daemon};
+use bus::Daemon;
 use daemon::facts::{AlignFacts, AlignmentSummary, RosBridgeFacts};
 use daemon::{
     AlignAnswer, AlignRequest, Confirmations, Failure, IngestRequest, KnownPlaces, Published, Report, Request,
-    RequestTimeouts, Revision, RevisionEffect, RosBridgeRequest, ScheduleAnswer, ScheduleRequest, SearchState,
-    SiteConfig, StatusBoard, ask,
+    Revision, RevisionEffect, RosBridgeRequest, ScheduleAnswer, ScheduleRequest, SearchState, SiteConfig, StatusBoard,
+    ask_site,
 };
 use frames::PlanTime;
 use messages::{AlignmentVerdict, plan_time};
 use std::time::{Duration, Instant};
 
-/// For a daemon to answer; it may just be started again.
-const TIMEOUTS: RequestTimeouts = RequestTimeouts { starting: Duration::from_secs(5), answer: Duration::from_secs(20) };
+/// For the alignment that came of a search to be told.
+const TOLD_TIMEOUT: Duration = Duration::from_secs(20);
 /// For a search; after it the search goes on, and its alignment comes when it has ended.
 const SEARCH_TIMEOUT: Duration = Duration::from_secs(60);
 /// Interval between two looks.
 const POLL_INTERVAL: Duration = Duration::from_millis(50);
 
-/// Asks the daemons of a site. Each request joins the bus anew: it may have been replaced since the last.
+/// Asks the daemons of a site.
 pub(crate) struct Control {
     pub(crate) config: SiteConfig,
 }
 
 impl Control {
     fn ask<R: Request>(&self, request: &R) -> Result<R::Answer, Failure> {
-        let (bus, mut waiter) = Bus::join(&self.config.domain()?, Daemon::Groundplan)?;
-        let pause = || waiter.wait(POLL_INTERVAL).map(drop).map_err(Into::into);
-        Ok(ask(&bus, request, TIMEOUTS, |_| {}, pause)?)
+        ask_site(&self.config, request)
     }
 
     /// The plan time goes on to the next change.
@@ -103,7 +101,7 @@ impl Control {
             if let Some(summary) = self.alignment().filter(|summary| summary.epoch >= alignment.epoch) {
                 return Ok(summary);
             }
-            if begun.elapsed() > TIMEOUTS.answer {
+            if begun.elapsed() > TOLD_TIMEOUT {
                 return Err("slam-align has not told its alignment".into());
             }
             std::thread::sleep(POLL_INTERVAL);

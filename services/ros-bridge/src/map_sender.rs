@@ -3,13 +3,13 @@
 use crate::graph::MapTopics;
 use crate::nav2::{Nav2, RouteGraph};
 use crate::outputs::{GridMessages, GridsKey, Outputs};
-use daemon::{Failure, chain, write_durably};
+use daemon::{Failure, Watched, chain, joined, write_durably};
 use ros::maps::keepout_everywhere;
 use ros::msg::nav_msgs::MapMetaData;
 use ros::msg::std_msgs::{self, Header};
 use site_view::MapsInUse;
 use std::path::PathBuf;
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 use std::thread;
 use std::time::{Duration, Instant};
 use tracing::{info, warn};
@@ -48,9 +48,8 @@ pub(crate) struct Sent {
 /// Shared with the thread: the newest job, an older one is left out, and what was done last.
 #[derive(Default)]
 struct Shared {
-    job: Mutex<Option<Job>>,
-    has_job: Condvar,
-    sent: Mutex<Sent>,
+    job: Watched<Option<Job>>,
+    sent: Watched<Sent>,
 }
 
 /// Publishes maps on a thread.
@@ -82,7 +81,7 @@ impl MapSender {
                     Some(job) => publication.run(job),
                     None => publication.look_at_late_readers(),
                 }
-                *lock(&of_thread.sent) = publication.sent();
+                *of_thread.sent.lock() = publication.sent();
             }
         };
         thread::Builder::new().name("ros-maps".to_owned()).spawn(publish)?;
@@ -91,33 +90,20 @@ impl MapSender {
 
     /// Publishes this next.
     pub(crate) fn send(&self, job: Job) {
-        *lock(&self.0.job) = Some(job);
-        self.0.has_job.notify_one();
+        self.0.job.change(|next| *next = Some(job));
     }
 
     /// What has been published.
     pub(crate) fn sent(&self) -> Sent {
-        lock(&self.0.sent).clone()
+        self.0.sent.lock().clone()
     }
 }
 
 impl Shared {
     /// The next job; `None` if there is none within this time.
     fn next(&self, longest: Option<Duration>) -> Option<Job> {
-        let (job, is_missing) = (lock(&self.job), |job: &mut Option<Job>| job.is_none());
-        let mut job = match longest {
-            None => self.has_job.wait_while(job, is_missing).unwrap_or_else(PoisonError::into_inner),
-            Some(longest) => {
-                let waited = self.has_job.wait_timeout_while(job, longest, is_missing);
-                waited.unwrap_or_else(PoisonError::into_inner).0
-            }
-        };
-        job.take()
+        self.job.wait_while(longest, |job| job.is_none()).take()
     }
-}
-
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// The work of the thread.
@@ -201,8 +187,8 @@ impl Publication {
 
     /// What has been published, with all that an operator should know.
     fn sent(&self) -> Sent {
-        let warnings: Vec<&str> = [&self.sent.warning, &self.late].into_iter().flatten().map(String::as_str).collect();
-        Sent { warning: (!warnings.is_empty()).then(|| warnings.join("; ")), ..self.sent.clone() }
+        let warnings = [&self.sent.warning, &self.late].into_iter().flatten().map(String::as_str);
+        Sent { warning: joined(warnings), ..self.sent.clone() }
     }
 
     /// The map goes out when the readers have the mask, and a robot that stands goes on when they have both, and not while parts of

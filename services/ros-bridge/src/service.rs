@@ -16,18 +16,18 @@ use crate::robot::Robot;
 use crate::sim_time::ClockFollower;
 use crate::slam_map::SlamMapInput;
 use crate::storey::RobotStorey;
-use bus::{Bus, CheckedSample, GridSlot, RawSubscriber, Stamp, TopicName, topics};
+use bus::{Bus, CheckedSample, Stamp, topics};
 use daemon::facts::{Pose, RosBridgeFacts};
 use daemon::{
     Asked, CurrentActivity, Done, Event, Failure, RosBridgeRequest, RosConfig, Service, SiteConfig, Standing,
-    StatusBoard,
+    StatusBoard, joined, state_files,
 };
 use frames::Point2;
 use messages::{Activity, AlignmentVerdict, ContentHash, ContentId, PoseRecord, PoseValidity};
 use ros::markers::each_room;
 use ros::msg::tf2_msgs::TFMessage;
 use ros::transforms::{alignment_pose, pose_in_map, site_map_from_map};
-use site_view::{Freshness, MapState, SiteSample, SiteSamples};
+use site_view::{Freshness, MapState, SiteReader, SiteSample, SiteSamples};
 use std::sync::Arc;
 use std::time::Instant;
 use tracing::{error, info};
@@ -56,7 +56,7 @@ pub(crate) struct BridgeService {
     robot: Robot,
     clock: ClockFollower,
     samples: SiteSamples,
-    grids: Vec<RawSubscriber>,
+    grids: SiteReader,
     alignment: Option<CheckedSample<topics::Alignment>>,
     slam_frame: KeptSlamFrame,
     storey: RobotStorey,
@@ -112,13 +112,13 @@ impl BridgeService {
             mask_topic,
             speed_topic,
             rivals,
-            sender: MapSender::start(map_topics, nav2, config.state.join("ros"))?,
+            sender: MapSender::start(map_topics, nav2, config.state.join(state_files::ROS_MAPS))?,
             foxglove,
             slam_map,
             robot,
             clock,
             samples: SiteSamples::default(),
-            grids: Vec::new(),
+            grids: SiteReader::default(),
             alignment: None,
             slam_frame: KeptSlamFrame::default(),
             storey: RobotStorey::of(config)?,
@@ -136,11 +136,7 @@ impl BridgeService {
 
     /// Publishes the newest set, if it belongs together and is not published.
     fn show(&mut self) -> Result<Done, Failure> {
-        for subscriber in &self.grids {
-            if let Some(sample) = subscriber.take()? {
-                SiteSample::check(sample)?.into_iter().for_each(|grid| self.samples.insert(grid));
-            }
-        }
+        self.grids.take(|grid| self.samples.insert(grid))?;
         (self.warning, self.obstacle) = (None, None);
         let Some(set) = self.samples.set() else { return Ok(Done::default()) };
         let views = set.views()?;
@@ -286,8 +282,7 @@ impl Service for BridgeService {
         // Samples belong to a generation of the bus that is gone; they come again.
         (self.samples, self.alignment) = (SiteSamples::default(), None);
         self.freshness.joined(Stamp::now());
-        let slots = GridSlot::all().map(TopicName::Grid);
-        self.grids = slots.map(|slot| bus.raw_subscriber(slot)).collect::<Result<_, _>>()?;
+        self.grids = SiteReader::of_grids(bus)?;
         match &self.slam_map {
             Some(input) => input.attach(),
             None => Ok(()),
@@ -354,9 +349,8 @@ impl Service for BridgeService {
             self.slam_map.as_ref().and_then(|input| input.warning()),
             self.clock.warning(),
         ];
-        let warnings: Vec<String> = warnings.into_iter().flatten().collect();
         let error = self.foxglove.as_ref().and_then(FoxgloveServer::error);
-        Standing { error, warning: (!warnings.is_empty()).then(|| warnings.join("; ")) }
+        Standing { error, warning: joined(warnings.into_iter().flatten()) }
     }
 
     fn facts(&self) -> RosBridgeFacts {

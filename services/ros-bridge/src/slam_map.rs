@@ -1,7 +1,7 @@
 //! The robot's SLAM map: grids of ROS 2 in, the topic `slam-map` out.
 
 use bus::{Bus, Daemon, topics};
-use daemon::{Epochs, Failure, LatchedOutput, NewSample, SiteConfig, chain};
+use daemon::{Epochs, Failure, LatchedOutput, NewSample, OutputEnd, SiteConfig, chain, joined, state_files};
 use messages::{ArchiveBuffer, Checked, InputHashes, SlamMap, SlamMapHead};
 use ros::msg::geometry_msgs::Quaternion;
 use ros::msg::nav_msgs::OccupancyGrid;
@@ -146,7 +146,7 @@ impl SlamMapInput {
     /// # Errors
     /// State that cannot be used.
     pub(crate) fn new(config: &SiteConfig) -> Result<Self, Failure> {
-        let epochs = Epochs::at(&config.state, "ros-bridge-slam-map-epochs.json")?;
+        let epochs = Epochs::at(&config.state, state_files::SLAM_MAP_EPOCHS)?;
         let output = Output { epochs, bus: None, maps: LatchedOutput::new(topics::SlamMap) };
         Ok(Self { config: config.clone(), output: Mutex::new(output), warnings: Mutex::default() })
     }
@@ -197,8 +197,7 @@ impl SlamMapInput {
     /// That the last message was not taken, or that the last map is not on the bus, and why.
     pub(crate) fn warning(&self) -> Option<String> {
         let Warnings { refusal, no_room } = &*lock(&self.warnings);
-        let warnings: Vec<&str> = [no_room, refusal].into_iter().flatten().map(String::as_str).collect();
-        (!warnings.is_empty()).then(|| warnings.join("; "))
+        joined([no_room, refusal].into_iter().flatten().map(String::as_str))
     }
 
     fn pass_on(&self, archive: ArchiveBuffer, grid: &OccupancyGrid) -> Result<(), Failure> {

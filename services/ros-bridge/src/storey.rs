@@ -1,6 +1,6 @@
 //! The map storey that a robot is on.
 
-use daemon::{Failure, SiteConfig, StateFile};
+use daemon::{Failure, SiteConfig, StateFile, state_files};
 use serde::{Deserialize, Serialize};
 
 /// The storey that is shown, and who tells it.
@@ -13,7 +13,7 @@ pub(crate) struct RobotStorey {
 
 /// What was told while the daemon ran.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(default)]
+#[serde(deny_unknown_fields)]
 struct Told {
     /// The storey that was set.
     set: Option<u32>,
@@ -35,7 +35,7 @@ impl RobotStorey {
     /// # Errors
     /// A file that cannot be read.
     pub(crate) fn of(config: &SiteConfig) -> Result<Self, Failure> {
-        let file = StateFile::at(&config.state, "ros-bridge-robot-storey.json")?;
+        let file = StateFile::at(&config.state, state_files::ROBOT_STOREY)?;
         Ok(Self { configured: config.ros.storey, told: file.load()?.unwrap_or_default(), file })
     }
 

@@ -1,7 +1,7 @@
 //! The topics of schedule-eval: the tasks of schedule files, on the bus before the states that follow them, and the schedule state.
 
-use bus::{Bus, topics};
-use daemon::{Decide, Epochs, Failure, LatchedOutput, NewSample, Outputs, Published};
+use bus::topics;
+use daemon::{Decide, Epochs, Failure, LatchedOutput, NewSample, OutputEnd, Outputs, Published};
 
 /// The ends of the topics.
 pub struct ScheduleOutputs {
@@ -26,9 +26,8 @@ impl Default for ScheduleOutputs {
 impl<D: Decide> Outputs<D> for ScheduleOutputs {
     type Publication = ScheduleSample;
 
-    fn attach(&mut self, bus: &Bus, epochs: &mut Epochs) -> Result<(), Failure> {
-        self.tasks.attach(bus, epochs)?;
-        self.state.attach(bus, epochs)
+    fn ends(&mut self) -> Vec<&mut dyn OutputEnd> {
+        vec![&mut self.tasks, &mut self.state]
     }
 
     fn publish(&mut self, sample: ScheduleSample, _: &D, epochs: &mut Epochs) -> Result<(), Failure> {
@@ -36,23 +35,6 @@ impl<D: Decide> Outputs<D> for ScheduleOutputs {
             ScheduleSample::Tasks(tasks) => self.tasks.publish(epochs, tasks),
             ScheduleSample::State(state) => self.state.publish(epochs, state),
         }
-    }
-
-    fn settle(&mut self) {
-        self.tasks.settle();
-        self.state.settle();
-    }
-
-    fn go_back(&mut self, _: &D, epochs: &mut Epochs) {
-        self.tasks.go_back(epochs);
-        self.state.go_back(epochs);
-    }
-
-    fn retry(&mut self, _: &D, epochs: &mut Epochs) -> Result<bool, Failure> {
-        let is_late = self.tasks.is_pending() || self.state.is_pending();
-        self.tasks.retry(epochs)?;
-        self.state.retry(epochs)?;
-        Ok(is_late)
     }
 
     fn published(&self) -> Published {

@@ -1,15 +1,9 @@
 //! The plan time in force: that of `site.toml`, or the clock that a command set.
 
-use daemon::{
-    Configured, Failure, MachineTime, OlderSetting, Save, Setting, SettingInForce, SettingKey, SiteConfig, StateFile,
-};
-use daemon::{PlanTimeClock, ReachedPlanTime};
+use daemon::{Configured, Failure, PlanTimeClock, Save, Setting, SettingInForce, SettingKey, SiteConfig};
 use frames::{PlanTime, PlanTimeError};
 use jiff::tz::TimeZone;
 use serde::{Deserialize, Serialize};
-
-/// The clock in the state of earlier versions.
-const OLDER_FILE: &str = "plan-clock.json";
 
 /// A plan time as it is kept.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -51,17 +45,8 @@ impl PlanTimeSetting {
     ///
     /// # Errors
     /// A plan time that is none, or state that cannot be read or written.
-    pub(crate) fn open(config: &SiteConfig, zone: Option<&TimeZone>, now: MachineTime) -> Result<Self, Failure> {
-        let older_file = StateFile::at(&config.state, OLDER_FILE)?;
-        // Earlier versions kept a reading of the machine's clock only with a change: it says nothing about the time since.
-        let taken_over = |clock: PlanTimeClock| match clock.reached() {
-            Some(reached) => clock.with_reached(ReachedPlanTime { machine: now, ..reached }),
-            None => clock,
-        };
-        let older =
-            || Ok(older_file.load()?.map(|clock| OlderSetting::Command(PlanTimeValue::Clock(taken_over(clock)))));
-        let setting = Setting::open(&config.state, SettingKey::PlanTime, configured(config, zone), older)?;
-        older_file.remove()?;
+    pub(crate) fn open(config: &SiteConfig, zone: Option<&TimeZone>) -> Result<Self, Failure> {
+        let setting = Setting::open(&config.state, SettingKey::PlanTime, configured(config, zone))?;
         let clock = setting.value().clock(zone)?;
         Ok(Self { setting, clock })
     }
@@ -144,7 +129,7 @@ mod tests {
     }
 
     fn open(config: &SiteConfig) -> Result<PlanTimeSetting, Failure> {
-        PlanTimeSetting::open(config, None, MachineTime::default())
+        PlanTimeSetting::open(config, None)
     }
 
     fn in_force(setting: &PlanTimeSetting) -> (String, SettingSource) {
@@ -186,17 +171,5 @@ mod tests {
         std::fs::remove_file(config.state.join("settings/schedule.plan_time.json")).unwrap();
         let setting = open(&config).unwrap();
         assert!(*setting.clock() == april && setting.warning().unwrap().contains("was removed"));
-    }
-
-    #[test]
-    fn the_clock_of_an_earlier_version_stays_in_force() {
-        let home = tempfile::tempdir().unwrap();
-        let config = config(home.path(), "2024-03-01");
-        std::fs::create_dir(&config.state).unwrap();
-        std::fs::write(config.state.join(OLDER_FILE), "{\"fixed\":{\"at_s\":86400}}").unwrap();
-        for _ in 0..2 {
-            let setting = open(&config).unwrap();
-            assert_eq!(*setting.clock(), PlanTimeClock::Fixed { at_s: 86_400 });
-        }
     }
 }

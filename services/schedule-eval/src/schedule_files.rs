@@ -2,7 +2,10 @@
 //!
 //! What is in force is kept in the state folder: a file that is removed or spoilt later changes nothing, and is a warning.
 
-use daemon::{Failure, FileStamp, FileWatch, KeptFile, MachineTime, Save, SiteConfig, WholeFiles, chain, stamps_of};
+use daemon::state_files::SCHEDULE_FILES;
+use daemon::{
+    Failure, FileStamp, FileWatch, KeptFile, MachineTime, Save, SiteConfig, WholeFiles, chain, joined, stamps_of,
+};
 use jiff::Timestamp;
 use schedule::Rules;
 use serde::{Deserialize, Serialize};
@@ -10,8 +13,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use tasks::{MAX_SCHEDULE_FILE_BYTES, ScheduleFile, TableLink, parse_link_table};
 
-/// The contents in force, in the state folder.
-const KEPT: &str = "schedule-files.bin";
+/// The layout of that file, with which it begins: what follows names nothing.
+const LAYOUT: u32 = 1;
 
 /// Names and bytes of the files in force.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -55,7 +58,7 @@ impl ScheduleFiles {
     /// # Errors
     /// Files that cannot be used and were not in force before.
     pub(crate) fn open(config: &SiteConfig, rules: &Rules) -> Result<Self, Failure> {
-        let kept = KeptFile::at(&config.state, KEPT);
+        let kept = KeptFile::at(&config.state, SCHEDULE_FILES);
         let named = Named::of(config);
         let mut watch = FileWatch::new(MAX_SCHEDULE_FILE_BYTES);
         let read_as = stamps_of(&named.paths());
@@ -81,7 +84,7 @@ impl ScheduleFiles {
                 files.plans = Arc::new(contents.plans(rules)?);
                 files.contents = Arc::new(contents);
                 let finding = files.kept.finding().map(str::to_owned);
-                files.warning = Some([stays(why.as_ref())].into_iter().chain(finding).collect::<Vec<_>>().join("; "));
+                files.warning = joined([stays(why.as_ref())].into_iter().chain(finding));
             }
         }
         Ok(files)
@@ -209,15 +212,20 @@ fn name_of(path: &Path) -> String {
 fn read_kept(kept: &KeptFile) -> Result<Option<Contents>, Failure> {
     let path = kept.path();
     let bytes = kept.load().map_err(|e| format!("{} cannot be read: {e}", path.display()))?;
-    let parsed = bytes.map(|bytes| postcard::from_bytes(&bytes)).transpose();
-    Ok(parsed.map_err(|e| format!("{}: {e}", path.display()))?)
+    let parsed = |bytes: &[u8]| match postcard::take_from_bytes::<u32>(bytes) {
+        Ok((LAYOUT, contents)) => postcard::from_bytes(contents).map_err(|e| format!("{}: {e}", path.display())),
+        _ => {
+            Err(format!("{} has another layout than {LAYOUT}: remove it and {0}.sealed to start anew", path.display()))
+        }
+    };
+    Ok(bytes.as_deref().map(parsed).transpose()?)
 }
 
 fn saving(kept: &KeptFile, contents: &Contents) -> Result<Save, Failure> {
     if contents.files.is_empty() {
         return Ok(kept.removing());
     }
-    let bytes = postcard::to_allocvec(contents).map_err(|e| format!("{}: {e}", kept.path().display()))?;
+    let bytes = postcard::to_allocvec(&(LAYOUT, contents)).map_err(|e| format!("{}: {e}", kept.path().display()))?;
     Ok(kept.saving(bytes))
 }
 
@@ -286,14 +294,19 @@ mod tests {
         let files = ScheduleFiles::open(&config, &rules).unwrap();
         let as_read = format!("{:?}", files.plans());
         fs::remove_file(&path).unwrap();
-        let kept = config.state.join(KEPT);
+        let kept = config.state.join(SCHEDULE_FILES);
         let mut bytes = fs::read(&kept).unwrap();
         let at = bytes.windows(10).position(|text| text == b"2024-03-04").unwrap();
         bytes[at + 9] ^= 1;
         fs::write(&kept, bytes).unwrap();
         let again = ScheduleFiles::open(&config, &rules).unwrap();
         assert_eq!(format!("{:?}", again.plans()), as_read);
-        assert!(again.warning().unwrap().contains(KEPT), "{:?}", again.warning());
-        assert!(ScheduleFiles::open(&config, &rules).unwrap().warning().is_some_and(|warning| !warning.contains(KEPT)));
+        assert!(again.warning().unwrap().contains(SCHEDULE_FILES), "{:?}", again.warning());
+        assert!(
+            ScheduleFiles::open(&config, &rules)
+                .unwrap()
+                .warning()
+                .is_some_and(|warning| !warning.contains(SCHEDULE_FILES))
+        );
     }
 }

@@ -8,10 +8,10 @@ use crate::schedule_files::ScheduleFiles;
 use bus::{Bus, CheckedSample, RobotName, names_of_robots, topics};
 use daemon::facts::ScheduleFacts;
 use daemon::{
-    ActualsSource, Asked, Caller, Clock, Committed, Configured, CurrentActivity, Decide, Decision, Epochs, Failure,
-    FileText, HistoryEvent, HistoryKind, MachineClock, MachineTime, NewSample, Now, ObservedPair, ObservedTables,
-    Occasion, ReportedProgress, ScheduleAnswer, ScheduleRequest, ScheduleVerdict, Setting, SettingKey, SiteConfig,
-    Standing, StateFile, checked_rate, mend_progress, progress_in_force, saving_observed,
+    ActualsSource, Asked, Caller, Committed, Configured, CurrentActivity, Decide, Decision, Epochs, Failure, FileText,
+    HistoryEvent, HistoryKind, NewSample, Now, ObservedPair, ObservedTables, Occasion, ReportedProgress,
+    ScheduleAnswer, ScheduleRequest, ScheduleVerdict, Setting, SettingKey, SiteConfig, Standing, StateFile,
+    checked_rate, joined, mend_progress, progress_in_force, saving_observed, state_files,
 };
 use daemon::{PlanTimeClock, ReachedPlanTime};
 use frames::PlanTime;
@@ -58,22 +58,10 @@ impl ScheduleEval {
     /// # Errors
     /// Rules, schedule files, a plan time or state that cannot be used.
     pub fn start(config: &SiteConfig, activity: CurrentActivity) -> Result<Committed<Self>, Failure> {
-        Self::start_at(config, activity, MachineClock::of_this_boot().now())
-    }
-
-    /// The same when a clock tells `now`.
-    ///
-    /// # Errors
-    /// As [`Self::start`].
-    pub fn start_at(
-        config: &SiteConfig,
-        activity: CurrentActivity,
-        now: MachineTime,
-    ) -> Result<Committed<Self>, Failure> {
-        let rules_setting = Setting::open(&config.state, SettingKey::Rules, rules_configured(config), || Ok(None))?;
+        let rules_setting = Setting::open(&config.state, SettingKey::Rules, rules_configured(config))?;
         let rules = parse_rules(rules_setting.value().as_ref())?;
-        let plan_time = PlanTimeSetting::open(config, rules.site_zone.as_ref(), now)?;
-        let usable_rules_file = StateFile::at(&config.state, "evaluated-rules.json")?;
+        let plan_time = PlanTimeSetting::open(config, rules.site_zone.as_ref())?;
+        let usable_rules_file = StateFile::at(&config.state, state_files::EVALUATED_RULES)?;
         let mended_progress = mend_progress(config)?;
         let overrides = Overrides::in_force(progress_in_force(config, parse_actuals)?);
         let robots = config.observers();
@@ -98,7 +86,7 @@ impl ScheduleEval {
         };
         in_force.check_zone()?;
         let edits = in_force.edits(in_force.rules_setting.was_edited(), in_force.plan_time.was_edited());
-        let (state, epochs) = (config.state.clone(), Epochs::at(&config.state, "schedule-eval-epochs.json")?);
+        let (state, epochs) = (config.state.clone(), Epochs::at(&config.state, state_files::SCHEDULE_EPOCHS)?);
         let shared = activity.clone();
         let service = Self {
             in_force,
@@ -368,11 +356,7 @@ impl ScheduleEval {
         }
         let [_, before] = tables_of_state(&self.state)?;
         let mut overrides = Overrides::clone(&self.in_force.overrides);
-        overrides.actuals = match &before {
-            // Earlier versions wrote no columns where nothing was reported.
-            Some(before) if !before.content.is_empty() => parse_actuals(&before.content)?,
-            _ => Vec::new(),
-        };
+        overrides.actuals = before.as_ref().map_or(Ok(Vec::new()), |before| parse_actuals(&before.content))?;
         let evaluated = self.evaluate(&overrides)?.transpose()?;
         decision.next.table = before.map(|before| before.id);
         decision.save.extend(ReportedProgress::at(&self.state).taking_back()?);
@@ -553,8 +537,7 @@ impl Decide for ScheduleEval {
         let of_state = [rules_setting.warning(), files.warning(), plan_time.warning()];
         let [of_rules, of_files, of_plan_time] = of_state.map(|w| w.map(str::to_owned));
         let warnings = [warning, of_rules, of_files, of_plan_time, self.mended_progress.clone(), gone, conflict];
-        let warnings: Vec<String> = warnings.into_iter().flatten().collect();
-        Standing { error: error.clone(), warning: (!warnings.is_empty()).then(|| warnings.join("; ")) }
+        Standing { error: error.clone(), warning: joined(warnings.into_iter().flatten()) }
     }
 
     fn facts(&self, now: &Now<'_, Self>) -> ScheduleFacts {

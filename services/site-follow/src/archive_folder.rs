@@ -1,7 +1,7 @@
 //! Archives on the disk of a robot, by their sha256: whole ones, and those of which some blocks are here.
 
-use messages::ArchiveBuffer;
-use messages::ContentId;
+use daemon::state_files::FOLLOWED_ARCHIVES;
+use messages::{ArchiveBuffer, ContentId};
 use replica::{ArchiveEntry, Recipe};
 use std::collections::{BTreeSet, HashMap};
 use std::fs::{self, File, OpenOptions};
@@ -61,7 +61,7 @@ impl ArchiveFolder {
     /// # Errors
     /// It cannot be made.
     pub(crate) fn at(state: &Path, disk: Arc<dyn ArchiveDisk>) -> io::Result<Self> {
-        let folder = state.join("followed-archives");
+        let folder = state.join(FOLLOWED_ARCHIVES);
         fs::create_dir_all(&folder)?;
         Ok(Self { folder, disk })
     }

@@ -2,7 +2,7 @@
 
 use crate::archive_folder::ArchiveFolder;
 use crate::file_folder::FileFolder;
-use daemon::{Clock, Failure, FollowConfig, chain};
+use daemon::{Clock, Failure, FollowConfig, Watched, chain};
 use jiff::tz::TimeZone;
 use messages::ContentId;
 use replica::{
@@ -12,7 +12,7 @@ use replica::{
 };
 use std::cell::Cell;
 use std::collections::BTreeSet;
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 use std::time::Duration;
 use store::{Credentials, Fetched, Objects, Store, StoreError};
 use tracing::{info, warn};
@@ -45,7 +45,7 @@ pub(crate) struct Findings {
     /// Archives that the service found damaged.
     pub(crate) damaged: Vec<ContentId>,
     /// The server says that an index is new.
-    is_called: bool,
+    pub(crate) is_called: bool,
     is_stopped: bool,
 }
 
@@ -70,11 +70,7 @@ pub(crate) struct AcceptedIndex {
 }
 
 /// Shared with the service.
-#[derive(Debug, Default)]
-pub(crate) struct Shared {
-    findings: Mutex<Findings>,
-    changed: Condvar,
-}
+pub(crate) type Shared = Watched<Findings>;
 
 /// Which part of a site a robot follows.
 #[derive(Debug, Clone)]
@@ -85,23 +81,6 @@ pub(crate) struct Followed {
     pub(crate) robot: String,
     /// Index, GlobalId or name of storeys; all if there is none.
     pub(crate) storeys: Vec<String>,
-}
-
-impl Shared {
-    pub(crate) fn lock(&self) -> MutexGuard<'_, Findings> {
-        self.findings.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    /// An index is new: the store is asked now.
-    pub(crate) fn call(&self) {
-        self.lock().is_called = true;
-        self.wake();
-    }
-
-    /// Wakes the thread: it ends, or fetches what is damaged.
-    pub(crate) fn wake(&self) {
-        self.changed.notify_all();
-    }
 }
 
 impl Followed {
@@ -245,9 +224,7 @@ impl Fetcher {
             let wait = self.step();
             let is_idle =
                 |findings: &mut Findings| !findings.is_stopped && !findings.is_called && findings.damaged.is_empty();
-            let waited = shared.changed.wait_timeout_while(shared.lock(), wait, is_idle);
-            let (findings, _) = waited.unwrap_or_else(PoisonError::into_inner);
-            if findings.is_stopped {
+            if shared.wait_while(Some(wait), is_idle).is_stopped {
                 return;
             }
         }
@@ -522,6 +499,5 @@ fn tried<T>(mut ask: impl FnMut() -> Result<T, StoreError>) -> Result<T, StoreEr
 
 /// Ends the thread, with the service.
 pub(crate) fn stop(shared: &Shared) {
-    shared.lock().is_stopped = true;
-    shared.wake();
+    shared.change(|findings| findings.is_stopped = true);
 }

@@ -3,7 +3,7 @@
 use crate::file_folder::FileFolder;
 use bus::{Bus, GridSlot, topics};
 use daemon::facts::{RasterizeFacts, WaypointFacts};
-use daemon::{Decide, Epochs, Failure, LatchedOutput, NewSample, Outputs, Published};
+use daemon::{Decide, Epochs, Failure, LatchedOutput, NewSample, OutputEnd, Outputs, Published};
 use frames::metres;
 use messages::{Checked, ContentHash, plan_time};
 use replica::RobotFiles;
@@ -61,35 +61,6 @@ impl Default for FollowOutputs {
             leaving: Leaving::default(),
         }
     }
-}
-
-/// Calls a macro with each output, in the order in which they are published.
-macro_rules! in_order {
-    ($outputs:expr, $output:ident => $do:expr) => {{
-        {
-            let $output = &mut $outputs.site;
-            $do;
-        }
-        {
-            let $output = &mut $outputs.tasks;
-            $do;
-        }
-        {
-            let $output = &mut $outputs.state;
-            $do;
-        }
-        for $output in &mut $outputs.grids {
-            $do;
-        }
-        {
-            let $output = &mut $outputs.index;
-            $do;
-        }
-        {
-            let $output = &mut $outputs.mission_plan;
-            $do;
-        }
-    }};
 }
 
 impl FollowOutputs {
@@ -150,10 +121,16 @@ impl FollowOutputs {
 impl<D: Decide> Outputs<D> for FollowOutputs {
     type Publication = FollowSample;
 
+    fn ends(&mut self) -> Vec<&mut dyn OutputEnd> {
+        let before: [&mut dyn OutputEnd; 3] = [&mut self.site, &mut self.tasks, &mut self.state];
+        let grids = self.grids.iter_mut().map(|grid| grid as &mut dyn OutputEnd);
+        let after: [&mut dyn OutputEnd; 2] = [&mut self.index, &mut self.mission_plan];
+        before.into_iter().chain(grids).chain(after).collect()
+    }
+
     fn attach(&mut self, bus: &Bus, epochs: &mut Epochs) -> Result<(), Failure> {
         self.bus = Some(bus.clone());
-        in_order!(self, output => output.attach(bus, epochs)?);
-        Ok(())
+        Outputs::<D>::ends(self).into_iter().try_for_each(|end| end.attach(bus, epochs))
     }
 
     fn publish(&mut self, sample: FollowSample, _: &D, epochs: &mut Epochs) -> Result<(), Failure> {
@@ -179,7 +156,9 @@ impl<D: Decide> Outputs<D> for FollowOutputs {
     }
 
     fn settle(&mut self) {
-        in_order!(self, output => output.settle());
+        for end in Outputs::<D>::ends(self) {
+            end.settle();
+        }
         // What no index names any more goes after the index that says so, and when there is no way back.
         let Leaving { tasks, grids_from } = std::mem::take(&mut self.leaving);
         if tasks {
@@ -192,16 +171,9 @@ impl<D: Decide> Outputs<D> for FollowOutputs {
 
     fn go_back(&mut self, _: &D, epochs: &mut Epochs) {
         self.leaving = Leaving::default();
-        in_order!(self, output => output.go_back(epochs));
-    }
-
-    fn retry(&mut self, _: &D, epochs: &mut Epochs) -> Result<bool, Failure> {
-        let mut is_late = false;
-        in_order!(self, output => {
-            is_late |= output.is_pending();
-            output.retry(epochs)?;
-        });
-        Ok(is_late)
+        for end in Outputs::<D>::ends(self) {
+            end.go_back(epochs);
+        }
     }
 
     fn published(&self) -> Published {

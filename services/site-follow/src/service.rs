@@ -11,7 +11,7 @@ use daemon::facts::{FollowFacts, ScheduleFacts};
 use daemon::{
     Clock, Committed, CurrentActivity, Decide, Decision, Epochs, Failure, FollowConfig, FollowRequest, HistoryEvent,
     HistoryKind, KeptFile, MAX_TABLE_BYTES, MachineClock, MachineTime, NoInput, Now, Occasion, PlanTimeClock,
-    ReachedPlanTime, Reading, SiteConfig, Standing, StateFile, chain,
+    ReachedPlanTime, Reading, SiteConfig, Standing, StateFile, chain, joined, state_files,
 };
 use jiff::tz::TimeZone;
 use messages::{ContentHash, ContentId, plan_time};
@@ -28,9 +28,6 @@ const LOOK_INTERVAL: Duration = Duration::from_millis(100);
 
 /// A reading of the clock is on disk at least this often.
 const KEEP_CLOCK_MS: i64 = 3_600_000;
-
-/// The table of progress that the robot observed, in the state folder.
-const OBSERVED_FILE: &str = "follow-observed.csv";
 
 /// A store that was not reached for so many looks is told.
 const LATE_LOOKS: i64 = 4;
@@ -84,6 +81,7 @@ pub struct InForce {
 
 /// What survives the daemon beside the index itself.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 struct Kept {
     acknowledged: Option<Acknowledged>,
     /// The zone of the clock, and how far the plan time got in it.
@@ -105,7 +103,9 @@ impl SiteFollow {
             // What can be known of it now is not found out later, in a thread.
             settings.check()?;
             let fetched = fetcher.shared();
-            let teller = Teller::new(config.clone(), settings, to_tell, move || fetched.call());
+            let teller = Teller::new(config.clone(), settings, to_tell, move || {
+                fetched.change(|findings| findings.is_called = true)
+            });
             std::thread::Builder::new().name("site-follow-tell".to_owned()).spawn(|| {
                 daemon::in_background();
                 teller.run();
@@ -142,8 +142,8 @@ impl SiteFollow {
         let Surroundings { open, clock, disk } = surroundings;
         let folder = ArchiveFolder::at(&config.state, disk)?;
         let files = follow.files.as_deref().map(|folder| Arc::new(FileFolder::at(folder)));
-        let state_file = StateFile::at(&config.state, "site-follow.json")?;
-        let index_file = KeptFile::at(&config.state, "site-follow-index.jsonl");
+        let state_file = StateFile::at(&config.state, state_files::FOLLOWED)?;
+        let index_file = KeptFile::at(&config.state, state_files::FOLLOWED_INDEX);
         let kept: Kept = state_file.load()?.unwrap_or_default();
         let shared = Arc::new(Shared::default());
         let mut finding = state_file.finding().map(str::to_owned);
@@ -160,7 +160,7 @@ impl SiteFollow {
         findings.newest.clone_from(&newest);
         findings.in_force = newest.iter().flat_map(|accepted| archive_ids(&followed, &accepted.signed.index)).collect();
         drop(findings);
-        let observed_file = KeptFile::at(&config.state, OBSERVED_FILE);
+        let observed_file = KeptFile::at(&config.state, state_files::OBSERVED_BY_FOLLOWER);
         let observed = || -> Result<Option<Arc<str>>, Failure> {
             Ok(observed_file.load()?.map(String::from_utf8).transpose()?.map(Arc::from))
         };
@@ -197,7 +197,7 @@ impl SiteFollow {
             to_tell: Arc::clone(&to_tell),
             observed_file,
         };
-        let epochs = Epochs::at(&config.state, "site-follow-epochs.json")?;
+        let epochs = Epochs::at(&config.state, state_files::FOLLOW_EPOCHS)?;
         Ok((Committed::new(service, FollowOutputs::default(), epochs, &config.state, activity), fetcher, to_tell))
     }
 
@@ -349,15 +349,14 @@ impl Decide for SiteFollow {
 
     fn gather(&mut self) -> Result<(), Failure> {
         self.show_files();
-        let mut findings = self.shared.lock();
         let damaged = match &*self.trouble.lock().unwrap_or_else(PoisonError::into_inner) {
             Some(SetError::Damaged { id, .. }) => Some(*id),
             _ => None,
         };
-        if let Some(id) = damaged.filter(|id| !findings.damaged.contains(id)) {
-            findings.damaged.push(id);
-            self.shared.wake();
+        if let Some(id) = damaged.filter(|id| !self.shared.lock().damaged.contains(id)) {
+            self.shared.change(|findings| findings.damaged.push(id));
         }
+        let findings = self.shared.lock();
         let in_force = self.in_force.kept.acknowledged.as_ref().filter(|_| self.in_force.index.is_some());
         let newest = findings.newest.as_ref().filter(|newest| in_force != Some(&newest.acknowledged));
         // What was shown before the start counts until something is in force, also where a newer index is not here yet.
@@ -424,13 +423,11 @@ impl Decide for SiteFollow {
             let told = shown.map_or(why.clone(), |shown| format!("{why}; {shown}"));
             // A store that cannot be asked for a moment is no error: what is shown stays.
             match is_answer || is_late {
-                true => error = Some(error.map_or(told.clone(), |own| format!("{own}; {told}"))),
-                false => warning = Some(warning.map_or(told.clone(), |own| format!("{own}; {told}"))),
+                true => error = joined(error.into_iter().chain([told])),
+                false => warning = joined(warning.into_iter().chain([told])),
             }
         }
-        let unheard = self.unheard();
-        let warnings: Vec<String> = warning.into_iter().chain(distrust).chain(unheard).collect();
-        Standing { error, warning: (!warnings.is_empty()).then(|| warnings.join("; ")) }
+        Standing { error, warning: joined(warning.into_iter().chain(distrust).chain(self.unheard())) }
     }
 
     fn facts(&self, now: &Now<'_, Self>) -> FollowFacts {

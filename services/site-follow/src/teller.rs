@@ -5,13 +5,13 @@ use bus::{Bus, Daemon};
 use daemon::facts::{AlignFacts, FollowFacts, RosBridgeFacts};
 use daemon::{
     DaemonReport, Failure, FollowConfig, FollowLinkConfig, REPORT_INTERVAL_S, Report, ReportAnswer, RobotPlace,
-    RobotReport, SiteConfig, StatusBoard, chain,
+    RobotReport, SiteConfig, StatusBoard, Watched, chain,
 };
 use fleet_link::{Identity, LinkError, MessageKind, RobotLink, RobotSettings};
 use jiff::Timestamp;
 use messages::{ContentId, plan_time};
 use serde::de::IgnoredAny;
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 use tracing::{info, warn};
 
@@ -32,10 +32,7 @@ const OBSERVATIONS_INTERVAL: Duration = Duration::from_secs(30);
 
 /// Shared with the service.
 #[derive(Default)]
-pub(crate) struct ToTell {
-    state: Mutex<State>,
-    changed: Condvar,
-}
+pub(crate) struct ToTell(Watched<State>);
 
 #[derive(Default)]
 struct State {
@@ -48,30 +45,24 @@ struct State {
 }
 
 impl ToTell {
-    fn lock(&self) -> MutexGuard<'_, State> {
-        self.state.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
     /// This is the table of progress from now on.
     pub(crate) fn set_progress(&self, progress: Option<Arc<str>>) {
-        self.lock().progress = progress;
-        self.changed.notify_all();
+        self.0.change(|state| state.progress = progress);
     }
 
     /// The bus of the robot, in a new generation.
     pub(crate) fn attach(&self, bus: &Bus) {
-        self.lock().bus = Some(bus.clone());
+        self.0.lock().bus = Some(bus.clone());
     }
 
     /// Why the server does not hear the robot.
     pub(crate) fn error(&self) -> Option<String> {
-        self.lock().error.clone()
+        self.0.lock().error.clone()
     }
 
     /// Ends the thread, with the service.
     pub(crate) fn stop(&self) {
-        self.lock().is_stopped = true;
-        self.changed.notify_all();
+        self.0.change(|state| state.is_stopped = true);
     }
 }
 
@@ -126,13 +117,13 @@ impl<W: Fn() + Clone + Send + Sync + 'static> Teller<W> {
     /// Tells until it is stopped.
     pub(crate) fn run(mut self) {
         loop {
-            let progress = self.to_tell.lock().progress.clone();
+            let progress = self.to_tell.0.lock().progress.clone();
             let told = self.tell(progress.as_ref());
             if told.is_err() && self.heard.elapsed() > DEAD_AFTER {
                 self.link = None;
             }
             let interval = if told.is_ok() { LOOK_INTERVAL } else { RETRY_INTERVAL };
-            let mut state = self.to_tell.lock();
+            let mut state = self.to_tell.0.lock();
             let error = told.err().map(|why| chain(why.as_ref()));
             match (&error, &state.error) {
                 (Some(error), before) if before.as_ref() != Some(error) => {
@@ -142,9 +133,9 @@ impl<W: Fn() + Clone + Send + Sync + 'static> Teller<W> {
                 _ => {}
             }
             state.error = error;
+            drop(state);
             let is_idle = |state: &mut State| !state.is_stopped && state.progress == progress;
-            let waited = self.to_tell.changed.wait_timeout_while(state, interval, is_idle);
-            if waited.unwrap_or_else(PoisonError::into_inner).0.is_stopped {
+            if self.to_tell.0.wait_while(Some(interval), is_idle).is_stopped {
                 return;
             }
         }
@@ -152,7 +143,7 @@ impl<W: Fn() + Clone + Send + Sync + 'static> Teller<W> {
 
     /// Tells what the server does not know.
     fn tell(&mut self, progress: Option<&Arc<str>>) -> Result<(), Failure> {
-        let bus = self.to_tell.lock().bus.clone();
+        let bus = self.to_tell.0.lock().bus.clone();
         let observations = self.observer.look(bus.as_ref())?;
         let observations_id = observations.as_deref().map(ContentId::of);
         let report = self.report(progress, observations_id);

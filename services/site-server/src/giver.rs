@@ -1,9 +1,8 @@
 //! The thread that gives schedule-eval what robots observed, until it has it: nobody who hears robots waits for that.
 
 use bus::Bus;
-use daemon::{ActualsSource, ClientError, FileText, RequestTimeouts, ScheduleRequest, chain, progress_table};
+use daemon::{ActualsSource, ClientError, FileText, RequestTimeouts, ScheduleRequest, Watched, chain, progress_table};
 use std::collections::BTreeMap;
-use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 use tracing::{info, warn};
 
@@ -19,10 +18,7 @@ pub(crate) type Rows = BTreeMap<String, [String; 2]>;
 
 /// What schedule-eval is to have of each robot, and what it has.
 #[derive(Default)]
-pub(crate) struct Giver {
-    state: Mutex<State>,
-    changed: Condvar,
-}
+pub(crate) struct Giver(Watched<State>);
 
 #[derive(Default)]
 struct State {
@@ -46,55 +42,45 @@ impl State {
 impl Giver {
     /// Schedule-eval has these rows, as its state says.
     pub(crate) fn having(given: BTreeMap<String, Rows>) -> Self {
-        Self { state: Mutex::new(State { given, ..State::default() }), changed: Condvar::new() }
-    }
-
-    fn lock(&self) -> MutexGuard<'_, State> {
-        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+        Self(Watched::new(State { given, ..State::default() }))
     }
 
     /// The bus of the site, in a new generation.
     pub(crate) fn attach(&self, bus: &Bus) {
-        self.lock().bus = Some(bus.clone());
-        self.changed.notify_all();
+        self.0.change(|state| state.bus = Some(bus.clone()));
     }
 
     /// Schedule-eval is to have these rows of these robots.
     pub(crate) fn want(&self, wanted: BTreeMap<String, Rows>) {
-        let mut state = self.lock();
-        if state.wanted != wanted {
-            state.wanted = wanted;
-            self.changed.notify_all();
-        }
+        self.0.change(|state| state.wanted = wanted);
     }
 
     /// Why the rows of a robot are not in force; `None` if they are, or there are none.
     pub(crate) fn refused(&self, robot: &str) -> Option<String> {
-        self.lock().refused.get(robot).cloned()
+        self.0.lock().refused.get(robot).cloned()
     }
 
     /// True if schedule-eval has a row of an element by a robot.
     pub(crate) fn has(&self, robot: &str, id: &str) -> bool {
-        self.lock().given.get(robot).is_some_and(|rows| rows.contains_key(id))
+        self.0.lock().given.get(robot).is_some_and(|rows| rows.contains_key(id))
     }
 
     /// Ends the thread, with the service.
     pub(crate) fn stop(&self) {
-        self.lock().is_stopped = true;
-        self.changed.notify_all();
+        self.0.change(|state| state.is_stopped = true);
     }
 
     /// Gives until it is stopped.
     pub(crate) fn run(&self) {
         loop {
             self.give_all();
-            let state = self.lock();
+            let state = self.0.lock();
             // What failed waits for its time; what is wanted anew, or a bus that was missing, does not.
             let (wanted, has_bus) = (state.wanted.clone(), state.bus.is_some());
+            drop(state);
             let is_idle =
                 |state: &mut State| !state.is_stopped && state.wanted == wanted && state.bus.is_some() == has_bus;
-            let waited = self.changed.wait_timeout_while(state, RETRY_INTERVAL, is_idle);
-            if waited.unwrap_or_else(PoisonError::into_inner).0.is_stopped {
+            if self.0.wait_while(Some(RETRY_INTERVAL), is_idle).is_stopped {
                 return;
             }
         }
@@ -104,12 +90,12 @@ impl Giver {
     fn give_all(&self) {
         let mut tried = BTreeMap::new();
         loop {
-            let state = self.lock();
+            let state = self.0.lock();
             let (next, bus) = (state.next(&tried), state.bus.clone());
             drop(state);
             let (Some((name, rows)), Some(bus)) = (next, bus) else { return };
             let given = self.give(&bus, &name, &rows);
-            let mut state = self.lock();
+            let mut state = self.0.lock();
             match given {
                 Ok(()) => {
                     info!(
@@ -147,7 +133,7 @@ impl Giver {
         };
         let pause = || {
             std::thread::sleep(POLL_INTERVAL);
-            if self.lock().is_stopped { Err("site-server ends".into()) } else { Ok(()) }
+            if self.0.lock().is_stopped { Err("site-server ends".into()) } else { Ok(()) }
         };
         daemon::ask(bus, &request, TIMEOUTS, |_| {}, pause).map(drop)
     }

@@ -2,7 +2,8 @@
 
 use crate::exports::{Blobs, ExportedSet, Exports, OfSite};
 use crate::pieces::{Piece, RobotPieces, SetPieces, SitePieces};
-use daemon::{Clock, Disk, Failure, MachineClock, ServeConfig, SiteConfig, StateFile, StateFolder, chain};
+use daemon::state_files::published_epoch;
+use daemon::{Clock, Disk, Failure, MachineClock, ServeConfig, SiteConfig, StateFile, StateFolder, Watched, chain};
 use jiff::{SignedDuration, Timestamp};
 use messages::{ContentHash, ContentId, LAYOUT_VERSION};
 use replica::{
@@ -14,7 +15,7 @@ use std::collections::hash_map::Entry;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 use std::time::Duration;
 use store::{Credentials, Fetched, Listed, Objects, Store};
 use tracing::{info, warn};
@@ -78,10 +79,7 @@ pub struct Surroundings {
 
 /// Shared with the service.
 #[derive(Default)]
-pub struct Shared {
-    state: Mutex<State>,
-    changed: Condvar,
-}
+pub struct Shared(Watched<State>);
 
 #[derive(Default)]
 struct State {
@@ -93,40 +91,34 @@ struct State {
 }
 
 impl Shared {
-    fn lock(&self) -> MutexGuard<'_, State> {
-        self.state.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
     /// Gives the thread a set; one that it has not begun is left out.
     pub fn give(&self, job: Job) {
-        self.lock().job = Some(job);
-        self.changed.notify_all();
+        self.0.change(|state| state.job = Some(job));
     }
 
     /// Epoch of the newest index in the store, as soon as it is there; 0 before.
     pub(crate) fn epoch(&self) -> u64 {
-        self.lock().epoch
+        self.0.lock().epoch
     }
 
     fn is_in_store(&self, index: Option<&SiteIndex>) {
-        self.lock().epoch = index.map_or(0, |index| index.epoch);
+        self.0.lock().epoch = index.map_or(0, |index| index.epoch);
     }
 
     /// True if there is something to be done that is newer than what is under way.
     fn has_news(&self) -> bool {
-        let state = self.lock();
+        let state = self.0.lock();
         state.is_stopped || state.job.is_some()
     }
 
     /// What came of the last one.
     pub fn outcome(&self) -> Outcome {
-        self.lock().outcome.clone()
+        self.0.lock().outcome.clone()
     }
 
     /// Ends the thread.
     pub(crate) fn stop(&self) {
-        self.lock().is_stopped = true;
-        self.changed.notify_all();
+        self.0.change(|state| state.is_stopped = true);
     }
 }
 
@@ -238,17 +230,10 @@ impl Publisher {
     pub(crate) fn run(mut self) {
         let shared = Arc::clone(&self.shared);
         loop {
-            let (state, is_idle) = (shared.lock(), |state: &mut State| !state.is_stopped && state.job.is_none());
-            let state = if self.retried.is_some() {
-                let waited = shared.changed.wait_timeout_while(state, self.wait, is_idle);
-                waited.unwrap_or_else(PoisonError::into_inner).0
-            } else {
-                shared.changed.wait_while(state, is_idle).unwrap_or_else(PoisonError::into_inner)
-            };
-            if state.is_stopped {
+            let longest = self.retried.as_ref().map(|_| self.wait);
+            if shared.0.wait_while(longest, |state| !state.is_stopped && state.job.is_none()).is_stopped {
                 return;
             }
-            drop(state);
             self.step();
         }
     }
@@ -256,10 +241,10 @@ impl Publisher {
     /// One turn: publishes what was given last, or tries again what failed.
     pub fn step(&mut self) {
         // A newer one goes before one that failed.
-        let given = self.shared.lock().job.take();
+        let given = self.shared.0.lock().job.take();
         let Some(job) = given.or_else(|| self.retried.take()) else { return };
         let published = self.publish(&job);
-        let mut state = self.shared.lock();
+        let mut state = self.shared.0.lock();
         match published {
             Ok(outcome) => (state.outcome, self.wait, self.retried) = (outcome, FIRST_WAIT, None),
             Err(why) => {
@@ -309,7 +294,7 @@ impl Publisher {
         }
         // Files come last: no maps of a robot wait for what others read.
         if exports.are_asked_for() {
-            self.shared.lock().outcome = connected.outcome(new_bytes, why_no_later.as_ref(), None);
+            self.shared.0.lock().outcome = connected.outcome(new_bytes, why_no_later.as_ref(), None);
             let is_superseded = || self.shared.has_news();
             match connected.export(job, &later, exports, &is_superseded) {
                 Ok(why) => {
@@ -735,7 +720,7 @@ struct TakenEpoch {
 
 impl TakenEpoch {
     fn at(state: &Path, site: &SiteName) -> Result<Self, Failure> {
-        let file = StateFile::at(state, &format!("site-server-{site}.json"))?;
+        let file = StateFile::at(state, &published_epoch(site.as_str()))?;
         let epoch = file.load()?.unwrap_or(0);
         Ok(Self { file, epoch })
     }

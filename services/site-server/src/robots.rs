@@ -5,10 +5,11 @@ use crate::giver::{Giver, Rows};
 use crate::publication::Shared as Published;
 use bus::{Daemon, RobotName};
 use daemon::facts::ScheduleFacts;
+use daemon::state_files::TOLD;
 use daemon::{
     AbsentByRobot, ElementObservation, Failure, FleetDocument, FleetRobot, KeptFile, Observations, ObservedTables,
     Report, ReportAnswer, RobotReport, ServeConfig, ServeLinkConfig, StatusBoard, ToldAbsence, ToldByRobot,
-    ToldObservation, chain, fleet_elements, replace_file,
+    ToldObservation, Watched, chain, fleet_elements, replace_file,
 };
 use fleet_link::{Identity, Message, MessageKind, ServerLink, ServerSettings};
 use frames::PlanTime;
@@ -18,8 +19,8 @@ use schedule::{ABSENT, Actual, parse_actuals};
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use tracing::{info, warn};
 
@@ -38,14 +39,9 @@ const KEEP_INTERVAL: Duration = Duration::from_secs(60);
 /// So many elements no site has.
 const MAX_ELEMENTS: usize = 500_000;
 
-/// What robots told, in the state folder.
-const KEPT_FOLDER: &str = "fleet";
-
 /// Shared with the service.
 #[derive(Default)]
-pub(crate) struct Shared {
-    state: Mutex<State>,
-}
+pub(crate) struct Shared(Watched<State>);
 
 #[derive(Default)]
 struct State {
@@ -55,24 +51,20 @@ struct State {
 }
 
 impl Shared {
-    fn lock(&self) -> MutexGuard<'_, State> {
-        self.state.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
     /// Why robots have no link.
     pub(crate) fn error(&self) -> Option<String> {
-        self.lock().error.clone()
+        self.0.lock().error.clone()
     }
 
     /// Ends the thread, with the service.
     pub(crate) fn stop(&self) {
-        self.lock().is_stopped = true;
+        self.0.lock().is_stopped = true;
     }
 }
 
 /// What is kept of a robot.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
-#[serde(default)]
+#[serde(deny_unknown_fields)]
 struct KeptRobot {
     told: Option<(Timestamp, RobotReport)>,
     /// The table of progress that it told last, and its rows by element.
@@ -215,7 +207,7 @@ pub(crate) fn link_settings(serve: &ServeConfig, link: &ServeLinkConfig) -> Serv
 }
 
 fn kept_file(state: &Path, robot: &str) -> KeptFile {
-    KeptFile::at(state, format!("{KEPT_FOLDER}/{robot}.json"))
+    KeptFile::at(state, format!("{TOLD}/{robot}.json"))
 }
 
 impl Robots {
@@ -233,7 +225,7 @@ impl Robots {
         (giver, board): (Arc<Giver>, StatusBoard),
     ) -> Result<Self, Failure> {
         settings.check()?;
-        let folder = state.join(KEPT_FOLDER);
+        let folder = state.join(TOLD);
         std::fs::create_dir_all(&folder).map_err(|why| format!("{} cannot be made: {why}", folder.display()))?;
         let mut robots = BTreeMap::new();
         for robot in &settings.robots {
@@ -274,7 +266,7 @@ impl Robots {
         let (sender, messages) = channel();
         let mut tried: Option<Instant> = None;
         loop {
-            if self.shared.lock().is_stopped {
+            if self.shared.0.lock().is_stopped {
                 self.keep();
                 return;
             }
@@ -302,7 +294,7 @@ impl Robots {
             }
             Err(why) => Some(chain(&why)),
         };
-        let mut state = self.shared.lock();
+        let mut state = self.shared.0.lock();
         if state.error != error {
             self.is_changed = true;
             if let Some(error) = &error {
@@ -478,7 +470,7 @@ impl Robots {
         FleetDocument {
             site: self.serve.site.clone(),
             written: now,
-            error: self.shared.lock().error.clone(),
+            error: self.shared.0.lock().error.clone(),
             epoch,
             robots: robots.collect(),
             elements,

@@ -9,8 +9,8 @@ use crate::robots::{Robots, link_settings, rows_in_force};
 use bus::{Bus, RobotName};
 use daemon::facts::{ScheduleFacts, ServeFacts};
 use daemon::{
-    Asked, CurrentActivity, Done, Event, FLEET_FILE, Failure, Report, ServeConfig, ServeRequest, Service, SiteConfig,
-    Standing, StatusBoard, UNNAMED_ROBOT, chain,
+    Asked, CurrentActivity, Done, Event, Failure, Report, ServeConfig, ServeRequest, Service, SiteConfig, Standing,
+    StatusBoard, UNNAMED_ROBOT, chain, state_files,
 };
 use messages::{Activity, ContentHash, SampleHeader};
 use replica::IndexClock;
@@ -79,7 +79,7 @@ impl SiteServer {
         let robots = Arc::new(robots::Shared::default());
         let mut given = None;
         if let Some(link) = &serve.link {
-            let document = config.site_state.join(FLEET_FILE);
+            let document = config.site_state.join(state_files::FLEET);
             let (published, shared) = (Arc::clone(&shared), Arc::clone(&robots));
             let settings = link_settings(&serve, link);
             let giver = Arc::new(Giver::having(rows_in_force(&config.site_state, &link.robots)?));

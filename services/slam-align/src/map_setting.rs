@@ -1,11 +1,8 @@
 //! The map file in force, `align.map` or that of a command, kept with its content.
 
-use crate::persisted_state::{OlderMap, OlderStoredMap};
 use crate::robot_map::RobotMap;
 use crate::stored_map::{MapStore, MapStoreError, StoredMap};
-use daemon::{
-    AlignConfig, Configured, Failure, KeptSetting, OlderSetting, Save, Setting, SettingInForce, SettingKey, chain,
-};
+use daemon::{AlignConfig, Configured, Failure, KeptSetting, Save, Setting, SettingInForce, SettingKey, chain};
 use messages::ContentHash;
 use occupancy::MapFileContent;
 use std::fs;
@@ -40,17 +37,16 @@ pub(crate) struct OtherMap {
 }
 
 impl MapSetting {
-    /// The setting at the start of the daemon; `older` is its state in an earlier version.
+    /// The setting at the start of the daemon.
     ///
     /// # Errors
     /// State that cannot be read or written.
-    pub(crate) fn open(state: &Path, config: &AlignConfig, older: OlderMap) -> Result<Self, Failure> {
+    pub(crate) fn open(state: &Path, config: &AlignConfig) -> Result<Self, Failure> {
         let (store, file) = (MapStore::at(state), config.map.as_deref());
         fs::create_dir_all(state)?;
         let value = file.map(|file| copied(&store, file)).transpose();
         let configured = Configured { file: file.map(Path::to_owned), value };
-        let older = || Ok(taken_over(&store, older));
-        let setting = Setting::open_without_edit(state, SettingKey::SlamMap, configured, older)?;
+        let setting = Setting::open_without_edit(state, SettingKey::SlamMap, configured)?;
         let mut map_setting = Self { setting, store, unread: None };
         map_setting.set_unread(file, map_setting.setting.warning().map(str::to_owned));
         map_setting.remove_other_copies();
@@ -162,25 +158,6 @@ fn looks(file: Option<&Path>) -> Option<(u64, SystemTime)> {
     Some((metadata.len(), metadata.modified().ok()?))
 }
 
-fn taken_over(store: &MapStore, older: OlderMap) -> Option<OlderSetting<Option<StoredMap>>> {
-    let OlderMap { map, stored_map } = older;
-    match (stored_map, map) {
-        (Some(OlderStoredMap { map, configured }), _) if configured.as_ref() == Some(&map.file) => {
-            Some(OlderSetting::SiteToml(configured, Some(map)))
-        }
-        (Some(OlderStoredMap { map, .. }), _) => Some(OlderSetting::Command(Some(map))),
-        (None, Some(file)) => match copied(store, &file) {
-            Ok(stored) => Some(OlderSetting::Command(Some(stored))),
-            Err(why) => {
-                let error = chain(why.as_ref());
-                warn!(service = "slam-align", error, "the map of an earlier command is lost");
-                None
-            }
-        },
-        (None, None) => None,
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -203,7 +180,7 @@ mod tests {
     }
 
     fn open(config: &SiteConfig) -> MapSetting {
-        MapSetting::open(&config.state, &config.align, OlderMap::default()).unwrap()
+        MapSetting::open(&config.state, &config.align).unwrap()
     }
 
     /// The hash of another map, once what follows from it is on disk.
@@ -256,18 +233,5 @@ mod tests {
         save(home.path(), "later", 0);
         assert!(setting.retry(&config.align).unwrap().map.is_some());
         assert!(setting.warning().is_none() && setting.retry(&config.align).unwrap().map.is_none());
-    }
-
-    #[test]
-    fn a_map_of_an_earlier_version_stays_in_force() {
-        let home = tempfile::tempdir().unwrap();
-        let config = config(home.path(), "site");
-        save(home.path(), "site", 0);
-        let requested = save(home.path(), "requested", 1);
-        let older = OlderMap { map: Some(requested), stored_map: None };
-        let setting = MapSetting::open(&config.state, &config.align, older).unwrap();
-        let in_force = setting.in_force().unwrap();
-        assert!(in_force.source == SettingSource::Command && in_force.value.ends_with("requested.yaml"));
-        assert_eq!(hash(&open(&config)), hash(&setting));
     }
 }

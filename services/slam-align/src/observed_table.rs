@@ -2,7 +2,8 @@
 
 use bus::{Bus, RobotName};
 use daemon::{
-    ActualsSource, Failure, FileText, FollowRequest, RequestTimeouts, ScheduleRequest, SiteConfig, write_durably,
+    ActualsSource, Epochs, Failure, FileText, FollowRequest, OutputEnd, RequestTimeouts, ScheduleRequest, SiteConfig,
+    write_durably,
 };
 use std::path::PathBuf;
 use std::time::Duration;
@@ -70,10 +71,6 @@ impl ObservedTable {
         Self { give, bus: None, table: FileText { path: file, text: table }, is_pending, before: None }
     }
 
-    pub(crate) fn attach(&mut self, bus: &Bus) {
-        self.bus = Some(bus.clone());
-    }
-
     /// Another table is in force. It is given at once where a client waits for that, else as what is pending.
     ///
     /// # Errors
@@ -84,27 +81,11 @@ impl ObservedTable {
         if is_asked { self.give(true) } else { Ok(()) }
     }
 
-    pub(crate) fn settle(&mut self) {
-        self.before = None;
-    }
-
-    /// The table before is in force, and pending.
-    pub(crate) fn go_back(&mut self) {
-        if let Some(before) = self.before.take() {
-            (self.table.text, self.is_pending) = (before, true);
-        }
-    }
-
-    /// True while schedule-eval has another table.
-    pub(crate) fn is_pending(&self) -> bool {
-        self.is_pending
-    }
-
     /// Gives the table that is pending.
     ///
     /// # Errors
     /// It cannot be given.
-    pub(crate) fn give(&mut self, waits: bool) -> Result<(), Failure> {
+    fn give(&mut self, waits: bool) -> Result<(), Failure> {
         if self.is_pending {
             let bus = self.bus.as_ref().ok_or("it is not attached to a bus")?;
             (self.give)(bus, self.table.clone(), waits)?;
@@ -113,5 +94,32 @@ impl ObservedTable {
             self.is_pending = false;
         }
         Ok(())
+    }
+}
+
+impl OutputEnd for ObservedTable {
+    fn attach(&mut self, bus: &Bus, _: &mut Epochs) -> Result<(), Failure> {
+        self.bus = Some(bus.clone());
+        Ok(())
+    }
+
+    fn settle(&mut self) {
+        self.before = None;
+    }
+
+    /// The table before is in force, and pending.
+    fn go_back(&mut self, _: &mut Epochs) {
+        if let Some(before) = self.before.take() {
+            (self.table.text, self.is_pending) = (before, true);
+        }
+    }
+
+    /// True while schedule-eval has another table.
+    fn is_pending(&self) -> bool {
+        self.is_pending
+    }
+
+    fn retry(&mut self, _: &mut Epochs) -> Result<(), Failure> {
+        self.give(false)
     }
 }

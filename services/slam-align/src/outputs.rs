@@ -1,8 +1,8 @@
 //! The topics of slam-align, and the table of observed progress that schedule-eval has from it.
 
 use crate::observed_table::ObservedTable;
-use bus::{Bus, topics};
-use daemon::{Decide, Epochs, Failure, LatchedOutput, NewSample, Outputs, Published};
+use bus::topics;
+use daemon::{Decide, Epochs, Failure, LatchedOutput, NewSample, OutputEnd, Outputs, Published};
 
 /// The ends of the topics.
 pub struct AlignOutputs {
@@ -36,10 +36,8 @@ impl AlignOutputs {
 impl<D: Decide> Outputs<D> for AlignOutputs {
     type Publication = AlignSample;
 
-    fn attach(&mut self, bus: &Bus, epochs: &mut Epochs) -> Result<(), Failure> {
-        self.observed.attach(bus);
-        self.alignment.attach(bus, epochs)?;
-        self.deviations.attach(bus, epochs)
+    fn ends(&mut self) -> Vec<&mut dyn OutputEnd> {
+        vec![&mut self.alignment, &mut self.deviations, &mut self.observed]
     }
 
     fn publish(&mut self, sample: AlignSample, _: &D, epochs: &mut Epochs) -> Result<(), Failure> {
@@ -48,25 +46,6 @@ impl<D: Decide> Outputs<D> for AlignOutputs {
             AlignSample::Deviations(deviations) => self.deviations.publish(epochs, deviations),
             AlignSample::Observed { table, is_asked } => self.observed.set(table, is_asked),
         }
-    }
-
-    fn settle(&mut self) {
-        self.alignment.settle();
-        self.deviations.settle();
-        self.observed.settle();
-    }
-
-    fn go_back(&mut self, _: &D, epochs: &mut Epochs) {
-        self.alignment.go_back(epochs);
-        self.deviations.go_back(epochs);
-        self.observed.go_back();
-    }
-
-    fn retry(&mut self, _: &D, epochs: &mut Epochs) -> Result<bool, Failure> {
-        let is_late = self.alignment.is_pending() || self.deviations.is_pending() || self.observed.is_pending();
-        self.alignment.retry(epochs)?;
-        self.deviations.retry(epochs)?;
-        self.observed.give(false).map(|()| is_late)
     }
 
     fn published(&self) -> Published {

@@ -1,55 +1,30 @@
 //! Persistent state of slam-align.
 
-use crate::stored_map::StoredMap;
 use daemon::facts::Pose;
 use daemon::{Confirmed, ConfirmedElement, ListedPose};
 use deviations::AppliedObservations;
 use messages::{PoseEvidence, PoseRecord};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
-use std::path::PathBuf;
 
 /// State that survives a restart.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-#[serde(default)]
+#[serde(deny_unknown_fields)]
 pub(crate) struct PersistedState {
-    /// The map in the state of earlier versions.
-    #[serde(flatten, skip_serializing)]
-    pub(crate) older_map: OlderMap,
     /// Observations that are applied to the maps.
     pub(crate) observed: AppliedObservations,
     /// Who confirmed which absent element when, by GlobalId.
     confirmed: BTreeMap<String, ConfirmedElement>,
     pose: Option<PersistedPose>,
     /// The pose was in effect, and is not: the history says why.
-    #[serde(default)]
     pub(crate) is_withdrawn: bool,
     /// The pose before the one that was confirmed last, and who confirmed that.
     before_confirmed: Option<(PersistedPose, Confirmed)>,
 }
 
-/// The map in the state of earlier versions, which did not keep it as a setting.
-#[derive(Debug, Clone, Default, PartialEq, Eq, Deserialize)]
-#[serde(default)]
-pub(crate) struct OlderMap {
-    /// The file of the last request, of a version that kept no copy.
-    pub(crate) map: Option<PathBuf>,
-    /// The map that was read last, of which there is a copy.
-    pub(crate) stored_map: Option<OlderStoredMap>,
-}
-
-/// A map of which there is a copy, in the state of an earlier version.
-#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
-pub(crate) struct OlderStoredMap {
-    /// The map.
-    #[serde(flatten)]
-    pub(crate) map: StoredMap,
-    /// The file that the configuration named then.
-    pub(crate) configured: Option<PathBuf>,
-}
-
 /// A pose and its map frame.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 struct PersistedPose {
     frame_epoch: u64,
     map_storey: u32,
@@ -58,11 +33,9 @@ struct PersistedPose {
     covariance: [f64; 9],
     /// Score, precision, recall, free.
     evidence: [f64; 4],
-    /// Log odds, metres of walls in sight, shares seen through and in walls; zeros in the state of earlier versions.
-    #[serde(default)]
+    /// Log odds, metres of walls in sight, shares seen through and in walls.
     sight: [f64; 4],
-    /// Shares outside and of free cells in walls, metres of distinct walls; zeros in the state of earlier versions.
-    #[serde(default)]
+    /// Shares outside and of free cells in walls, metres of distinct walls.
     walls: [f64; 3],
 }
 
@@ -168,9 +141,7 @@ impl PersistedState {
 
     /// An element that was confirmed to be absent.
     pub(crate) fn confirmed_element(&self, global_id: &str) -> Option<ConfirmedElement> {
-        let unknown = || ConfirmedElement { global_id: global_id.to_owned(), ..ConfirmedElement::default() };
-        let is_absent = self.observed.absent().contains(global_id);
-        is_absent.then(|| self.confirmed.get(global_id).cloned().unwrap_or_else(unknown))
+        self.confirmed.get(global_id).cloned()
     }
 }
 
@@ -196,19 +167,13 @@ mod tests {
     }
 
     #[test]
-    fn the_state_of_a_version_without_copies_of_maps_is_read() {
-        let text = r#"{"map":"/robot.yaml","observed":{"early":{"a":7},"absent":["b"]},"pose":null}"#;
-        let read: PersistedState = serde_json::from_str(text).unwrap();
-        let OlderMap { map, stored_map } = read.older_map.clone();
-        assert_eq!((map.as_deref(), stored_map), (Some(std::path::Path::new("/robot.yaml")), None));
-        let text = r#"{"stored_map":{"file":"/robot.yaml","content_hash":7,"configured":"/other.yaml"}}"#;
-        let stored = serde_json::from_str::<PersistedState>(text).unwrap().older_map.stored_map.unwrap();
-        assert_eq!(
-            stored.map,
-            StoredMap { file: "/robot.yaml".into(), content_hash: messages::ContentHash::from_bits(7) }
-        );
-        assert_eq!(stored.configured.as_deref(), Some(std::path::Path::new("/other.yaml")));
-        let element = read.confirmed_element("b").unwrap();
-        assert!(element.global_id == "b" && element.confirmed.is_none() && read.confirmed_element("a").is_none());
+    fn state_of_another_layout_is_not_read() {
+        let whole = serde_json::to_value(PersistedState::default()).unwrap();
+        let read = |of: &serde_json::Value| serde_json::from_value::<PersistedState>(of.clone());
+        assert_eq!(read(&whole).unwrap(), PersistedState::default());
+        let (mut more, mut less) = (whole.clone(), whole);
+        more["map"] = "/robot.yaml".into();
+        less.as_object_mut().unwrap().remove("observed");
+        assert!(read(&more).is_err() && read(&less).is_err());
     }
 }

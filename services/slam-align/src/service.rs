@@ -18,7 +18,7 @@ use bus::{Bus, CheckedSample, topics};
 use daemon::facts::{AlignFacts, AlignmentSummary};
 use daemon::{
     AlignAnswer, AlignRequest, Asked, Committed, CurrentActivity, Decide, Decision, Epochs, Failure, FileText,
-    NewSample, Now, Occasion, SiteConfig, Standing, StateFile, chain,
+    NewSample, Now, Occasion, SiteConfig, Standing, StateFile, chain, joined, state_files,
 };
 use deviations::AppliedObservations;
 use messages::{Activity, Checked, ContentHash};
@@ -90,16 +90,16 @@ impl SlamAlign {
         give: Box<GiveTable>,
     ) -> Result<Committed<Self>, Failure> {
         config.align.check()?;
-        let state = StateFile::at(&config.state, "alignment.json")?;
+        let state = StateFile::at(&config.state, state_files::ALIGNMENT)?;
         let persisted: PersistedState = state.load()?.unwrap_or_default();
-        let map_setting = MapSetting::open(&config.state, &config.align, persisted.older_map.clone())?;
-        let epochs = Epochs::at(&config.state, "slam-align-epochs.json")?;
+        let map_setting = MapSetting::open(&config.state, &config.align)?;
+        let epochs = Epochs::at(&config.state, state_files::ALIGNMENT_EPOCHS)?;
         let (evidence, of_evidence) = stored_evidence::read(&config.state);
         let (map, of_map) = match map_setting.map() {
             Ok(found) => found.map_or((None, None), |(map, finding)| (Some(Ok(Arc::new(map))), finding)),
             Err(why) => (Some(Err(chain(&why))), None),
         };
-        let file = config.state.join("slam-align-observed.csv");
+        let file = config.state.join(state_files::OBSERVED_BY_ALIGNMENT);
         let (table, empty) =
             (persisted.observed.table(config.align.apply), AppliedObservations::default().table(false));
         let observed = ObservedTable::new(give, file, table, &empty);
@@ -371,9 +371,8 @@ impl Decide for SlamAlign {
         let InForce { job_errors, map_setting, map_error, .. } = &self.in_force;
         let failed = job_errors.iter().next().map(|(kind, why)| format!("{} failed: {why}", kind.name()));
         let warning = map_setting.warning().map(str::to_owned);
-        let warnings: Vec<String> =
-            self.findings.iter().cloned().chain(warning).chain(self.in_force.why_not_effective()).collect();
-        Standing { error: map_error.clone().or(failed), warning: (!warnings.is_empty()).then(|| warnings.join("; ")) }
+        let warnings = self.findings.iter().cloned().chain(warning).chain(self.in_force.why_not_effective());
+        Standing { error: map_error.clone().or(failed), warning: joined(warnings) }
     }
 
     fn facts(&self, now: &Now<'_, Self>) -> AlignFacts {

@@ -1,7 +1,8 @@
 //! The copy of a map file in the state folder: the file may go, the map stays.
 
 use crate::robot_map::{RobotMap, RobotMapError};
-use daemon::{KeptFile, Save};
+use daemon::state_files::SLAM_MAP_COPIES;
+use daemon::{KeptFile, Save, joined};
 use messages::ContentHash;
 use occupancy::{MapFileContent, OccupancyMap};
 use serde::{Deserialize, Serialize};
@@ -11,8 +12,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 /// Copies are named by the content of the map, so that the state names one that is whole. They are the files as the robot
-/// saved them, which every version of this program reads.
-const PREFIX: &str = "slam-map-";
+/// saved them.
 const SUFFIXES: [&str; 2] = ["image", "yaml"];
 
 /// A map of which there is a copy.
@@ -73,8 +73,7 @@ impl MapStore {
         let text = String::from_utf8(description).map_err(failed)?;
         let map = OccupancyMap::parse(&text, &image).map_err(RobotMapError::from).and_then(RobotMap::of);
         let map = map.map_err(|source| MapStoreError::Damaged { path: path(), source: Box::new(source) })?;
-        let findings: Vec<&str> = files.iter().filter_map(KeptFile::finding).collect();
-        Ok((map, (!findings.is_empty()).then(|| findings.join("; "))))
+        Ok((map, joined(files.iter().filter_map(KeptFile::finding))))
     }
 
     /// Removes all copies but these, and what is left of a failed one.
@@ -85,7 +84,7 @@ impl MapStore {
         let stem =
             |name: &str| [".sealed", ".next"].iter().find_map(|suffix| name.strip_suffix(suffix)).map(str::to_owned);
         let copies = entries.map(|name| stem(&name).unwrap_or(name));
-        let copies: BTreeSet<String> = copies.filter(|name| name.starts_with(PREFIX)).collect();
+        let copies: BTreeSet<String> = copies.filter(|name| name.starts_with(SLAM_MAP_COPIES)).collect();
         for name in copies.into_iter().filter(|name| !needed.contains(name)) {
             // What cannot be removed is named by no state, and does no harm.
             let _ = KeptFile::at(&self.folder, name).remove();
@@ -99,7 +98,7 @@ impl MapStore {
 }
 
 fn names(content_hash: ContentHash) -> [String; 2] {
-    SUFFIXES.map(|suffix| format!("{PREFIX}{content_hash}.{suffix}"))
+    SUFFIXES.map(|suffix| format!("{SLAM_MAP_COPIES}{content_hash}.{suffix}"))
 }
 
 #[cfg(test)]

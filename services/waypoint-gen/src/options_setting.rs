@@ -1,13 +1,7 @@
 //! The options of waypoints in force, kept with the content of their file.
 
-use daemon::{Failure, FileText, OlderSetting, Setting, SettingKey, SiteConfig, StateFile, WaypointOptions};
-use serde::Deserialize;
-use std::path::PathBuf;
-use tracing::warn;
+use daemon::{Failure, Setting, SettingKey, SiteConfig, WaypointOptions};
 use waypoints::MissionPlanOptions;
-
-/// The requested options in the state of earlier versions.
-const OLDER_FILE: &str = "waypoints.json";
 
 /// The options for planning.
 ///
@@ -23,54 +17,14 @@ pub(crate) fn parsed(options: &WaypointOptions) -> Result<MissionPlanOptions, Fa
 /// # Errors
 /// An edit of the site's file that cannot be used, or state that cannot be read or written.
 pub(crate) fn open(config: &SiteConfig) -> Result<Setting<WaypointOptions>, Failure> {
-    /// The last request, with the path of its file.
-    #[derive(Debug, Default, Deserialize)]
-    #[serde(default)]
-    struct Older {
-        options: Option<PathBuf>,
-        spaces: Vec<String>,
-        changed_since_s: Option<i64>,
-    }
-    let older_file = StateFile::at(&config.state, OLDER_FILE)?;
-    let older = || {
-        let Some(Older { options, spaces, changed_since_s }) = older_file.load()? else { return Ok(None) };
-        if options.is_none() && spaces.is_empty() && changed_since_s.is_none() {
-            return Ok(None);
-        }
-        let in_site_toml = WaypointOptions::configured(config, MissionPlanOptions::parse).value.unwrap_or_default();
-        // Only the name of its file was kept.
-        let read = |path: PathBuf| {
-            FileText::read(WaypointOptions::WHAT, &path, MissionPlanOptions::parse).map(|(file, _)| file)
-        };
-        let file = options.map(read).transpose().map_err(Failure::from);
-        match file.and_then(|file| {
-            WaypointOptions::of_command(file, spaces, changed_since_s, &in_site_toml, MissionPlanOptions::parse)
-        }) {
-            Ok(command) => Ok(Some(OlderSetting::Command(command))),
-            Err(why) => {
-                let error = daemon::chain(why.as_ref());
-                warn!(
-                    service = "waypoint-gen",
-                    error, "options of an earlier command are lost: those of site.toml are in force"
-                );
-                Ok(None)
-            }
-        }
-    };
-    let setting = Setting::open(
-        &config.state,
-        SettingKey::Waypoints,
-        WaypointOptions::configured(config, MissionPlanOptions::parse),
-        older,
-    )?;
-    older_file.remove()?;
-    Ok(setting)
+    let configured = WaypointOptions::configured(config, MissionPlanOptions::parse);
+    Setting::open(&config.state, SettingKey::Waypoints, configured)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use daemon::SettingSource;
+    use daemon::FileText;
     use std::fs;
     use std::path::Path;
 
@@ -113,21 +67,5 @@ mod tests {
         let setting = open(&config).unwrap();
         assert_eq!(parsed(setting.value()).unwrap().spaces, ["C"]);
         assert_eq!(parsed(setting.without_command().value()).unwrap().spaces, ["A"]);
-    }
-
-    #[test]
-    fn the_request_of_an_earlier_version_stays_in_force_with_its_content() {
-        let home = tempfile::tempdir().unwrap();
-        let config = config(home.path());
-        fs::create_dir(&config.state).unwrap();
-        let other = home.path().join("other.toml");
-        fs::write(&other, "spaces = [\"C\"]\n").unwrap();
-        let older = serde_json::json!({ "options": other, "spaces": [], "changed_since_s": null });
-        fs::write(config.state.join(OLDER_FILE), older.to_string()).unwrap();
-        open(&config).unwrap();
-        fs::remove_file(&other).unwrap();
-        let setting = open(&config).unwrap();
-        assert_eq!(parsed(setting.value()).unwrap().spaces, ["C"]);
-        assert_eq!(setting.in_force(WaypointOptions::words).source, SettingSource::Command);
     }
 }

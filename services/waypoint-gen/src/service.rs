@@ -1,15 +1,15 @@
 //! The decisions of waypoint-gen: waypoints are planned once per set of maps and options.
 
 use crate::options_setting;
-use bus::{Bus, GridSlot, RawSubscriber, TopicName, topics};
+use bus::{Bus, topics};
 use daemon::facts::WaypointFacts;
 use daemon::{
     Asked, Caller, Committed, CurrentActivity, Decide, Decision, Epochs, Failure, HistoryEvent, HistoryKind,
-    KeptSetting, LatchedOutput, NewSample, Now, Occasion, Published, Setting, SiteConfig, Standing, WaypointAnswer,
-    WaypointOptions, WaypointRequest,
+    KeptSetting, LatchedOutput, NewSample, Now, Occasion, OneTopic, Published, Setting, SiteConfig, Standing,
+    WaypointAnswer, WaypointOptions, WaypointRequest, state_files,
 };
 use messages::{Activity, Checked, InputHashes, payload};
-use site_view::{SiteSample, SiteSamples, SiteSet, SiteViews};
+use site_view::{SiteReader, SiteSample, SiteSamples, SiteSet, SiteViews};
 use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
@@ -25,7 +25,7 @@ daemon::inputs! {
 pub struct WaypointGen {
     in_force: InForce,
     activity: CurrentActivity,
-    grids: Vec<RawSubscriber>,
+    grids: SiteReader,
     samples: SiteSamples,
     /// Keeps plans of storeys: what it plans depends on its input alone.
     planner: Mutex<MissionPlanner>,
@@ -50,18 +50,18 @@ impl WaypointGen {
     /// Options or state that cannot be used.
     pub fn start(config: &SiteConfig, activity: CurrentActivity) -> Result<Committed<Self>, Failure> {
         let setting = options_setting::open(config)?;
-        let epochs = Epochs::at(&config.state, "waypoint-gen-epochs.json")?;
+        let epochs = Epochs::at(&config.state, state_files::MISSION_PLAN_EPOCHS)?;
         let edit = setting.was_edited().then(|| event(setting.value(), None));
         let options = Arc::new(options_setting::parsed(setting.value())?);
         let in_force = InForce { setting, options, unknown_name: None, planned_on: None };
         let service = Self {
             in_force,
             activity: activity.clone(),
-            grids: Vec::new(),
+            grids: SiteReader::default(),
             samples: SiteSamples::default(),
             planner: Mutex::default(),
         };
-        let output = LatchedOutput::new(topics::MissionPlan);
+        let output = OneTopic(LatchedOutput::new(topics::MissionPlan));
         Ok(Committed::new(service, output, epochs, &config.state, activity).recording(edit.into_iter().collect()))
     }
 
@@ -142,10 +142,10 @@ impl WaypointGen {
 
     /// What a client is told. Without maps that belong together there is no mission plan of its options yet.
     fn answer(&self, now: &Now<'_, Self>, is_planned: bool) -> WaypointAnswer {
-        let plan = now.outputs.last().filter(|_| is_planned).map(Checked::view);
+        let plan = now.outputs.0.last().filter(|_| is_planned).map(Checked::view);
         let storeys = plan.iter().flat_map(|plan| plan.waypoints).map(|waypoint| waypoint.map_storey);
         WaypointAnswer {
-            mission_plan: if is_planned { now.outputs.published() } else { Published::default() },
+            mission_plan: if is_planned { now.outputs.0.published() } else { Published::default() },
             storeys: storeys.collect::<BTreeSet<_>>().len(),
             waypoints: plan.as_ref().map_or(0, |plan| plan.waypoints.len()),
             scans: plan.as_ref().map_or(0, |plan| plan.storeys.iter().map(|storey| storey.n_scans).sum()),
@@ -176,7 +176,7 @@ impl Decide for WaypointGen {
     type Request = WaypointRequest;
     type Facts = WaypointFacts;
     type InForce = InForce;
-    type Outputs = LatchedOutput<topics::MissionPlan>;
+    type Outputs = OneTopic<topics::MissionPlan>;
 
     fn take(&mut self, input: WaypointInput) {
         self.samples.insert(match input {
@@ -188,18 +188,12 @@ impl Decide for WaypointGen {
 
     fn attach(&mut self, bus: &Bus) -> Result<(), Failure> {
         self.samples = SiteSamples::default();
-        let slots = GridSlot::all().map(TopicName::Grid);
-        self.grids = slots.map(|slot| bus.raw_subscriber(slot)).collect::<Result<_, _>>()?;
+        self.grids = SiteReader::of_grids(bus)?;
         Ok(())
     }
 
     fn gather(&mut self) -> Result<(), Failure> {
-        for subscriber in &self.grids {
-            if let Some(sample) = subscriber.take()? {
-                SiteSample::check(sample)?.into_iter().for_each(|grid| self.samples.insert(grid));
-            }
-        }
-        Ok(())
+        Ok(self.grids.take(|grid| self.samples.insert(grid))?)
     }
 
     fn decide(&self, occasion: Occasion<'_, WaypointRequest>, _: &Now<'_, Self>) -> Result<Decision<Self>, Failure> {
@@ -232,10 +226,10 @@ impl Decide for WaypointGen {
     }
 
     fn facts(&self, now: &Now<'_, Self>) -> WaypointFacts {
-        let last = now.outputs.last().map(Checked::view);
+        let last = now.outputs.0.last().map(Checked::view);
         WaypointFacts {
-            mission_plan: now.outputs.published(),
-            grids_hash: now.outputs.inputs().grids,
+            mission_plan: now.outputs.0.published(),
+            grids_hash: now.outputs.0.inputs().grids,
             waypoints: last.as_ref().map_or(0, |plan| plan.waypoints.len()),
             scans: last.as_ref().map_or(0, |plan| plan.storeys.iter().map(|storey| storey.n_scans).sum()),
             settings: vec![self.in_force.setting.in_force(WaypointOptions::words)],

@@ -146,7 +146,7 @@ struct Running<D: Decide> {
 }
 
 /// Starts the rules of a process.
-type Start<D> = dyn Fn(&SiteConfig, CurrentActivity, MachineTime) -> Result<Committed<D>, Failure> + Send;
+type Start<D> = dyn Fn(&SiteConfig, CurrentActivity) -> Result<Committed<D>, Failure> + Send;
 
 /// A process that may run, and its disk.
 pub struct Process<D: Decide> {
@@ -157,9 +157,7 @@ pub struct Process<D: Decide> {
 }
 
 impl<D: Decide> Process<D> {
-    fn new(
-        start: impl Fn(&SiteConfig, CurrentActivity, MachineTime) -> Result<Committed<D>, Failure> + Send + 'static,
-    ) -> Self {
+    fn new(start: impl Fn(&SiteConfig, CurrentActivity) -> Result<Committed<D>, Failure> + Send + 'static) -> Self {
         Self { start: Box::new(start), running: None, faults: Arc::default() }
     }
 
@@ -184,7 +182,7 @@ impl<D: Decide> Process<D> {
             return End::Done(());
         }
         let disk = SimulatedDisk::of(config, &self.faults);
-        let made = (self.start)(config, CurrentActivity::default(), clock.now());
+        let made = (self.start)(config, CurrentActivity::default());
         let service = match made {
             Ok(service) => service.driven_by(Box::new(disk), clock),
             Err(why) => return End::Failed(daemon::chain(why.as_ref())),
@@ -434,13 +432,13 @@ impl Daemons {
         Self {
             verdicts,
             shared: Circumstances { config, bus, clock },
-            ingest: Process::new(move |config, activity, _| {
+            ingest: Process::new(move |config, activity| {
                 Ingest::start_judged(config, activity, Box::new(judge.clone()))
             }),
-            schedule: Process::new(ScheduleEval::start_at),
-            rasterize: Process::new(|config, activity, _| Rasterize::start(config, activity)),
-            waypoints: Process::new(|config, activity, _| WaypointGen::start(config, activity)),
-            align: Process::new(move |config, activity, _| of_process.start(config, activity)),
+            schedule: Process::new(ScheduleEval::start),
+            rasterize: Process::new(Rasterize::start),
+            waypoints: Process::new(WaypointGen::start),
+            align: Process::new(move |config, activity| of_process.start(config, activity)),
             aligner,
         }
     }

@@ -220,7 +220,7 @@ impl Follower {
                 meantime: Arc::clone(&meantime),
             });
             let link = StoreLink { meantime: Some(meantime), ..link };
-            let mut process = Process::new(move |config, activity, _| {
+            let mut process = Process::new(move |config, activity| {
                 let link = link.clone();
                 let open = move || -> Result<Box<dyn Objects>, Failure> { Ok(Box::new(link.clone())) };
                 let disk: Arc<dyn ArchiveDisk> = Arc::<RobotDisk>::clone(&disk);

@@ -28,6 +28,6 @@ pub struct IngestFacts {
     pub frame_epoch: u64,
     /// The revision that waits for an operator.
     pub waiting: Option<Revision>,
-    /// Where the models come from; `None` before the first site, and for a site that an earlier version chose.
+    /// Where the models come from; `None` before the first site.
     pub setting: Option<SettingInForce>,
 }

@@ -121,7 +121,7 @@ pub enum ComparisonState {
 }
 
 /// An element that an operator confirmed to be absent.
-#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ConfirmedElement {
     /// Its GlobalId.
     pub global_id: String,
@@ -131,7 +131,7 @@ pub struct ConfirmedElement {
     pub name: String,
     /// Name of the map storey on which it was compared.
     pub storey: String,
-    /// Who confirmed it when; `None` for what an earlier version recorded.
+    /// Who confirmed it when; `None` before that.
     pub confirmed: Option<Confirmed>,
 }
 

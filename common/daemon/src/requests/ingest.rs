@@ -62,8 +62,7 @@ pub enum RevisionEffect {
 pub struct Revision {
     /// Absolute paths of its files.
     pub models: Vec<PathBuf>,
-    /// sha256 of each file: only what was compared is confirmed. Empty where an earlier version compared it.
-    #[serde(default)]
+    /// sha256 of each file: only what was compared is confirmed.
     pub sha256: Vec<ContentId>,
     /// How it differs, with what an operator has to confirm.
     pub comparison: SiteComparison,

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import Any
 
-LAYOUT_VERSION: int = 13
+LAYOUT_VERSION: int = 1
 ARCHIVE_MAGIC: int = 1380012103
 SAMPLE_MAGIC: int = 1213419591
 NO_TIME: int = -9223372036854775808

@@ -7,7 +7,7 @@ use std::fmt::Write;
 
 /// Elements by GlobalId whose observed state differs from the planned one.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(default)]
+#[serde(deny_unknown_fields)]
 pub struct AppliedObservations {
     /// Early elements, with the plan time at which they were first seen.
     early: BTreeMap<String, i64>,

@@ -6,7 +6,7 @@ use cloud::CloudOptions;
 /// Points for lidars that look in three dimensions.
 #[derive(Debug, Clone, clap::Args)]
 #[command(group(clap::ArgGroup::new("structure").args(["cloud", "octomap"]).multiple(true)))]
-pub struct CloudArgs {
+pub(super) struct CloudArgs {
     /// Write the surfaces of what stands finished as points with normals too, for lidars that look in three dimensions
     #[arg(long)]
     cloud: bool,

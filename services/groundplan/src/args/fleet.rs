@@ -4,7 +4,7 @@ use fleet::FleetFormat;
 
 /// Files for the control of fleets.
 #[derive(Debug, Clone, clap::Args)]
-pub struct FleetArgs {
+pub(super) struct FleetArgs {
     /// Write what the control of a fleet reads too, in these formats, separated by commas or repeated: vda5050, zone sets and maps to
     /// download; lif, the route graph as layouts
     #[arg(long, value_name = "FORMAT", value_delimiter = ',', value_parser = ["vda5050", "lif"])]

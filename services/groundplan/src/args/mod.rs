@@ -4,6 +4,7 @@ mod cloud;
 mod fleet;
 mod models;
 mod octomap;
+mod optional_files;
 mod overwrite;
 mod pose_hint;
 mod recording;
@@ -12,17 +13,14 @@ mod schedule;
 mod site;
 mod world;
 
-pub use cloud::CloudArgs;
-pub use fleet::FleetArgs;
 pub use models::ModelArgs;
-pub use octomap::OctomapArgs;
+pub use optional_files::OptionalFilesArgs;
 pub use overwrite::OverwriteArgs;
 pub use pose_hint::PoseHintArgs;
 pub use recording::RecordingArgs;
 pub use robot::RobotArgs;
 pub use schedule::ScheduleArgs;
 pub use site::{SiteArgs, SiteOfRobotArgs};
-pub use world::WorldArgs;
 
 pub(crate) use models::read_model;
 pub(crate) use overwrite::report_set_aside;

@@ -1,12 +1,12 @@
 //! Arguments of the octree of structure.
 
-use crate::args::CloudArgs;
+use crate::args::cloud::CloudArgs;
 use crate::failure::Failure;
 use cloud::OctomapOptions;
 
 /// Cells for planners that look in three dimensions.
 #[derive(Debug, Clone, clap::Args)]
-pub struct OctomapArgs {
+pub(super) struct OctomapArgs {
     /// Write which cells of a volume are occupied by what the cloud would have points of, and which are free in rooms, as an
     /// OctoMap too, for planners of arms and of what flies
     #[arg(long)]

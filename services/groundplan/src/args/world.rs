@@ -7,7 +7,7 @@ use world::{DoorMode, Materials, WorldOptions};
 
 /// The simulation world.
 #[derive(Debug, Clone, clap::Args)]
-pub struct WorldArgs {
+pub(super) struct WorldArgs {
     /// Write the simulation world too, with the options of a file [default: see config/world.toml]
     #[arg(long, value_name = "FILE", num_args = 0..=1, require_equals = true)]
     world: Option<Option<PathBuf>>,

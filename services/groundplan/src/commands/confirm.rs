@@ -203,7 +203,7 @@ fn list_text(listed: &Confirmations) -> String {
         let _ = writeln!(out, "confirmed {by}: the pose in effect; before it {pose}; groundplan undo pose");
     }
     for element in &listed.absent {
-        let by = element.confirmed.as_ref().map_or("earlier".to_owned(), confirmed_text);
+        let by = element.confirmed.as_ref().map_or_else(String::new, confirmed_text);
         let _ = writeln!(out, "confirmed {by}: absent {}", element_text(element));
     }
     if listed.absent.is_empty() {
@@ -222,8 +222,5 @@ fn confirmed_text(Confirmed { by, at }: &Confirmed) -> String {
 }
 
 fn element_text(ConfirmedElement { global_id, ifc_type, name, storey, .. }: &ConfirmedElement) -> String {
-    match ifc_type.is_empty() {
-        true => global_id.clone(),
-        false => format!("{global_id}  {ifc_type} {name:?}, {storey}"),
-    }
+    format!("{global_id}  {ifc_type} {name:?}, {storey}")
 }

@@ -4,6 +4,7 @@
 //! that is another program by now, names none.
 
 use crate::failure::Failure;
+use daemon::state_files::UP_PROCESS;
 use rustix::process::Pid;
 use std::fs::{self, File, TryLockError};
 use std::io::{Read, Write};
@@ -61,7 +62,7 @@ pub(crate) fn running(state: &Path) -> Option<Pid> {
 }
 
 fn path_in(state: &Path) -> PathBuf {
-    state.join("up.pid")
+    state.join(UP_PROCESS)
 }
 
 #[cfg(test)]

@@ -1,14 +1,7 @@
 //! Requests to the daemons in the name of a viewer.
 
-use bus::{Bus, Daemon};
-use daemon::{AlignRequest, Failure, Request, RequestTimeouts, ScheduleRequest, SiteConfig, ask};
+use daemon::{AlignRequest, Failure, ScheduleRequest, SiteConfig, ask_site};
 use frames::PlanTime;
-use std::time::Duration;
-
-/// For a daemon to answer; it may just be started again.
-const TIMEOUTS: RequestTimeouts = RequestTimeouts { starting: Duration::from_secs(5), answer: Duration::from_secs(20) };
-/// Interval between two looks.
-const POLL_INTERVAL: Duration = Duration::from_millis(20);
 
 /// Sets the plan time.
 ///
@@ -17,7 +10,7 @@ const POLL_INTERVAL: Duration = Duration::from_millis(20);
 pub(super) fn set_plan_time(config: &SiteConfig, text: &str) -> Result<(), Failure> {
     config.check_draws()?;
     let at: PlanTime = text.parse()?;
-    request(config, &ScheduleRequest::SetPlanTime { at_s: at.civil_seconds() }).map(drop)
+    ask_site(config, &ScheduleRequest::SetPlanTime { at_s: at.civil_seconds() }).map(drop)
 }
 
 /// Confirms that an element is absent.
@@ -25,12 +18,5 @@ pub(super) fn set_plan_time(config: &SiteConfig, text: &str) -> Result<(), Failu
 /// # Errors
 /// An element that the robot has not seen through; the daemon does not answer.
 pub(super) fn confirm_absent(config: &SiteConfig, global_id: &str) -> Result<(), Failure> {
-    request(config, &AlignRequest::ConfirmAbsent { elements: vec![global_id.to_owned()] }).map(drop)
-}
-
-/// Each request joins the bus anew: it may have been replaced since the last.
-fn request<R: Request>(config: &SiteConfig, request: &R) -> Result<R::Answer, Failure> {
-    let (bus, mut waiter) = Bus::join(&config.domain()?, Daemon::Groundplan)?;
-    let pause = || waiter.wait(POLL_INTERVAL).map(drop).map_err(Into::into);
-    Ok(ask(&bus, request, TIMEOUTS, |_| {}, pause)?)
+    ask_site(config, &AlignRequest::ConfirmAbsent { elements: vec![global_id.to_owned()] }).map(drop)
 }

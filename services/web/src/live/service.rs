@@ -7,13 +7,13 @@ use super::watchdog;
 use crate::server::{MAX_VIEWERS, Served, router};
 use crate::token;
 use answers::optional_date_text;
-use bus::{Bus, CheckedSample, GridSlot, RawSubscriber, TopicName};
+use bus::{Bus, CheckedSample};
 use daemon::facts::WebFacts;
 use daemon::{Asked, CurrentActivity, Done, Event, Failure, Service, SiteConfig, Standing, WebRequest};
 use messages::{Activity, ContentHash};
 use serde_json::json;
 use site_http::{Access, Listening, ListeningFor, ServerSettings};
-use site_view::{SiteSample, SiteSet};
+use site_view::{SiteReader, SiteSample, SiteSet};
 use std::sync::Arc;
 use tokio::sync::Semaphore;
 
@@ -29,7 +29,7 @@ pub(crate) struct WebService {
     shared: Arc<SharedSite>,
     listening: Listening,
     viewers: Arc<Semaphore>,
-    grids: Vec<RawSubscriber>,
+    grids: SiteReader,
     overlays: Overlays,
     /// What the documents of the site were made of.
     made_of: Option<SiteInputs>,
@@ -76,7 +76,7 @@ impl WebService {
             shared,
             listening,
             viewers,
-            grids: Vec::new(),
+            grids: SiteReader::default(),
             overlays: Overlays::default(),
             made_of: None,
             instants_s: Vec::new(),
@@ -93,11 +93,7 @@ impl WebService {
     fn show(&mut self) -> Result<(), Failure> {
         let shared = Arc::clone(&self.shared);
         let mut samples = shared.samples();
-        for subscriber in &self.grids {
-            if let Some(sample) = subscriber.take()? {
-                SiteSample::check(sample)?.into_iter().for_each(|grid| samples.insert(grid));
-            }
-        }
+        self.grids.take(|grid| samples.insert(grid))?;
         let Some(set) = samples.set().filter(|set| set.mission_plan.is_some()) else { return Ok(()) };
         let now = (set.index.content_hash(), set.mission_plan.map(CheckedSample::content_hash));
         if self.shown == Some(now) {
@@ -173,8 +169,7 @@ impl Service for WebService {
         *self.shared.samples() = site_view::SiteSamples::default();
         self.shown = None;
         self.overlays.joined();
-        let slots = GridSlot::all().map(TopicName::Grid);
-        self.grids = slots.map(|slot| bus.raw_subscriber(slot)).collect::<Result<_, _>>()?;
+        self.grids = SiteReader::of_grids(bus)?;
         Ok(())
     }
 

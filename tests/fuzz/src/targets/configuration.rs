@@ -59,7 +59,7 @@ fn house() -> Site<'static> {
 }
 
 fn robot(text: &str) {
-    let Ok(robot) = Robot::parse(text, Path::new("robot.toml")) else { return };
+    let Ok(robot) = Robot::parse(text) else { return };
     let _ = Rasterizer::new(&house(), &robot.profile, RESOLUTION_M);
 }
 

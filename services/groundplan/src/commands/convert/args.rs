@@ -1,8 +1,6 @@
 //! Arguments and help of `convert`.
 
-use crate::args::{
-    CloudArgs, FleetArgs, ModelArgs, OctomapArgs, OverwriteArgs, RecordingArgs, RobotArgs, ScheduleArgs, WorldArgs,
-};
+use crate::args::{ModelArgs, OptionalFilesArgs, OverwriteArgs, RecordingArgs, RobotArgs, ScheduleArgs};
 use std::path::PathBuf;
 
 /// Arguments of `convert`.
@@ -73,29 +71,9 @@ pub struct Args {
     #[arg(long)]
     pub(super) exact_footprints: bool,
 
-    /// Write the surface that can be walked or driven on too, terrain, ramps and stairs with floors: ground.ply, ground.json
-    #[arg(long)]
-    pub(super) with_ground: bool,
-
-    /// Write building map, site and navigation graph for Open-RMF too: levels, lanes that this robot can take, doors, lifts
-    #[arg(long)]
-    pub(super) open_rmf: bool,
-
-    /// The world.
+    /// Files beside those of every output.
     #[command(flatten)]
-    pub(super) world: WorldArgs,
-
-    /// The cloud.
-    #[command(flatten)]
-    pub(super) cloud: CloudArgs,
-
-    /// The octree.
-    #[command(flatten)]
-    pub(super) octomap: OctomapArgs,
-
-    /// Fleets.
-    #[command(flatten)]
-    pub(super) fleet: FleetArgs,
+    pub(super) optional_files: OptionalFilesArgs,
 
     /// Use the map frame of this site-frame.json [default: that of OUT, if there is one]
     #[arg(long, value_name = "FILE", conflicts_with = "new_frame")]

@@ -56,14 +56,7 @@ impl Run for Args {
         }
         let robot = self.robot.robot()?;
         let mut options = self.waypoint_options()?;
-        let optional = OptionalFiles::new(
-            self.world.options(&WorldConfig::default())?,
-            self.cloud.options()?,
-            self.octomap.options(&self.cloud)?,
-            self.with_ground,
-            self.fleet.formats(),
-            self.open_rmf,
-        );
+        let optional = self.optional_files.options(&WorldConfig::default())?;
         let schedule = ScheduleInput::read(&self.schedule)?;
         let requested_maps = self.requested_maps(schedule.site_zone())?;
         let folder = self.out.as_deref().map(|out| self.overwrite.folder_at(out)).transpose()?;

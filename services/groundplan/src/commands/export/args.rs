@@ -1,9 +1,6 @@
 //! Arguments of `export`.
 
-use crate::args::{CloudArgs, FleetArgs, OctomapArgs, OverwriteArgs, SiteOfRobotArgs, WorldArgs};
-use crate::failure::Failure;
-use daemon::SiteConfig;
-use site_files::OptionalFiles;
+use crate::args::{OptionalFilesArgs, OverwriteArgs, SiteOfRobotArgs};
 use std::path::PathBuf;
 
 /// Arguments of `export`.
@@ -36,48 +33,11 @@ pub struct Args {
     #[arg(long, value_name = "N", default_value_t = 5, requires = "watch")]
     pub(super) keep: usize,
 
-    /// Write the surface that can be walked or driven on too: ground.ply, ground.json
-    #[arg(long)]
-    pub(super) with_ground: bool,
-
-    /// Write building map, site and navigation graph for Open-RMF too: levels, lanes that this robot can take, doors, lifts
-    #[arg(long)]
-    pub(super) open_rmf: bool,
-
-    /// The world.
+    /// Files beside those of every output.
     #[command(flatten)]
-    pub(super) world: WorldArgs,
-
-    /// The cloud.
-    #[command(flatten)]
-    pub(super) cloud: CloudArgs,
-
-    /// The octree.
-    #[command(flatten)]
-    pub(super) octomap: OctomapArgs,
-
-    /// Fleets.
-    #[command(flatten)]
-    pub(super) fleet: FleetArgs,
+    pub(super) optional_files: OptionalFilesArgs,
 
     /// The site.
     #[command(flatten)]
     pub(super) site: SiteOfRobotArgs,
-}
-
-impl Args {
-    /// What is written beside the files of every output.
-    ///
-    /// # Errors
-    /// Options that cannot be used.
-    pub(super) fn optional_files(&self, config: &SiteConfig) -> Result<OptionalFiles, Failure> {
-        Ok(OptionalFiles::new(
-            self.world.options(&config.world)?,
-            self.cloud.options()?,
-            self.octomap.options(&self.cloud)?,
-            self.with_ground,
-            self.fleet.formats(),
-            self.open_rmf,
-        ))
-    }
 }

@@ -27,7 +27,7 @@ impl Run for Args {
             return watch::watch(self);
         }
         let config = self.site.config()?;
-        let mut files = SiteFiles::new(self.optional_files(&config)?);
+        let mut files = SiteFiles::new(self.optional_files.options(&config.world)?);
         let folder = self.overwrite.folder_at(&self.out)?;
         let (bus, mut waiter) = join(&config)?;
         let mut sets = Sets::of(&bus)?;

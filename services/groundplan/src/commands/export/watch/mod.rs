@@ -35,7 +35,7 @@ const TICK: Duration = Duration::from_millis(200);
 /// A configuration or a folder that cannot be used at the start. What fails later is reported and tried again.
 pub(super) fn watch(arguments: &Args) -> Result<Outcome, Failure> {
     let config = arguments.site.config()?;
-    let files = SiteFiles::new(arguments.optional_files(&config)?);
+    let files = SiteFiles::new(arguments.optional_files.options(&config.world)?);
     let domain = config.domain().map_err(Failure::usage)?;
     let mut stop = StopSignal::listen(false).map_err(Failure::work)?;
     let folders = EpochFolders::at(&arguments.out, arguments.overwrite)?;

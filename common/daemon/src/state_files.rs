@@ -1,0 +1,109 @@
+//! The files of a state folder: how each is named, and which daemon writes it. No other file of the sources names one, which a test
+//! of the workspace looks after.
+//!
+//! Daemons of a robot with a name write theirs in the folder [`ROBOTS`]`/NAME` of it.
+
+// ---- ifc-ingest.
+
+/// `ifc-ingest`: the revisions of the site, in force, refused and waiting.
+pub const REVISIONS: &str = "loaded.json";
+/// `ifc-ingest`: the outline of the site in force, with which a revision is compared.
+pub const SITE_OUTLINE: &str = "site-outline.json";
+/// `ifc-ingest`: the map frame.
+pub const SITE_FRAME: &str = "site-frame.json";
+/// `ifc-ingest`: the site in force; a cache.
+pub const SITE_CACHE: &str = "site.gpar";
+/// `ifc-ingest`: numbers of samples of the site.
+pub const SITE_EPOCHS: &str = "ifc-ingest-epochs.json";
+/// `ifc-ingest`: numbers of candidates for it.
+pub const CANDIDATE_EPOCHS: &str = "ifc-ingest-candidate-epochs.json";
+
+// ---- schedule-eval.
+
+/// `schedule-eval`: names and contents of the schedule files in force.
+pub const SCHEDULE_FILES: &str = "schedule-files.bin";
+/// `schedule-eval`: the rules of the last schedule that could be evaluated.
+pub const EVALUATED_RULES: &str = "evaluated-rules.json";
+/// `schedule-eval`: the folder of tables of reported progress.
+pub const PROGRESS: &str = "progress";
+/// `schedule-eval`: the table of observed progress of a site whose robot has no name.
+pub const OBSERVED: &str = "observed.csv";
+/// `schedule-eval`: the tables of observed progress of robots with names.
+pub const OBSERVED_BY_ROBOTS: &str = "observed-robots.json";
+/// `schedule-eval`: numbers of samples.
+pub const SCHEDULE_EPOCHS: &str = "schedule-eval-epochs.json";
+
+// ---- rasterize and waypoint-gen.
+
+/// `rasterize`: numbers of samples.
+pub const GRID_EPOCHS: &str = "rasterize-epochs.json";
+/// `waypoint-gen`: numbers of samples.
+pub const MISSION_PLAN_EPOCHS: &str = "waypoint-gen-epochs.json";
+
+// ---- slam-align.
+
+/// `slam-align`: the pose, what was confirmed, observations that are applied.
+pub const ALIGNMENT: &str = "alignment.json";
+/// `slam-align`: evidence over looks; an archive.
+pub const ALIGNMENT_EVIDENCE: &str = "alignment-evidence.gpar";
+/// `slam-align`: copies of map files begin so; what follows is the hash of their content.
+pub const SLAM_MAP_COPIES: &str = "slam-map-";
+/// `slam-align`: the table of observed progress that it gave last.
+pub const OBSERVED_BY_ALIGNMENT: &str = "slam-align-observed.csv";
+/// `slam-align`: numbers of samples.
+pub const ALIGNMENT_EPOCHS: &str = "slam-align-epochs.json";
+
+// ---- ros-bridge.
+
+/// `ros-bridge`: the storey that the robot is on.
+pub const ROBOT_STOREY: &str = "ros-bridge-robot-storey.json";
+/// `ros-bridge`: the folder of maps for Nav2.
+pub const ROS_MAPS: &str = "ros";
+/// `ros-bridge`: numbers of samples of the robot's map.
+pub const SLAM_MAP_EPOCHS: &str = "ros-bridge-slam-map-epochs.json";
+
+// ---- site-server.
+
+/// `site-server`: the last epoch that it took in the store of a site.
+pub fn published_epoch(site: &str) -> String {
+    format!("site-server-{site}.json")
+}
+/// `site-server`: the folder of what robots told.
+pub const TOLD: &str = "fleet";
+/// `site-server`: what it knows of the robots, as a document.
+pub const FLEET: &str = "fleet.json";
+
+// ---- site-follow.
+
+/// `site-follow`: what was acknowledged, and how far the plan time got.
+pub const FOLLOWED: &str = "site-follow.json";
+/// `site-follow`: the index that is shown.
+pub const FOLLOWED_INDEX: &str = "site-follow-index.jsonl";
+/// `site-follow`: the folder of archives; a cache.
+pub const FOLLOWED_ARCHIVES: &str = "followed-archives";
+/// `site-follow`: the table of progress that the robot observed.
+pub const OBSERVED_BY_FOLLOWER: &str = "follow-observed.csv";
+/// `site-follow`: numbers of samples.
+pub const FOLLOW_EPOCHS: &str = "site-follow-epochs.json";
+
+// ---- Page, answers, client.
+
+/// `groundplan-web`: the hash of the token of viewers.
+pub const WEB_TOKEN: &str = "web-token.sha256";
+/// `groundplan-ask`: the hash of the token of who asks.
+pub const ASK_TOKEN: &str = "ask-token.sha256";
+/// `groundplan up`: its process.
+pub const UP_PROCESS: &str = "up.pid";
+
+// ---- Every daemon.
+
+/// Each daemon its own, by `SettingKey`: the folder of settings.
+pub const SETTINGS: &str = "settings";
+/// Each daemon: the folder of what was done to the site, when and by whom.
+pub const HISTORY: &str = "history";
+/// Each daemon: the folder of records of files that are kept twice.
+pub const RECORDS: &str = "kept";
+/// Each daemon: the version that wrote the folder.
+pub const VERSION: &str = "version";
+/// The folder of robots with names.
+pub const ROBOTS: &str = "robots";
