@@ -13,7 +13,7 @@ use tracing_subscriber::EnvFilter;
 
 /// Building models (IFC) into everything a robot needs to move before it has ever seen the place.
 #[derive(Debug, Parser)]
-#[command(name = "groundplan", version, propagate_version = true, max_term_width = 100)]
+#[command(name = "groundplan", version = bus::own_build(), propagate_version = true, max_term_width = 100)]
 pub struct Cli {
     /// What to do.
     #[command(subcommand)]

@@ -5,7 +5,7 @@ use crate::failure::Failure;
 use crate::run::{Outcome, Run};
 use crate::site_check::refuse_unusable;
 use crate::site_service::run_logged;
-use crate::supervise::{Running, SupervisedProcess, check_versions};
+use crate::supervise::{Running, SupervisedProcess, check_builds};
 use bus::HEARTBEAT_PERIOD;
 use daemon::{SiteConfig, SiteProcess, StatusBoard, StopSignal, claim_state};
 use std::time::{Duration, Instant};
@@ -41,7 +41,7 @@ impl Run for Args {
     /// Starts the keeper and the daemons, and restarts those that die, until it is stopped.
     ///
     /// # Errors
-    /// Executables that are missing or of another version, a configuration that cannot be used, a site that is up already.
+    /// Executables that are missing or of another build, a configuration that cannot be used, a site that is up already.
     fn run(&self) -> Result<Outcome, Failure> {
         self.site.prepare()?;
         let mut config = self.site.own_config()?;
@@ -59,7 +59,7 @@ impl Run for Args {
 /// As those of `up`.
 pub(crate) fn run_site(config: SiteConfig, with_stdin: bool) -> Result<Outcome, Failure> {
     refuse_unusable(&config)?;
-    check_versions(&config)?;
+    check_builds(&config)?;
     claim_state(&config.state).map_err(Failure::usage)?;
     let _running = Running::claim(&config.state)?;
     config.unused_robot_state().iter().for_each(|told| eprintln!("groundplan: {told}"));
