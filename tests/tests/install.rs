@@ -191,6 +191,106 @@ fn daemons_of_a_demo_that_is_killed_leave_too() {
     std::fs::remove_dir_all(Path::new(&config).parent().unwrap()).unwrap();
 }
 
+/// Packages whose programs are installed.
+const PACKAGES: [&str; 11] = [
+    "groundplan",
+    "ifc-ingest",
+    "schedule-eval",
+    "rasterize",
+    "waypoint-gen",
+    "slam-align",
+    "ros-bridge",
+    "site-server",
+    "site-follow",
+    "web",
+    "ask",
+];
+
+#[test]
+fn the_bill_of_materials_is_valid_and_names_what_is_linked() {
+    let validator = "cyclonedx-python-lib[json-validation]==11.12.0";
+    if !Command::new(root().join("scripts/python-env")).arg(validator).output().unwrap().status.success() {
+        announce("SKIPPED: the bill of materials: cyclonedx-python-lib could not be installed");
+        return;
+    }
+    let run = |program: &Path, arguments: &[&Path]| {
+        let output = Command::new(program).args(arguments).args(PACKAGES).current_dir(root()).output().unwrap();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        output.stdout
+    };
+    let notices = root().join("scripts/notices");
+    let bill = run(&notices, &[Path::new("--cyclonedx")]);
+    assert!(bill == run(&notices, &[Path::new("--cyclonedx")]), "the same tree gives the same bytes");
+    let home = tempfile::tempdir().unwrap();
+    let file = home.path().join("groundplan.cdx.json");
+    std::fs::write(&file, bill).unwrap();
+    let said = run(&root().join("target/venv/bin/python"), &[&root().join("scripts/check_sbom.py"), &file]);
+    assert!(String::from_utf8_lossy(&said).contains("valid by CycloneDX 1.6"));
+}
+
+/// The tree that is packed, without what git does not know, in another folder.
+fn copy_of_tree(folder: &Path) {
+    let copy = "git ls-files -z | tar --create --null --files-from - | tar --extract --directory \"$0\"";
+    std::fs::create_dir(folder).unwrap();
+    let copied = Command::new("sh").args(["-c", copy]).arg(folder).current_dir(root()).status().unwrap();
+    assert!(copied.success());
+}
+
+#[test]
+fn packages_of_the_same_programs_are_the_same_bytes_wherever_and_whenever_they_are_packed() {
+    if Command::new("dpkg-deb").arg("--version").output().is_err() {
+        announce("SKIPPED: packages: dpkg-deb is not installed (apt-get install dpkg-dev)");
+        return;
+    }
+    let home = tempfile::tempdir().unwrap();
+    let built = home.path().join("built");
+    std::fs::create_dir(&built).unwrap();
+    std::os::unix::fs::symlink(client(), built.join("groundplan")).unwrap();
+    // Any programs: what is packed is not run.
+    for name in
+        PACKAGES.map(|name| if ["web", "ask"].contains(&name) { format!("groundplan-{name}") } else { name.to_owned() })
+    {
+        if name != "groundplan" {
+            std::fs::copy("/bin/true", built.join(name)).unwrap();
+        }
+    }
+    // Neither the rights that new files get nor the language count.
+    let packed =
+        [("one", "077", "C"), ("another/folder/of/another/depth", "002", "C.UTF-8")].map(|(place, umask, language)| {
+            let (tree, out) = (home.path().join(place), home.path().join(place).join("target/package"));
+            std::fs::create_dir_all(tree.parent().unwrap()).unwrap();
+            copy_of_tree(&tree);
+            let mut shell = Command::new("sh");
+            shell.args(["-c", &format!("umask {umask}; exec \"$0\" \"$@\"")]).arg(tree.join("scripts/package"));
+            shell.arg("--built").arg(&built).args(["--version", "1.2.3"]);
+            shell.env("DPKG_DEB_COMPRESSOR_TYPE", "none").env("LANG", language).env_remove("SOURCE_DATE_EPOCH");
+            let output = shell.output().unwrap();
+            assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+            contents(&out)
+        });
+    let names: Vec<String> = packed[0].iter().map(|(path, _)| path.display().to_string()).collect();
+    let [tarball, deb] = names.as_slice() else { panic!("{names:?}") };
+    assert!(deb.starts_with("groundplan_1.2.3_") && tarball.starts_with("groundplan-1.2.3-linux-"), "{names:?}");
+    for (one, other) in packed[0].iter().zip(&packed[1]) {
+        assert!(one == other, "{} differs", one.0.display());
+    }
+    let file = home.path().join("one/target/package").join(tarball);
+    let list =
+        Command::new("tar").args(["--list", "--verbose", "--numeric-owner", "--file"]).arg(file).output().unwrap();
+    let list = String::from_utf8(list.stdout).unwrap();
+    let folder = tarball.strip_suffix(".tar.gz").unwrap();
+    for file in [
+        "bin/groundplan-web",
+        "share/groundplan/demo/demo-schedule.xer",
+        "share/doc/groundplan/groundplan.cdx.json",
+        "config/site.toml",
+    ] {
+        let line = list.lines().find(|line| line.ends_with(&format!(" {folder}/{file}"))).expect(file);
+        assert!(line.contains(" 0/0 ") && (line.starts_with("-rwxr-xr-x") || line.starts_with("-rw-r--r--")), "{line}");
+    }
+    assert!(!list.contains("systemd"), "{list}");
+}
+
 #[test]
 fn units_start_what_is_installed_share_memory_and_one_user() {
     let folder = root().join("config/systemd");
