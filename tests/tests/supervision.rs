@@ -137,6 +137,61 @@ fn a_daemon_that_dies_while_the_site_is_half_edited_comes_back_when_it_is_whole(
 }
 
 #[test]
+fn a_program_of_another_build_is_not_started() {
+    let home = tempfile::tempdir().unwrap();
+    let own = support::client();
+    // A link would be followed to the programs beside the file.
+    std::fs::copy(&own, home.path().join("groundplan")).unwrap();
+    for name in ["ifc-ingest", "schedule-eval", "waypoint-gen", "slam-align"] {
+        std::os::unix::fs::symlink(own.with_file_name(name), home.path().join(name)).unwrap();
+    }
+    let other = home.path().join("rasterize");
+    support::write_program(&other, "#!/bin/sh\necho 'rasterize 0.9.0 (commit 0123456789ab)'\n");
+    let live = Live::without_models("models = []\n");
+    let run = |command: &str| {
+        let mut client = Command::new(home.path().join("groundplan"));
+        client.args([command, "--config"]).arg(live.config()).output().unwrap()
+    };
+    let refused = run("up");
+    let told = String::from_utf8(refused.stderr).unwrap();
+    let version = String::from_utf8(Command::new(&own).arg("--version").output().unwrap().stdout).unwrap();
+    let own_build = version.trim().strip_prefix("groundplan ").unwrap();
+    assert_eq!(refused.status.code(), Some(1), "{told}");
+    for part in [&other.display().to_string(), "0.9.0 (commit 0123456789ab)", own_build] {
+        assert!(told.contains(part), "{part}: {told}");
+    }
+    assert!(!live.home.path().join("state").exists(), "nothing was started");
+    let doctor = String::from_utf8(run("doctor").stdout).unwrap();
+    assert!(doctor.contains("FAILS    executables") && doctor.contains("0.9.0 (commit 0123456789ab)"), "{doctor}");
+}
+
+#[test]
+fn a_client_and_a_daemon_refuse_the_bus_of_another_build() {
+    let mut live = Live::start();
+    let before = daemon(&live, "rasterize")["process_id"].as_u64().unwrap();
+    // As a keeper of another build writes it.
+    let file = live.root.path().join("generation");
+    let own = std::fs::read_to_string(&file).unwrap();
+    let line = own.lines().find(|line| line.starts_with("build=")).unwrap();
+    std::fs::write(&file, own.replace(line, "build=0.9.0 (commit 0123456789ab)")).unwrap();
+    let refused = live.run(&[&"date", &"2024-04-15"]);
+    let told = String::from_utf8(refused.stderr).unwrap();
+    assert_eq!(refused.status.code(), Some(1), "{told}");
+    let own_build = line.strip_prefix("build=").unwrap();
+    assert!(told.contains("of groundplan 0.9.0 (commit 0123456789ab)") && told.contains(own_build), "{told}");
+
+    assert!(before > 1 && Command::new("kill").args(["-9", &before.to_string()]).status().unwrap().success());
+    wait_until(&live, "the one in its place refuses it", |status| {
+        let daemon = &status["daemons"]["rasterize"];
+        let told = daemon["error"].as_str().is_some_and(|error| error.contains("0.9.0 (commit 0123456789ab)"));
+        told && status["healthy"] == false && daemon["process_id"] != before
+    });
+    std::fs::write(&file, own).unwrap();
+    live.wait_until_healthy();
+    live.down();
+}
+
+#[test]
 fn every_process_logs_as_the_site_wants_it() {
     let home = tempfile::tempdir().unwrap();
     let config = home.path().join("site.toml");

@@ -2,6 +2,7 @@
 
 use crate::limits::MAX_ROBOTS;
 use crate::names::{Daemon, TopicName};
+use crate::program_build::own_build;
 use crate::robot_name::RobotName;
 use messages::{ArchiveError, LAYOUT_VERSION, SampleError};
 use std::path::PathBuf;
@@ -92,6 +93,15 @@ pub enum DomainError {
         found: String,
         /// As this program has it.
         wanted: &'static str,
+    },
+    /// The keeper is of another build.
+    #[error(
+        "the bus is of groundplan {found}, and this program is of {}: use one build for all of a site (groundplan down, then up)",
+        own_build()
+    )]
+    Build {
+        /// As the keeper wrote it.
+        found: String,
     },
     /// No keeper has created the bus.
     #[error("no keeper has created the bus in `{root}`: run `groundplan up`")]

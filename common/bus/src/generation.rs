@@ -7,7 +7,7 @@
 //! | file in the domain's folder | what |
 //! |---|---|
 //! | `keeper.lock` | held exclusively by the keeper |
-//! | `generation` | number, layout version and library of the current generation; renamed into place |
+//! | `generation` | number, layout version and library of the current generation, and the keeper's build; renamed into place |
 //! | `<n>.lock` | held shared by every process that lives in generation n |
 //! | `<n>/` | the bus library's files of generation n |
 //! | `renew` | a participant's wish for the generation after n, because something of it was deleted |
@@ -15,6 +15,7 @@
 
 use crate::error::DomainError;
 use crate::file_lock::{Lock, try_lock};
+use crate::program_build::{is_same_build, own_build};
 use crate::segments::{close_segments, files_of_all_users, remove_empty_segments, remove_segments, segments};
 use messages::LAYOUT_VERSION;
 use rustix::fs::FlockOperation;
@@ -30,6 +31,9 @@ pub(crate) const LIBRARY: &str = "iceoryx2-0.10.0";
 
 /// Name of the file that says which generation is current.
 pub(crate) const CURRENT: &str = "generation";
+
+/// The build in files of keepers that wrote none.
+const EARLIER: &str = "of a version before 1.0";
 
 /// Name of the file that asks the keeper for a new generation.
 const RENEW: &str = "renew";
@@ -129,7 +133,7 @@ impl Place {
             Err(e) if e.kind() == io::ErrorKind::NotFound => return Ok(None),
             Err(source) => return Err(DomainError::File { path, source }),
         };
-        let value = |key| text.lines().find_map(|l| l.split_once('=').filter(|(k, _)| *k == key)).map(|(_, v)| v);
+        let value = |key| value_in(&text, key);
         let damaged = || DomainError::Damaged { path: path.clone() };
         let found: u32 = value("layout").and_then(|v| v.parse().ok()).ok_or_else(damaged)?;
         let library = value("library").ok_or_else(damaged)?;
@@ -143,11 +147,20 @@ impl Place {
         Ok(Some(generation))
     }
 
+    /// Refuses the current generation if its keeper is of another build than this program.
+    pub(crate) fn require_own_build(&self) -> Result<(), DomainError> {
+        let path = self.current_path();
+        let text = fs::read_to_string(&path).map_err(|source| DomainError::File { path, source })?;
+        let found = value_in(&text, "build").unwrap_or(EARLIER);
+        if is_same_build(found, own_build()) { Ok(()) } else { Err(DomainError::Build { found: found.to_owned() }) }
+    }
+
     /// Makes a generation the current one: participants of others see that and follow.
     pub(crate) fn announce(&self, generation: u64) -> Result<(), DomainError> {
         let path = self.current_path();
         let beside = self.root.join("generation.new");
-        let text = format!("generation={generation}\nlayout={LAYOUT_VERSION}\nlibrary={LIBRARY}\n");
+        let build = own_build();
+        let text = format!("generation={generation}\nlayout={LAYOUT_VERSION}\nlibrary={LIBRARY}\nbuild={build}\n");
         let written = fs::write(&beside, text).and_then(|()| fs::rename(&beside, &path));
         written.map_err(|source| {
             // What is half written helps nobody.
@@ -285,6 +298,11 @@ fn remove(path: &Path, done: io::Result<()>) -> Result<(), DomainError> {
     }
 }
 
+/// The value of a key in the text of the file that says which generation is current.
+fn value_in<'t>(text: &'t str, key: &str) -> Option<&'t str> {
+    text.lines().find_map(|line| line.split_once('=').filter(|(found, _)| *found == key)).map(|(_, value)| value)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -359,6 +377,23 @@ mod tests {
         let other = format!("generation=1\nlayout={LAYOUT_VERSION}\nlibrary=other-9\n");
         check(&other, "other-9", LIBRARY);
         check("nonsense", "generation", "current");
+    }
+
+    #[test]
+    fn the_keeper_of_another_build_is_told_with_both_builds() {
+        let folder = tempfile::tempdir().unwrap();
+        let place = place(&folder);
+        place.announce(4).unwrap();
+        place.require_own_build().unwrap();
+        let own = fs::read_to_string(folder.path().join(CURRENT)).unwrap();
+        for other in ["build=0.9.3 (commit unknown)\n", ""] {
+            let line = format!("build={}\n", own_build());
+            fs::write(folder.path().join(CURRENT), own.replace(&line, other)).unwrap();
+            let error = place.require_own_build().unwrap_err().to_string();
+            let found = if other.is_empty() { EARLIER } else { "0.9.3 (commit unknown)" };
+            assert!(error.contains(found) && error.contains(own_build()), "{error}");
+            assert_eq!(place.current().unwrap(), Some(4), "a robot's own program may use it");
+        }
     }
 
     #[test]

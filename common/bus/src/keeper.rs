@@ -94,7 +94,8 @@ impl Keeper {
         // A file of another version, or one that is damaged, says only that its generation is not ours.
         let current = place.current().unwrap_or_default();
         let taken_over = match current {
-            Some(generation) if place.has_members(generation)? => {
+            // Members of another build are to leave it, and be refused.
+            Some(generation) if place.has_members(generation)? && place.require_own_build().is_ok() => {
                 // Nothing is repaired in place, whichever service cannot be opened.
                 ipc::Services::create(place, generation, &robots).ok().map(|services| (services, generation))
             }

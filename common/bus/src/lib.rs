@@ -46,6 +46,8 @@
 //!   replaced.
 //! - The bus is for the user alone who owns its folder (mode 0700); no segment is for anybody else. `Bus::join` of another
 //!   user, root included, goes through the relay and creates nothing in the bus; ports have the same types either way.
+//! - Participants of a bus are of the build of its keeper (`src/program_build.rs` says which builds are the same): others are
+//!   refused, and a keeper of another build makes a new generation, so that those that are there are refused, too.
 //! - The relay knows who sends a command from the system, not from the client, and passes the user's number on with it. It
 //!   holds one copy of the newest sample of each topic that is followed, sealed against changes, and one frame for each
 //!   client; a slow client misses samples and holds up nobody.
@@ -82,6 +84,7 @@ mod latched;
 mod limits;
 mod link;
 mod names;
+mod program_build;
 mod relay;
 mod relay_access;
 mod relay_link;
@@ -109,6 +112,7 @@ pub use keeper::Keeper;
 pub use latched::{CheckedSample, Loan, Origin, Publisher, RawSample, RawSubscriber, Sample, Sent, Subscriber};
 pub use limits::{MAX_COMMAND_BYTES, MAX_HELD, MAX_OPEN, MAX_ROBOTS, MAX_SAMPLE_BYTES};
 pub use names::{Daemon, GridSlot, TopicName};
+pub use program_build::{is_same_build, own_build, set_commit};
 pub use relay::{Relay, RelayEvent, RelayOptions};
 pub use report_kind::ReportKind;
 pub use robot_name::{RobotName, RobotNameError, names_of_robots};

@@ -23,6 +23,7 @@ impl ProcessReport {
     pub fn alive(&mut self, activity: &str, error: Option<String>) {
         crate::systemd::alive(error.as_deref().unwrap_or(activity));
         let report = Report {
+            build: bus::own_build().to_owned(),
             process_id: std::process::id(),
             restarts: self.entry.restarts(),
             stamp_ns: Stamp::now().0,

@@ -17,7 +17,7 @@ use tracing::error;
 
 /// A daemon of groundplan: `groundplan up` starts it. It stops on SIGTERM.
 #[derive(Debug, Clone, Parser)]
-#[command(version)]
+#[command(version = bus::own_build())]
 pub struct Arguments {
     /// Configuration of the site, see config/site.toml
     #[arg(long, value_name = "FILE")]
@@ -40,9 +40,13 @@ pub fn in_background() {
     let _ = rustix::process::nice(NICENESS);
 }
 
-/// Runs the daemon of a service until it is stopped: exit code 0; 1 if it cannot go on, 2 for a configuration or
+/// Runs the daemon of a service until it is stopped, as a program that was built from a commit: exit code 0; 1 if it cannot go on, 2 for a configuration or
 /// state that cannot be used.
-pub fn run<S: Service + 'static>(make: impl FnOnce(&SiteConfig, CurrentActivity) -> Result<S, Failure>) -> ExitCode {
+pub fn run<S: Service + 'static>(
+    commit: Option<&str>,
+    make: impl FnOnce(&SiteConfig, CurrentActivity) -> Result<S, Failure>,
+) -> ExitCode {
+    bus::set_commit(commit);
     run_with(&arguments(S::Request::DAEMON), make)
 }
 

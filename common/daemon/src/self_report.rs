@@ -166,6 +166,7 @@ impl SelfReport {
             }
         }
         let report = Report {
+            build: bus::own_build().to_owned(),
             process_id: std::process::id(),
             restarts: self.entry.restarts(),
             stamp_ns: Stamp::now().0,

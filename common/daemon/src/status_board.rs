@@ -27,6 +27,9 @@ use tracing::warn;
 /// What a process says of itself; `F` are the facts of a daemon, see [`crate::facts`].
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Report<F = serde_json::Value> {
+    /// Its build, as its `--version` prints it; empty if it does not say.
+    #[serde(default)]
+    pub build: String,
     /// Its process.
     pub process_id: u32,
     /// How often its process died and was started again.
@@ -79,6 +82,14 @@ impl<F> Report<F> {
     /// True if it was not written for so long that its process hangs, or is gone.
     pub fn is_silent(&self) -> bool {
         self.age() >= SILENT_AFTER
+    }
+
+    /// That its process and this program are of builds that do not work together; `None` if they do.
+    pub fn of_other_build(&self) -> Option<String> {
+        let (build, own) = (self.build.as_str(), bus::own_build());
+        let differs = !build.is_empty() && !bus::is_same_build(build, own);
+        differs
+            .then(|| format!("it is of groundplan {build}, and this program of {own}: use one build for all of a site"))
     }
 }
 
@@ -147,8 +158,8 @@ impl StatusBoard {
             restarts: report.restarts,
             memory_bytes: report.memory_bytes,
             busy: report.busy.as_ref().map(|busy| (busy.job.clone(), busy.duration())),
+            error: report.of_other_build().into_iter().chain(report.error).reduce(|all, error| all + "; " + &error),
             activity: report.activity,
-            error: report.error,
             warning: report.warning,
         });
         SeenProcess { name: process.to_string(), is_alive: self.is_alive(process), report }
@@ -315,6 +326,23 @@ impl BoardEntry {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_process_of_another_build_has_that_as_an_error() {
+        let root = tempfile::tempdir().unwrap();
+        let mut entry = BoardEntry::new(root.path(), SiteProcess::Keeper);
+        let mut seen = |build: &str, error: Option<&str>| {
+            entry.put(&Report { build: build.to_owned(), ..report(error) });
+            StatusBoard::of(root.path()).seen(SiteProcess::Keeper).report.unwrap().error
+        };
+        let own = bus::own_build();
+        assert_eq!([seen(own, None), seen("", None)], [None, None]);
+        let told = seen("0.9.3 (commit 0123456789ab)", Some("no bus")).unwrap();
+        assert!(
+            told.contains("0.9.3 (commit 0123456789ab)") && told.contains(own) && told.ends_with("; no bus"),
+            "{told}"
+        );
+    }
 
     fn report(error: Option<&str>) -> Report {
         Report {

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 /// Answers questions about a running site over HTTP and MCP: `groundplan ask` and `groundplan up` start it. It stops on SIGTERM.
 #[derive(Debug, Clone, clap::Parser)]
-#[command(name = "groundplan-ask", version)]
+#[command(name = "groundplan-ask", version = bus::own_build())]
 pub(crate) struct Arguments {
     /// Configuration of the site, see config/site.toml
     #[arg(long, value_name = "FILE")]

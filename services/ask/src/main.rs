@@ -51,6 +51,7 @@ use std::process::ExitCode;
 use std::sync::Arc;
 
 fn main() -> ExitCode {
+    bus::set_commit(bus::commit!());
     let Arguments { config, with_stdin, stdio, robot_name } = Arguments::parse();
     // Maps do not wait for answers.
     daemon::in_background();

@@ -19,8 +19,8 @@ fn a_configuration_that_cannot_be_used_is_named() {
 }
 
 #[test]
-fn the_version_is_that_of_the_workspace() {
-    let output = run(&["--version"]);
-    let version = concat!("groundplan-ask ", env!("CARGO_PKG_VERSION"));
-    assert_eq!(String::from_utf8_lossy(&output.stdout).trim(), version);
+fn the_version_is_that_of_the_workspace_and_names_the_commit() {
+    let said = String::from_utf8(run(&["--version"]).stdout).unwrap();
+    let version = concat!("groundplan-ask ", env!("CARGO_PKG_VERSION"), " (commit ");
+    assert!(said.starts_with(version) && said.ends_with(")\n"), "{said}");
 }

@@ -1,12 +1,11 @@
 //! Requests to the daemon that aligns, and the alignment that it publishes after them.
 
 use crate::alignment_report;
-use crate::args::SiteOfRobotArgs;
 use crate::failure::Failure;
 use crate::run::Outcome;
 use crate::wait::{ask, join};
 use bus::{Bus, CheckedSample, Waiter, topics};
-use daemon::{AlignAnswer, AlignRequest, Published, SearchState};
+use daemon::{AlignAnswer, AlignRequest, Published, SearchState, SiteConfig};
 use messages::{AlignmentVerdict, PoseValidity};
 use std::time::{Duration, Instant};
 
@@ -26,10 +25,10 @@ pub(crate) fn other_answer() -> Failure {
 /// # Errors
 /// No daemons, no map or site to search, a search that failed.
 pub(crate) fn searched(
-    site: &SiteOfRobotArgs,
+    config: &SiteConfig,
     request: &AlignRequest,
 ) -> Result<CheckedSample<topics::Alignment>, Failure> {
-    let (bus, mut waiter) = join(&site.config()?)?;
+    let (bus, mut waiter) = join(config)?;
     let AlignAnswer::Search(search) = ask(&bus, &mut waiter, request)? else { return Err(other_answer()) };
     let begun = Instant::now();
     loop {

@@ -1,9 +1,9 @@
 //! The command line: all commands. Arguments, help and work of each are in its own file.
 
 use crate::commands::{
-    actuals, align, as_built, ask, changes, check, completions, confirm, convert, date, deviations, doctor, door, down,
-    export, findings, fleet, follow, keeper, key, link, load, log, man, metrics, monitor, record, relay, robot, room,
-    scans, serve, slam_map, states, status, tasks, topic, undo, up, view, way, waypoints,
+    actuals, align, as_built, ask, changes, check, completions, confirm, convert, date, demo, deviations, doctor, door,
+    down, export, findings, fleet, follow, keeper, key, link, load, log, man, metrics, monitor, record, relay, robot,
+    room, scans, serve, slam_map, states, status, tasks, topic, undo, up, view, way, waypoints,
 };
 use crate::failure::Failure;
 use crate::run::{Outcome, Run};
@@ -13,7 +13,7 @@ use tracing_subscriber::EnvFilter;
 
 /// Building models (IFC) into everything a robot needs to move before it has ever seen the place.
 #[derive(Debug, Parser)]
-#[command(name = "groundplan", version, propagate_version = true, max_term_width = 100)]
+#[command(name = "groundplan", version = bus::own_build(), propagate_version = true, max_term_width = 100)]
 pub struct Cli {
     /// What to do.
     #[command(subcommand)]
@@ -23,6 +23,8 @@ pub struct Cli {
 /// What to do.
 #[derive(Debug, Subcommand)]
 pub enum Command {
+    /// Show what groundplan does: the demo building, from the model to a robot's map, with running daemons
+    Demo(demo::Args),
     /// Turn building models into maps per storey, semantic JSON and waypoints
     Convert(convert::Args),
     /// List the states of elements and spaces at a date
@@ -130,6 +132,7 @@ impl Command {
             // These two write about the command line as a whole.
             Self::Completions(arguments) => return arguments.script(Cli::command()),
             Self::Man(arguments) => return arguments.write(Cli::command()),
+            Self::Demo(arguments) => arguments,
             Self::Convert(arguments) => arguments,
             Self::States(arguments) => arguments,
             Self::Changes(arguments) => arguments,

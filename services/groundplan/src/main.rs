@@ -6,6 +6,7 @@ use std::io::{ErrorKind, Write};
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
+    bus::set_commit(bus::commit!());
     daemon::run_mesh_process(ingest::mesh_task).unwrap_or_else(run)
 }
 

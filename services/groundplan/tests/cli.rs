@@ -44,6 +44,13 @@ fn the_help_of_every_command_is_its_golden_file_and_there_is_no_other() {
 }
 
 #[test]
+fn the_version_is_that_of_the_workspace_and_names_the_commit() {
+    let said = String::from_utf8(groundplan(&["--version"]).stdout).unwrap();
+    let version = concat!("groundplan ", env!("CARGO_PKG_VERSION"), " (commit ");
+    assert!(said.starts_with(version) && said.ends_with(")\n"), "{said}");
+}
+
+#[test]
 fn completions_and_manual_pages_know_every_command() {
     let completions = String::from_utf8(groundplan(&["completions", "bash"]).stdout).unwrap();
     assert!(completions.contains("monitor") && completions.contains("--on-change"));

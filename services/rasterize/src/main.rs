@@ -4,5 +4,5 @@ use rasterize::service::Rasterize;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    daemon::run(Rasterize::start)
+    daemon::run(bus::commit!(), Rasterize::start)
 }

@@ -70,5 +70,5 @@ use service::BridgeService;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    daemon::run(BridgeService::new)
+    daemon::run(bus::commit!(), BridgeService::new)
 }

@@ -10,5 +10,5 @@ use schedule_eval::service::ScheduleEval;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    daemon::run(ScheduleEval::start)
+    daemon::run(bus::commit!(), ScheduleEval::start)
 }

@@ -27,5 +27,5 @@ use site_follow::service::SiteFollow;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    daemon::run(SiteFollow::start)
+    daemon::run(bus::commit!(), SiteFollow::start)
 }

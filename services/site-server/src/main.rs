@@ -29,5 +29,5 @@ use site_server::service::SiteServer;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    daemon::run(SiteServer::start)
+    daemon::run(bus::commit!(), SiteServer::start)
 }

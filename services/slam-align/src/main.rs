@@ -13,5 +13,5 @@ use slam_align::service::SlamAlign;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    daemon::run(SlamAlign::start)
+    daemon::run(bus::commit!(), SlamAlign::start)
 }

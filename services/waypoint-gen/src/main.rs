@@ -10,5 +10,5 @@ use waypoint_gen::service::WaypointGen;
 fn main() -> ExitCode {
     // Maps do not wait for waypoints.
     daemon::in_background();
-    daemon::run(WaypointGen::start)
+    daemon::run(bus::commit!(), WaypointGen::start)
 }

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 
 /// The page that shows a site in browsers: `groundplan view` and `groundplan up` start it. It stops on SIGTERM.
 #[derive(Debug, Clone, clap::Parser)]
-#[command(name = "groundplan-web", version, group = clap::ArgGroup::new("what").required(true).args(["config", "out"]))]
+#[command(name = "groundplan-web", version = bus::own_build(), group = clap::ArgGroup::new("what").required(true).args(["config", "out"]))]
 pub(crate) struct Arguments {
     /// Show the running daemons of this site, see config/site.toml
     #[arg(long, value_name = "FILE")]

@@ -73,6 +73,7 @@ use tokio::sync::Semaphore;
 const POLL_INTERVAL: Duration = Duration::from_millis(200);
 
 fn main() -> ExitCode {
+    bus::set_commit(bus::commit!());
     let Arguments { config, with_stdin, folder } = Arguments::parse();
     match (config, folder) {
         (Some(config), _) => {

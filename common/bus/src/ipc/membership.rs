@@ -69,6 +69,9 @@ impl Membership {
             Signal::new().map_err(|source| DomainError::File { path: place.root().to_owned(), source })?;
         for _ in 0..MAX_JOIN_ATTEMPTS {
             let generation = place.current()?.ok_or_else(no_keeper)?;
+            if daemon.what != Daemon::Robot {
+                place.require_own_build()?;
+            }
             let member_lock = place.join_members(generation)?;
             if place.current()? != Some(generation) {
                 continue;

@@ -15,9 +15,8 @@ fn a_configuration_that_cannot_be_used_exits_with_2_and_is_named() {
 }
 
 #[test]
-fn the_version_is_that_of_the_workspace() {
-    assert_eq!(
-        String::from_utf8_lossy(&run(&["--version"]).stdout).trim(),
-        concat!(env!("CARGO_PKG_NAME"), " ", env!("CARGO_PKG_VERSION"))
-    );
+fn the_version_is_that_of_the_workspace_and_names_the_commit() {
+    let said = String::from_utf8(run(&["--version"]).stdout).unwrap();
+    let version = concat!(env!("CARGO_PKG_NAME"), " ", env!("CARGO_PKG_VERSION"), " (commit ");
+    assert!(said.starts_with(version) && said.ends_with(")\n"), "{said}");
 }

@@ -42,6 +42,6 @@ impl Run for Args {
                 "{file} has no [follow]: it names the store, the site and its root keys"
             )));
         }
-        run_site(config)
+        run_site(config, false)
     }
 }

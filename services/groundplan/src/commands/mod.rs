@@ -10,6 +10,7 @@ pub mod completions;
 pub mod confirm;
 pub mod convert;
 pub mod date;
+pub mod demo;
 pub mod deviations;
 pub mod doctor;
 pub mod door;

@@ -39,6 +39,6 @@ impl Run for Args {
             let file = config.file.display();
             return Err(Failure::usage(format!("{file} has no [serve]: it names the store, the site and its keys")));
         }
-        run_site(config)
+        run_site(config, false)
     }
 }

@@ -37,7 +37,7 @@ impl Run for Args {
     /// No daemons, a map that cannot be used, no site to compare it with; the map before it stays.
     fn run(&self) -> Result<Outcome, Failure> {
         let file = std::path::absolute(&self.map).map_err(Failure::usage)?;
-        let sample = searched(&self.site, &AlignRequest::ReadSlamMap { file })?;
+        let sample = searched(&self.site.config()?, &AlignRequest::ReadSlamMap { file })?;
         Ok(outcome_of(&sample, self.robot.first_chunk::<2>().copied(), self.json))
     }
 }

@@ -5,7 +5,7 @@ use crate::failure::Failure;
 use crate::run::{Outcome, Run};
 use crate::site_check::refuse_unusable;
 use crate::site_service::run_logged;
-use crate::supervise::{Running, SupervisedProcess, check_versions};
+use crate::supervise::{Running, SupervisedProcess, check_builds};
 use bus::HEARTBEAT_PERIOD;
 use daemon::{SiteConfig, SiteProcess, StatusBoard, StopSignal, claim_state};
 use std::time::{Duration, Instant};
@@ -28,6 +28,10 @@ pub struct Args {
     #[arg(long)]
     ask: bool,
 
+    /// Stop when standard input ends, so that the daemons end with the process that started this one
+    #[arg(long, hide = true)]
+    with_stdin: bool,
+
     /// The site.
     #[command(flatten)]
     site: SiteArgs,
@@ -37,7 +41,7 @@ impl Run for Args {
     /// Starts the keeper and the daemons, and restarts those that die, until it is stopped.
     ///
     /// # Errors
-    /// Executables that are missing or of another version, a configuration that cannot be used, a site that is up already.
+    /// Executables that are missing or of another build, a configuration that cannot be used, a site that is up already.
     fn run(&self) -> Result<Outcome, Failure> {
         self.site.prepare()?;
         let mut config = self.site.own_config()?;
@@ -45,26 +49,26 @@ impl Run for Args {
         std::iter::once(&mut config.ros).chain(of_robots).for_each(|ros| ros.enabled |= self.ros);
         config.web.enabled |= self.web;
         config.ask.enabled |= self.ask;
-        run_site(config)
+        run_site(config, self.with_stdin)
     }
 }
 
-/// Starts the processes of a site, and starts those again that die, until this one is stopped.
+/// Starts the processes of a site, and starts those again that die, until this one is stopped, or standard input ends if that is a reason.
 ///
 /// # Errors
 /// As those of `up`.
-pub(crate) fn run_site(config: SiteConfig) -> Result<Outcome, Failure> {
+pub(crate) fn run_site(config: SiteConfig, with_stdin: bool) -> Result<Outcome, Failure> {
     refuse_unusable(&config)?;
-    check_versions(&config)?;
+    check_builds(&config)?;
     claim_state(&config.state).map_err(Failure::usage)?;
     let _running = Running::claim(&config.state)?;
     config.unused_robot_state().iter().for_each(|told| eprintln!("groundplan: {told}"));
-    run_logged(&config, "up", || supervise(&config))
+    run_logged(&config, "up", || supervise(&config, with_stdin))
 }
 
 /// Runs the processes of a site until this one is stopped.
-fn supervise(config: &SiteConfig) -> Result<(), Failure> {
-    let mut stop = StopSignal::listen(false).map_err(Failure::work)?;
+fn supervise(config: &SiteConfig, with_stdin: bool) -> Result<(), Failure> {
+    let mut stop = StopSignal::listen(with_stdin).map_err(Failure::work)?;
     let board = StatusBoard::of_own(config);
     let mut last_look = Instant::now();
     let mut processes: Vec<SupervisedProcess> = SiteProcess::supervised(config).map(SupervisedProcess::new).collect();

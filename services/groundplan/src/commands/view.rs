@@ -4,7 +4,7 @@ use crate::args::SiteArgs;
 use crate::commands::{convert, tasks};
 use crate::failure::Failure;
 use crate::run::{Outcome, Run};
-use crate::supervise::executable;
+use crate::supervise::executable_of_own_build;
 use bus::Daemon;
 use clap::Parser;
 use daemon::facts::WebFacts;
@@ -150,7 +150,7 @@ impl Args {
 
     /// Serves an output folder until it is stopped, or writes its page.
     fn show(&self, maps: &Path, tasks: Option<&Path>) -> Result<Outcome, Failure> {
-        let mut command = process::Command::new(executable(Daemon::Web.name())?);
+        let mut command = process::Command::new(executable_of_own_build(Daemon::Web.name())?);
         command.arg("--with-stdin").arg("--out").arg(maps).stdin(Stdio::piped()).stdout(Stdio::piped());
         if let Some(tasks) = tasks {
             command.arg("--tasks").arg(tasks);

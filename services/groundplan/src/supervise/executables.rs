@@ -1,7 +1,7 @@
-//! The executables of the daemons and their versions.
+//! The executables of the daemons and their builds.
 
 use crate::failure::Failure;
-use bus::Daemon;
+use bus::{Daemon, is_same_build, own_build};
 use daemon::{SiteConfig, SiteProcess};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -21,33 +21,40 @@ pub(crate) fn executable(name: &str) -> Result<PathBuf, Failure> {
     }
 }
 
-/// The version that an executable prints.
+/// The build that an executable prints.
 ///
 /// # Errors
 /// It cannot be run.
-pub(crate) fn version_of(path: &Path) -> Result<String, Failure> {
+fn build_of(path: &Path) -> Result<String, Failure> {
     let output = Command::new(path).arg("--version").output();
     let output = output.map_err(|e| Failure::work(format!("{} cannot be run: {e}", path.display())))?;
     let text = String::from_utf8_lossy(&output.stdout);
-    Ok(text.split_whitespace().last().unwrap_or_default().to_owned())
+    // The name is before it.
+    Ok(text.trim().split_once(' ').map_or("", |(_, build)| build).to_owned())
 }
 
-/// Checks that all daemons of a site are installed in the version of this program.
+/// An executable beside this one, of the build of this program.
 ///
 /// # Errors
-/// An executable that is missing, or of another version.
-pub(crate) fn check_versions(config: &SiteConfig) -> Result<(), Failure> {
-    let own = env!("CARGO_PKG_VERSION");
-    let daemons = SiteProcess::supervised(config).filter_map(SiteProcess::daemon);
-    for name in daemons.map(Daemon::name).collect::<BTreeSet<_>>() {
-        let path = executable(name)?;
-        let version = version_of(&path)?;
-        if version != own {
-            return Err(Failure::work(format!(
-                "{} is of version {version:?}, this is {own}: install one version",
-                path.display()
-            )));
-        }
+/// It is missing, cannot be run, or is of another build.
+pub(crate) fn executable_of_own_build(name: &str) -> Result<PathBuf, Failure> {
+    let (path, own) = (executable(name)?, own_build());
+    let build = build_of(&path)?;
+    if !is_same_build(&build, own) {
+        let path = path.display();
+        return Err(Failure::work(format!(
+            "{path} is of groundplan {build:?}, and this program is of {own}: install all programs from one build"
+        )));
     }
-    Ok(())
+    Ok(path)
+}
+
+/// Checks that all daemons of a site are installed in the build of this program.
+///
+/// # Errors
+/// An executable that is missing, or of another build.
+pub(crate) fn check_builds(config: &SiteConfig) -> Result<(), Failure> {
+    let daemons = SiteProcess::supervised(config).filter_map(SiteProcess::daemon);
+    let names: BTreeSet<&str> = daemons.map(Daemon::name).collect();
+    names.into_iter().try_for_each(|name| executable_of_own_build(name).map(drop))
 }

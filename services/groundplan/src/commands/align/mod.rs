@@ -39,7 +39,7 @@ impl Args {
     fn align_live(&self) -> Result<Outcome, Failure> {
         let place = &self.place;
         let (hint, storey, places) = (place.pose_hint(), place.storey, place.known_places()?);
-        let sample = searched(&self.site, &AlignRequest::Align { hint, storey, places })?;
+        let sample = searched(&self.site.config()?, &AlignRequest::Align { hint, storey, places })?;
         self.write_pose(&sample.view())?;
         Ok(outcome_of(&sample, self.robot_m(), self.json))
     }

@@ -1,8 +1,8 @@
 //! Requirements on the machine, independent of the site. Facts are gathered first; checks are functions of them.
 
 use super::check::{Check, failure, ok, warning};
-use crate::supervise::{executable, version_of};
-use bus::Daemon;
+use crate::supervise::executable_of_own_build;
+use bus::{Daemon, own_build};
 use rustix::fs::{StatVfs, statfs, statvfs};
 use std::path::Path;
 
@@ -90,18 +90,11 @@ fn files(limit: Option<u64>) -> Check {
 
 fn executables() -> Check {
     const WHAT: &str = "executables";
-    let own = env!("CARGO_PKG_VERSION");
-    for name in Daemon::ALL.into_iter().filter(|daemon| daemon.is_of_site()).map(Daemon::name) {
-        let version = executable(name).and_then(|path| version_of(&path));
-        match version {
-            Ok(version) if version == own => {}
-            Ok(version) => {
-                return failure(WHAT, format!("{name} is of version {version}, this is {own}: install one version"));
-            }
-            Err(why) => return failure(WHAT, format!("{why:#}")),
-        }
+    let names = Daemon::ALL.into_iter().filter(|daemon| daemon.is_of_site()).map(Daemon::name);
+    match names.map(executable_of_own_build).find_map(Result::err) {
+        Some(why) => failure(WHAT, format!("{why:#}")),
+        None => ok(WHAT, own_build()),
     }
-    ok(WHAT, format!("version {own}"))
 }
 
 /// systemd removes a user's shared memory when the last session ends, unless RemoveIPC=no.

@@ -6,9 +6,10 @@ use crate::site_check::findings;
 use crate::supervise::running;
 use bus::{Bus, Daemon};
 use daemon::facts::RosBridgeFacts;
-use daemon::{Report, Robot, SettingKey, SiteConfig, StatusBoard};
+use daemon::{Report, Robot, SettingKey, SiteConfig, SiteProcess, StatusBoard};
 use diagnostics::counted;
 use rustix::fs::statfs;
+use serde::de::IgnoredAny;
 use std::os::unix::fs::MetadataExt;
 use std::path::Path;
 
@@ -34,6 +35,7 @@ pub(super) fn of_site(config: &SiteConfig) -> Vec<Check> {
         clock(config.clock.synchronised_while.as_deref()),
         remove_ipc(),
     ]);
+    checks.extend(running.then(|| builds(config)));
     for config in config.of_each_robot() {
         let bridge: Option<Report<RosBridgeFacts>> = StatusBoard::of_own(&config).report(Daemon::RosBridge);
         checks.extend(bridge.filter(|_| running).map(|report| ros_graph(&report.facts)));
@@ -73,6 +75,20 @@ fn configuration(config: &SiteConfig) -> Vec<Check> {
         if finding.is_fatal { failure("configuration", text) } else { warning("configuration", text) }
     }));
     checks
+}
+
+/// Whether all processes that run are of the build of this program.
+fn builds(config: &SiteConfig) -> Check {
+    const WHAT: &str = "builds";
+    let board = StatusBoard::of_own(config);
+    let other = |process: SiteProcess| {
+        let report: Report<IgnoredAny> = board.report(process).filter(|_| board.is_alive(process))?;
+        Some(format!("{process}: {}", report.of_other_build()?))
+    };
+    match board.processes(config).find_map(other) {
+        Some(told) => failure(WHAT, told),
+        None => ok(WHAT, format!("all processes are of groundplan {}, or do not say", bus::own_build())),
+    }
 }
 
 fn is_alive(config: &SiteConfig) -> bool {
