@@ -467,7 +467,7 @@ fn packages_are_named_as_their_folders_and_services_fit_into_a_process_name() {
 
 #[test]
 fn the_top_level_holds_what_the_architecture_names() {
-    let folders = ["services", "common", "tests", "config", "scripts", "target"];
+    let folders = ["services", "common", "tests", "config", "scripts", "docs", "target"];
     let files = [
         "Cargo.toml",
         "Cargo.lock",
@@ -525,11 +525,13 @@ fn named_paths(text: &str) -> Vec<&str> {
 
 #[test]
 fn documents_name_files_that_exist() {
-    for document in ["README.md", "ARCHITECTURE.md", "BENCHMARKS.md", "CHANGELOG.md", "CONTRIBUTING.md", "GLOSSARY.md"]
-    {
-        let text = std::fs::read_to_string(root().join(document)).unwrap();
+    let of_top = ["README.md", "ARCHITECTURE.md", "BENCHMARKS.md", "CHANGELOG.md", "CONTRIBUTING.md", "GLOSSARY.md"];
+    let pages = std::fs::read_dir(root().join("docs")).unwrap().map(|entry| entry.unwrap().path());
+    for document in of_top.map(|name| root().join(name)).into_iter().chain(pages) {
+        let text = std::fs::read_to_string(&document).unwrap();
         for path in named_paths(&text) {
-            assert!(root().join(path).exists(), "{document} names {path}");
+            let exists = [document.parent().unwrap(), &root()].iter().any(|folder| folder.join(path).exists());
+            assert!(exists, "{} names {path}", document.display());
         }
     }
 }
