@@ -49,7 +49,10 @@ fn troubleshooting_can_be_followed() {
 /// Messages of the tables of a page: first cells that are one text in backticks.
 fn messages(text: &str) -> Vec<&str> {
     let rows = text.lines().filter_map(|line| line.strip_prefix("| `"));
-    rows.filter_map(|row| row.split_once("` |")).map(|(message, _)| message).filter(|message| !message.contains('`')).collect()
+    rows.filter_map(|row| row.split_once("` |"))
+        .map(|(message, _)| message)
+        .filter(|message| !message.contains('`'))
+        .collect()
 }
 
 /// Characters of source text over which a message may go.
@@ -70,7 +73,8 @@ fn messages_are_those_of_the_code() {
     let text = text_of("troubleshooting.md");
     let messages = messages(&text);
     assert!(messages.len() >= 40, "{} messages", messages.len());
-    let short: Vec<&&str> = messages.iter().filter(|message| pieces(message).map(str::len).sum::<usize>() < 12).collect();
+    let short: Vec<&&str> =
+        messages.iter().filter(|message| pieces(message).map(str::len).sum::<usize>() < 12).collect();
     assert!(short.is_empty(), "nothing tells {short:#?} from other texts");
     let sources = sources();
     let unknown: Vec<&&str> = messages.iter().filter(|message| !is_said(&sources, message)).collect();

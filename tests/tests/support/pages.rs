@@ -182,14 +182,16 @@ impl Page {
 
     fn finished(&self, line: &str, code: i32, place: &str) -> String {
         let output = self.shell(line).output().unwrap();
-        let printed = [output.stdout, output.stderr].map(|bytes| String::from_utf8_lossy(&bytes).into_owned()).join("\n");
+        let printed =
+            [output.stdout, output.stderr].map(|bytes| String::from_utf8_lossy(&bytes).into_owned()).join("\n");
         assert_eq!(output.status.code(), Some(code), "{place}: {line}\n{printed}");
         printed
     }
 
     /// Starts a site and waits until it is well.
     fn up(&mut self, line: &str) -> String {
-        let mut child = self.shell(&format!("exec {line}")).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+        let mut child =
+            self.shell(&format!("exec {line}")).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
         let mut options = line.split(' ').skip_while(|word| *word != "--config");
         let site = options.nth(1).map_or("--demo".to_owned(), |file| format!("--config {file}"));
         let begun = Instant::now();
@@ -206,18 +208,17 @@ impl Page {
     fn said(&self, line: &str, word: &str) -> String {
         let mut child = self.shell(&format!("exec {line} 2>&1")).stdout(Stdio::piped()).spawn().unwrap();
         let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
-        let mut printed = String::new();
-        while let Some(said) = lines.next() {
+        let (mut printed, mut is_said) = (String::new(), false);
+        while !is_said && let Some(said) = lines.next() {
             let said = said.unwrap();
             printed += &format!("{said}\n");
-            if said.contains(word) {
-                // What it says later must find somebody who reads.
-                std::thread::Builder::new().name("output".to_owned()).spawn(move || lines.for_each(drop)).unwrap();
-                end(child);
-                return printed;
-            }
+            is_said = said.contains(word);
         }
-        panic!("{line}: it does not say {word:?}\n{printed}")
+        // What it says later must find somebody who reads.
+        std::thread::Builder::new().name("output".to_owned()).spawn(move || lines.for_each(drop)).unwrap();
+        end(child);
+        assert!(is_said, "{line}: it does not say {word:?}\n{printed}");
+        printed
     }
 
     /// Runs `cargo run --example NAME -- ARGUMENTS`, which is built with the tests, until its first line.
@@ -236,7 +237,8 @@ impl Drop for Page {
     /// After a failure nothing stays.
     fn drop(&mut self) {
         for child in self.served.iter_mut().rev() {
-            let _ = rustix::process::kill_process(rustix::process::Pid::from_child(child), rustix::process::Signal::TERM);
+            let _ =
+                rustix::process::kill_process(rustix::process::Pid::from_child(child), rustix::process::Signal::TERM);
             let _ = child.wait();
         }
     }
@@ -302,7 +304,9 @@ pub(crate) fn sources() -> BTreeMap<String, String> {
         for path in super::files_in(&folder) {
             let is_rust = path.extension().is_some_and(|end| end == "rs");
             match path.is_dir() {
-                true if !["tests", "bundle", "node_modules", "target"].iter().any(|name| path.ends_with(name)) => todo.push(path),
+                true if !["tests", "bundle", "node_modules", "target"].iter().any(|name| path.ends_with(name)) => {
+                    todo.push(path)
+                }
                 false if is_rust => {
                     found.insert(path.display().to_string(), source(&path));
                 }
