@@ -4,7 +4,6 @@
 mod support;
 
 use std::collections::BTreeMap;
-use std::process::Command;
 use support::pages::{Counts, Page, blocks, has_pieces, pieces, sources};
 use support::root;
 
@@ -14,8 +13,6 @@ fn text_of(name: &str) -> String {
 
 /// Runs a page; most of its commands have to run.
 fn run(name: &str) -> Page {
-    // Programs in Python need the package's dependencies; what cannot be installed is told by the program that fails.
-    Command::new(root().join("scripts/python-env")).args(["iceoryx2==0.10.0", "numpy"]).output().unwrap();
     let mut page = Page::new(name);
     page.run(&blocks(&text_of(name)));
     let Counts { n_run, n_not_run } = page.end();

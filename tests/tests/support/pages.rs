@@ -83,6 +83,9 @@ pub(crate) struct Page {
     _buses: Vec<tempfile::TempDir>,
     served: Vec<Child>,
     pub(crate) counts: Counts,
+    /// True if programs of the page find the packages that they import.
+    has_python: bool,
+    has_curl: bool,
 }
 
 impl Page {
@@ -103,8 +106,17 @@ impl Page {
         for (port, listener) in PORTS.iter().zip(&listeners) {
             private.push((format!("127.0.0.1:{port}"), listener.local_addr().unwrap().to_string()));
         }
-        let counts = Counts::default();
-        Self { home, name: name.to_owned(), private, _buses: buses.into(), served: Vec::new(), counts }
+        let is_done = |command: &mut Command| command.output().is_ok_and(|output| output.status.success());
+        Self {
+            home,
+            name: name.to_owned(),
+            private,
+            _buses: buses.into(),
+            served: Vec::new(),
+            counts: Counts::default(),
+            has_python: is_done(Command::new(root().join("scripts/python-env")).args(["iceoryx2==0.10.0", "numpy"])),
+            has_curl: is_done(Command::new("curl").arg("--version")),
+        }
     }
 
     /// Runs a whole document.
@@ -152,6 +164,11 @@ impl Page {
         self.counts.n_run += 1;
         if line.starts_with("cargo run ") {
             return self.example(&line, place);
+        }
+        let is_own_program = line.starts_with("python3 ") && !line.contains("scripts/");
+        if is_own_program && !self.has_python || line.starts_with("curl ") && !self.has_curl {
+            announce(&format!("SKIPPED: {place}: {line}: Python's packages or curl cannot be had"));
+            return None;
         }
         let mut words = line.split(' ');
         Some(match (words.next(), words.next()) {
