@@ -9,11 +9,12 @@
 //! | `LANGUAGE file=NAME` | the text becomes this file |
 //! | `rust example=PATH` | the text is this program of the repository, without its header |
 //!
-//! Programs that run until somebody ends them are ended with the page, or once they have said what they serve. Buses and ports of the
-//! pages are those of the test alone.
+//! Programs that run until somebody ends them are ended with the page, or once they have said what they serve. Buses, ports and the
+//! domain of ROS in pages are those of the test alone.
 
 use super::live::{DEADLINE, POLL_INTERVAL};
-use super::{announce, client, root};
+use super::ros_node::has_node;
+use super::{announce, client, root, ros_peer};
 use std::collections::BTreeMap;
 use std::io::{BufRead, BufReader};
 use std::net::TcpListener;
@@ -102,7 +103,11 @@ impl Page {
             private.push((format!("/dev/shm/{site}"), bus.path().display().to_string()));
             private.push((format!("{site}_"), prefix));
         }
+        let ros_domain = ros_peer::domain();
         let listeners = PORTS.map(|_| TcpListener::bind("127.0.0.1:0").unwrap());
+        for name in ["domain_id = ", "ROS_DOMAIN_ID="] {
+            private.push((format!("{name}42"), format!("{name}{ros_domain}")));
+        }
         for (port, listener) in PORTS.iter().zip(&listeners) {
             private.push((format!("127.0.0.1:{port}"), listener.local_addr().unwrap().to_string()));
         }
@@ -165,6 +170,9 @@ impl Page {
         if line.starts_with("cargo run ") {
             return self.example(&line, place);
         }
+        if line.starts_with("ROS_DOMAIN_ID=") && !has_node() {
+            return None;
+        }
         let is_own_program = line.starts_with("python3 ") && !line.contains("scripts/");
         if is_own_program && !self.has_python || line.starts_with("curl ") && !self.has_curl {
             announce(&format!("SKIPPED: {place}: {line}: Python's packages or curl cannot be had"));
@@ -193,7 +201,8 @@ impl Page {
         let mut command = Command::new("sh");
         let path = format!("{programs}:{}:{}", python.display(), std::env::var("PATH").unwrap());
         command.args(["-c", line]).current_dir(self.home.path()).env("PATH", path).env("TMPDIR", self.home.path());
-        command.env("PYTHONPATH", root().join("common/python/src")).stdin(Stdio::null());
+        command.env("PYTHONPATH", root().join("common/python/src")).env("RMW_IMPLEMENTATION", "rmw_fastrtps_cpp");
+        command.stdin(Stdio::null());
         command
     }
 
