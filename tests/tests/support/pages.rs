@@ -80,7 +80,7 @@ pub(crate) struct Page {
     name: String,
     /// Texts of the page, and what stands for them here.
     private: Vec<(String, String)>,
-    /// Folders of buses, which go with this value.
+    /// Folders in which those of buses are made, which go with this value.
     _buses: Vec<tempfile::TempDir>,
     served: Vec<Child>,
     pub(crate) counts: Counts,
@@ -100,7 +100,8 @@ impl Page {
         let mut private = Vec::new();
         for (site, bus) in SITES.iter().zip(&buses) {
             let prefix = format!("{}_", bus.path().file_name().unwrap().to_string_lossy().replace('.', ""));
-            private.push((format!("/dev/shm/{site}"), bus.path().display().to_string()));
+            // The relay's folder lies beside it, and goes with it.
+            private.push((format!("/dev/shm/{site}"), bus.path().join("bus").display().to_string()));
             private.push((format!("{site}_"), prefix));
         }
         let ros_domain = ros_peer::domain();
