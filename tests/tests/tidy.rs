@@ -467,7 +467,7 @@ fn packages_are_named_as_their_folders_and_services_fit_into_a_process_name() {
 
 #[test]
 fn the_top_level_holds_what_the_architecture_names() {
-    let folders = ["services", "common", "tests", "config", "scripts", "target"];
+    let folders = ["services", "common", "tests", "config", "scripts", "docs", "target"];
     let files = [
         "Cargo.toml",
         "Cargo.lock",
@@ -523,13 +523,30 @@ fn named_paths(text: &str) -> Vec<&str> {
     links.chain(words.filter(is_path)).collect()
 }
 
+/// Headings of a document, as links name them.
+fn headings(document: &Path) -> Vec<String> {
+    let text = std::fs::read_to_string(document).unwrap();
+    let titles = text.lines().filter(|line| line.starts_with('#')).map(|line| line.trim_start_matches('#').trim());
+    let slug = |title: &str| {
+        let letters =
+            title.to_lowercase().chars().filter(|c| c.is_alphanumeric() || [' ', '-'].contains(c)).collect::<String>();
+        letters.replace(' ', "-")
+    };
+    titles.map(slug).collect()
+}
+
 #[test]
 fn documents_name_files_that_exist() {
-    for document in ["README.md", "ARCHITECTURE.md", "BENCHMARKS.md", "CHANGELOG.md", "CONTRIBUTING.md", "GLOSSARY.md"]
-    {
-        let text = std::fs::read_to_string(root().join(document)).unwrap();
-        for path in named_paths(&text) {
-            assert!(root().join(path).exists(), "{document} names {path}");
+    let of_top = ["README.md", "ARCHITECTURE.md", "BENCHMARKS.md", "CHANGELOG.md", "CONTRIBUTING.md", "GLOSSARY.md"];
+    let pages = std::fs::read_dir(root().join("docs")).unwrap().map(|entry| entry.unwrap().path());
+    for document in of_top.map(|name| root().join(name)).into_iter().chain(pages) {
+        let text = std::fs::read_to_string(&document).unwrap();
+        for named in named_paths(&text) {
+            let (path, heading) = named.split_once('#').unwrap_or((named, ""));
+            let found = [document.parent().unwrap(), &root()].map(|folder| folder.join(path));
+            let found = found.iter().find(|path| path.exists());
+            let has = |path: &PathBuf| heading.is_empty() || headings(path).iter().any(|own| own == heading);
+            assert!(found.is_some_and(has), "{} names {named}", document.display());
         }
     }
 }

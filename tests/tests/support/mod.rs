@@ -8,6 +8,7 @@ pub(crate) mod house;
 pub(crate) mod live;
 pub(crate) mod map_server;
 pub(crate) mod mapping_robot;
+pub(crate) mod pages;
 pub(crate) mod peer;
 pub(crate) mod ros_facts;
 pub(crate) mod ros_node;
