@@ -74,9 +74,11 @@ mod header;
 mod kernel;
 mod materials;
 mod memberships;
+mod mesh_parts;
 mod model;
 mod options;
 mod other_formats;
+mod own_cuts;
 mod placement;
 mod prism_axes;
 mod product_body;
@@ -103,7 +105,7 @@ pub use georeference::MAP_CONVERSION_SETS;
 pub use kernel::{MeshPool, Record, Value, mesh_task};
 pub use memberships::MEMBERSHIP_SETS;
 pub use model::{
-    Door, DoorPanel, Element, Geometry, GeometryStatus, Georeference, MapConversion, MeshPart, Model, Opening,
+    CutPath, Door, DoorPanel, Element, Geometry, GeometryStatus, Georeference, MapConversion, MeshPart, Model, Opening,
     Placement, Property, PropertyValue, Source, Space, SpaceBoundary, Stair, Storey, Terrain,
 };
 pub use options::{Isolation, Progress, ReadOptions, Stage};
