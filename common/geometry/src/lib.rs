@@ -1,6 +1,6 @@
 //! Meshes, slabs, sections, footprints, floor faces: one question per file.
 //!
-//! Coordinates are whole tenths of a millimetre (`frames::tenths`), so that faces on one plane stay on it and results
+//! Coordinates are whole tenths of a millimetre (`frames::tenths`) but those of solids that are cut, so that faces on one plane stay on it and results
 //! do not depend on noise. This crate knows no IFC, no grid and no file.
 //!
 //! # Guarantees
@@ -9,6 +9,7 @@
 //! - Rings that meet neither themselves nor each other need no overlay (`src/simple_rings.rs`): most sections are such.
 //! - The footprint of a closed mesh is the plan of its clipped faces and one section. Meshes with gaps are cut at several
 //!   levels, and upright sheets are lines that stop a robot.
+//! - The difference of solids (`src/solid_difference`), which is made before coordinates are rounded, is closed or refused.
 
 mod body_shape;
 mod clusters;

@@ -4,7 +4,6 @@ use super::face_plane::{Facet, SLIVER_M};
 use super::outlined::without_gaps;
 use super::solid::{Extent, NEAR_M, Solid};
 use crate::vertex_welder::VertexWelder;
-use nalgebra::Point3;
 
 /// Corners of a cutter at most so far from a plane of another body are put on it: thinner skins are in no archive.
 const SNAP_M: f64 = 1e-4;

@@ -6,7 +6,8 @@ use super::solid::{Extent, NEAR_M, Solid};
 use crate::overlay::{difference_of_rings, intersection_of_rings};
 use crate::polygon::{MultiPolygon, Ring, ring_area_doubled};
 use crate::section::trails;
-use nalgebra::Point3;
+use nalgebra::{Point3, Vector3};
+use rustc_hash::FxHashMap;
 
 /// Limit of the work: corners that are compared with planes.
 pub(super) const WORK_MAX: u64 = 400_000_000;
@@ -35,15 +36,22 @@ pub(super) fn face_planes(bodies: &[Body]) -> Option<(Vec<FacePlane>, Vec<[u32; 
     };
     faces.sort_by(|a, b| area(b).total_cmp(&area(a)));
     let mut planes: Vec<FacePlane> = Vec::new();
+    let mut by_direction: FxHashMap<[i8; 3], Vec<usize>> = FxHashMap::default();
     let mut work = 0u64;
     for (k, triangle, facet, height) in faces {
         let corners = bodies[k].solid.corners(triangle);
-        let is_of = |plane: &&mut FacePlane| {
-            let turned = plane.facet.normal.dot(&facet.normal).abs();
-            (turned > 0.99 || height < SLIVER_M) && plane.facet.has(&corners)
+        let has = |plane: &usize| planes[*plane].facet.has(&corners);
+        // A sliver may be turned in any way.
+        let found = if height < SLIVER_M {
+            work += planes.len() as u64;
+            (0..planes.len()).find(has)
+        } else {
+            let near: Vec<usize> =
+                directions_near(facet.normal).filter_map(|d| by_direction.get(&d)).flatten().copied().collect();
+            work += near.len() as u64;
+            near.into_iter().filter(has).min()
         };
-        work += planes.len() as u64;
-        match planes.iter_mut().find(is_of) {
+        match found.map(|plane| &mut planes[plane]) {
             Some(plane) => {
                 plane.facet.extent = plane.facet.extent.and(&facet.extent);
                 plane.faces.push((k, triangle, plane.facet.normal.dot(&facet.normal) > 0.0));
@@ -51,6 +59,7 @@ pub(super) fn face_planes(bodies: &[Body]) -> Option<(Vec<FacePlane>, Vec<[u32; 
             None => {
                 let mut plane = FacePlane::new(facet);
                 plane.faces.push((k, triangle, true));
+                by_direction.entry(direction(facet.normal)).or_default().push(planes.len());
                 planes.push(plane);
             }
         }
@@ -65,6 +74,29 @@ pub(super) fn face_planes(bodies: &[Body]) -> Option<(Vec<FacePlane>, Vec<[u32; 
         !shared.iter().any(|facet| facet.has(&corners))
     });
     Some((planes, untouched))
+}
+
+/// Cells of directions in a cube, per unit.
+const DIRECTION_CELLS: f64 = 24.0;
+
+fn direction(normal: Vector3<f64>) -> [i8; 3] {
+    [0, 1, 2].map(|axis| (normal[axis] * DIRECTION_CELLS).round() as i8)
+}
+
+/// The cells of a direction and of the opposite one, and those beside them.
+fn directions_near(normal: Vector3<f64>) -> impl Iterator<Item = [i8; 3]> {
+    let around = |d: [i8; 3]| (0..27).map(move |k: i8| [d[0] + k % 3 - 1, d[1] + k / 3 % 3 - 1, d[2] + k / 9 - 1]);
+    let (there, back) = (direction(normal), direction(-normal));
+    around(there).chain(around(back))
+}
+
+/// Corners that are compared with a plane for the faces on it.
+pub(super) fn work_on(plane: &FacePlane, bodies: &[Body]) -> u64 {
+    let n_corners = |(k, body): (usize, &Body)| match plane.body() {
+        Some(own) if own == k || !body.extent.meets(&plane.facet.extent) => 0,
+        _ => body.solid.positions.len() as u64,
+    };
+    bodies.iter().enumerate().map(n_corners).sum()
 }
 
 /// The faces of the difference on a plane, and whether they look along its normal.

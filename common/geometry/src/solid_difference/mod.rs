@@ -18,7 +18,7 @@ pub use solid::Solid;
 
 use crate::vertex_welder::VertexWelder;
 use body::{Body, snapped};
-use face_regions::{WORK_MAX, face_planes, faces_on};
+use face_regions::{WORK_MAX, face_planes, faces_on, work_on};
 use outlined::{Outlined, WELD_M};
 use solid::{Extent, NEAR_M};
 
@@ -54,8 +54,8 @@ fn outlined(bodies: &[Body]) -> Option<Outlined> {
         }
     }
     let (planes, untouched) = face_planes(bodies)?;
-    let n_corners: usize = bodies.iter().map(|body| body.solid.positions.len()).sum();
-    (planes.len() as u64 * n_corners as u64 <= WORK_MAX).then_some(())?;
+    let work = planes.iter().map(|plane| work_on(plane, bodies)).sum::<u64>();
+    (work <= WORK_MAX).then_some(())?;
     let whole = untouched.into_iter().map(|t| t.map(|k| ids_of_host[k as usize])).collect();
     let mut difference = Outlined { planes, welder, outlines: Vec::new(), split: Vec::new(), whole };
     for k in 0..difference.planes.len() {
