@@ -93,13 +93,7 @@ impl LineOfSight {
     }
 
     /// Length of a line from a point in the grid to the first opaque cell, at most `limit`.
-    #[inline]
     pub fn run(&self, from: [f64; 2], direction: [f64; 2], limit: f64) -> f64 {
-        self.trace(from, direction, limit).0
-    }
-
-    /// The same, and the column and row of the opaque cell, if one in the grid ended the line.
-    pub(crate) fn trace(&self, from: [f64; 2], direction: [f64; 2], limit: f64) -> (f64, Option<[usize; 2]>) {
         // Fixed-point numbers: no step of the loop rounds or converts.
         let start = from.map(|c| (c * ONE as f64) as i64);
         let step = direction.map(|d| (d * f64::from(1 << DIRECTION_BITS)) as i64);
@@ -113,10 +107,10 @@ impl LineOfSight {
             let y = start[1] + ((step[1] * gone) >> DIRECTION_BITS);
             let (column, row) = (x >> ONE_BITS, y >> ONE_BITS);
             if !(0 <= column && column < width && 0 <= row && row < height) {
-                return (gone as f64 / ONE as f64, None);
+                return gone as f64 / ONE as f64;
             }
             gone += match self.leap[(row * width + column) as usize] {
-                0 => return (gone as f64 / ONE as f64, Some([column as usize, row as usize])),
+                0 => return gone as f64 / ONE as f64,
                 1 => {
                     let ahead = |at: i64, step: i64, between: i64| {
                         let inside = at & (ONE - 1);
@@ -127,7 +121,7 @@ impl LineOfSight {
                 leap => i64::from(leap - 1) << ONE_BITS,
             };
         }
-        (limit, None)
+        limit
     }
 
     /// Calls `see` with every cell visible from a point within `range`, some more than once, in all directions or in the

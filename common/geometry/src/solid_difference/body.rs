@@ -57,7 +57,7 @@ pub(super) fn snapped(cutter: &Solid, bodies: &[Body]) -> Option<Solid> {
     let mut cutter = cutter.clone();
     let extent = Extent::of(&cutter.positions);
     let near = bodies.iter().filter(|body| body.extent.meets(&extent)).flat_map(|body| &body.planes);
-    let planes: Vec<&Facet> = near.filter(|plane| plane.extent.meets(&extent)).collect();
+    let planes: Vec<&Facet> = near.filter(|plane| plane.extent.is_within(&extent, SNAP_M)).collect();
     if !cutter.positions.iter().flat_map(|p| p.iter()).all(|c| c.is_finite()) {
         return None;
     }

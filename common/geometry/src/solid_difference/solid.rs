@@ -83,7 +83,12 @@ impl Extent {
     }
 
     pub(super) fn meets(&self, other: &Self) -> bool {
-        (0..3).all(|k| self.low[k] <= other.high[k] + NEAR_M && other.low[k] <= self.high[k] + NEAR_M)
+        self.is_within(other, NEAR_M)
+    }
+
+    /// True if the boxes are at most so far apart.
+    pub(super) fn is_within(&self, other: &Self, reach: f64) -> bool {
+        (0..3).all(|k| self.low[k] <= other.high[k] + reach && other.low[k] <= self.high[k] + reach)
     }
 
     pub(super) fn is_near(&self, p: &Point3<f64>, reach: f64) -> bool {

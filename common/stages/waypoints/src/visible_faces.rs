@@ -1,7 +1,7 @@
 //! Target faces visible from a scan pose by range, incidence, field of view and line of sight.
 
 use crate::target_face::{TargetFace, TargetFaces};
-use grid::{BlockedSectors, LineOfSight};
+use grid::LineOfSight;
 use messages::ScanSensor;
 use std::f64::consts::{PI, TAU};
 
@@ -17,9 +17,6 @@ pub(crate) struct SensorLimits {
 
 /// Angle between the rays from a face on which a place is looked for: two and a half degrees.
 const RAY_STEP_RAD: f64 = PI / 72.0;
-
-/// Looking around once costs as much as lines to so many faces.
-const MIN_FACES_BEHIND: usize = 400;
 
 /// A position in cells and a heading.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -43,18 +40,8 @@ impl SensorLimits {
     /// Faces visible all around from a position, ascending: in range, within the angle of incidence, with a line of sight
     /// over free cells.
     pub(crate) fn visible_around(&self, sight: &LineOfSight, faces: &TargetFaces, at: [f64; 2]) -> Vec<u32> {
-        let mut seen = Vec::new();
-        faces
-            .near(at, self.range)
-            .for_each(|k| seen.extend(self.faces_towards(&faces.all[k as usize], at).then_some(k)));
-        // Most of many faces stand behind walls of other rooms.
-        let sectors = (seen.len() > MIN_FACES_BEHIND).then(|| BlockedSectors::around(sight, at, self.range));
-        seen.retain(|&k| {
-            let middle = faces.all[k as usize].middle;
-            let hides = |sectors: &BlockedSectors| sectors.hides([middle[0] - at[0], middle[1] - at[1]]);
-            !sectors.as_ref().is_some_and(hides) && sight.is_clear(at, middle)
-        });
-        seen
+        let candidates = faces.near(at, self.range);
+        candidates.filter(|&k| self.is_seen(sight, &faces.all[k as usize], at)).collect()
     }
 
     /// Of the faces visible from the position of a pose, those in its field of view.
@@ -98,11 +85,6 @@ impl SensorLimits {
     }
 
     fn is_seen(&self, sight: &LineOfSight, face: &TargetFace, at: [f64; 2]) -> bool {
-        self.faces_towards(face, at) && sight.is_clear(at, face.middle)
-    }
-
-    /// True if a face is in range of a position and within the angle of incidence, whatever stands between.
-    fn faces_towards(&self, face: &TargetFace, at: [f64; 2]) -> bool {
         let d = [at[0] - face.middle[0], at[1] - face.middle[1]];
         let squared = d[0] * d[0] + d[1] * d[1];
         let along = d[0] * face.normal[0] + d[1] * face.normal[1];
@@ -112,6 +94,7 @@ impl SensorLimits {
             && self.min_range_squared <= squared
             && squared <= self.range * self.range
             && along * along >= self.cos_squared * squared
+            && sight.is_clear(at, face.middle)
     }
 }
 
