@@ -1,4 +1,4 @@
-//! Outlined of solids: a closed mesh without what lies in others, as polygon differences in the planes of their faces.
+//! Difference of solids: a closed mesh without what lies in others, as polygon differences in the planes of their faces.
 //!
 //! Each face of the difference lies in the plane of a face of one of the bodies, so every such plane is looked at once. What
 //! bodies fill just below and just above a plane are sections of theirs, and the difference has a face where it is filled on
