@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Writes an office floor in IFC4 whose walls are made of leafs side by side: a model to measure deviations on.
 
-usage: scripts/office_model.py OUT.ifc [--seed N]
+usage: scripts/office_model.py OUT.ifc [--seed N] [--rooms N]
 
 A corridor with rooms on both sides, columns in the large ones. Outer walls have three leafs, inner walls two, three or one:
 as walls of their own, as parts of a wall, or as a wall with a covering on each side. Doors are gaps in all leafs. All lengths
@@ -114,10 +114,10 @@ def wall(building, name, along_x, fixed, span, leafs, how, doors=()):
         building.root("IFCRELAGGREGATES", "", "$", whole, parts)
 
 
-def office(seed):
+def office(seed, n_rooms=None):
     draw = random.Random(seed)
     building = Building(f"office {seed}")
-    outer, n_rooms = [0.1, 0.12, 0.15], 5 + seed % 3
+    outer, n_rooms = [0.1, 0.12, 0.15], n_rooms or 5 + seed % 3
     widths = [round(draw.uniform(3.0, 6.5), 2) for _ in range(n_rooms)]
     depth = [round(draw.uniform(4.2, 6.5), 2) for _ in range(2)]
     length, breadth = sum(widths), depth[0] + CORRIDOR + depth[1]
@@ -161,9 +161,10 @@ def office(seed):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--rooms", type=int, help="on each side of the corridor, instead of 5 to 7")
     parser.add_argument("out", type=pathlib.Path, metavar="OUT.ifc")
     options = parser.parse_args()
-    options.out.write_text(office(options.seed))
+    options.out.write_text(office(options.seed, options.rooms))
 
 
 if __name__ == "__main__":

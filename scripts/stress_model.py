@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Writes a hall with furniture in fine detail, or with walls and floors that are hard to cut, in IFC4: models to measure cost on.
 
-usage: scripts/stress_model.py OUT.ifc [--kind chairs|copies|plants|opening|windows|grating] [--count 300] [--triangles 20000]
-                               [--openings 1]
+usage: scripts/stress_model.py OUT.ifc [--kind chairs|copies|plants|opening|windows|grating|rows|blocks|sleeve|frames|lattice]
+                               [--count 300] [--triangles 20000] [--openings 1]
 
     chairs    COUNT chairs of TRIANGLES triangles each, as mapped items of one chair, in rows, each turned by another angle
     copies    the same, every chair with a body of its own
@@ -11,6 +11,12 @@ usage: scripts/stress_model.py OUT.ifc [--kind chairs|copies|plants|opening|wind
     windows   COUNT walls, each with OPENINGS plain openings that all overlap, turned in the wall by another angle each
     grating   COUNT plates with OPENINGS x OPENINGS holes, faceted BReps whose upper and lower faces have the holes as inner bounds,
               and slabs that are cut by such a BRep
+    rows      COUNT walls with mitred ends, each with OPENINGS plain openings in rows that overlap each other and share planes with
+              the faces of the wall
+    blocks    the same, the openings as faceted BReps
+    sleeve    COUNT walls, each with OPENINGS small openings, faceted BReps, that lie apart and all meet one long one
+    frames    COUNT walls, each with OPENINGS openings that lie apart, faceted BReps with 12 holes as inner bounds
+    lattice   COUNT walls whose profile has OPENINGS holes, with as many openings whose profiles have a hole each
 
 All lengths are metres, the same options give the same bytes, and nothing but Python is needed.
 """
@@ -23,6 +29,8 @@ import sys
 from office_model import Building
 
 HEIGHT = 3.0
+# Kinds of walls with openings, and how many openings each wall has.
+CUTS = {"rows": 300, "blocks": 40, "sleeve": 40, "frames": 20, "lattice": 60}
 
 
 def tube(axis, radius, n_around, n_along):
@@ -242,9 +250,99 @@ def gratings(count, n):
     return building.text()
 
 
+def void(building, host, name, at, shape):
+    opening = building.root("IFCOPENINGELEMENT", f"Opening {name}", "$", "$", at, shape, "$", "$")
+    building.root("IFCRELVOIDSELEMENT", f"Cut {name}", "$", host, opening)
+
+
+def rings_brep(building, rings, low, high):
+    """A prism along y over rings of x and z: the first is the outline, the others are inner bounds of its two faces."""
+    add = building.file.add
+    points = [[[add("IFCCARTESIANPOINT", (float(x), float(y), float(z))) for x, z in ring] for ring in rings] for y in (low, high)]
+
+    def face(outlines):
+        bounds = [add("IFCFACEBOUND" if k else "IFCFACEOUTERBOUND", add("IFCPOLYLOOP", outline), ".T.") for k, outline in enumerate(outlines)]
+        return add("IFCFACE", bounds)
+
+    faces = [face(points[0]), face([ring[::-1] for ring in points[1]])]
+    for near, far in zip(*points):
+        n = len(near)
+        faces += [face([[near[k], far[k], far[(k + 1) % n], near[(k + 1) % n]]]) for k in range(n)]
+    return add("IFCFACETEDBREP", add("IFCCLOSEDSHELL", faces))
+
+
+def ring_of(x0, z0, x1, z1, is_hole=False):
+    ring = [(x0, z0), (x1, z0), (x1, z1), (x0, z1)]
+    return ring[::-1] if is_hole else ring
+
+
+def polyline(building, ring):
+    points = [building.file.add("IFCCARTESIANPOINT", (float(x), float(y))) for x, y in ring]
+    return building.file.add("IFCPOLYLINE", points + points[:1])
+
+
+def upright_prism(building, rings, height):
+    """A prism along z over rings of x and y."""
+    add = building.file.add
+    outline, *holes = [polyline(building, ring) for ring in rings]
+    if holes:
+        profile = add("IFCARBITRARYPROFILEDEFWITHVOIDS", ".AREA.", "$", outline, holes)
+    else:
+        profile = add("IFCARBITRARYCLOSEDPROFILEDEF", ".AREA.", "$", outline)
+    return add("IFCEXTRUDEDAREASOLID", profile, building.axes, add("IFCDIRECTION", (0.0, 0.0, 1.0)), float(height))
+
+
+def prism_across(building, rings, low, high):
+    """A prism along y over rings of x and z."""
+    add = building.file.add
+    outline, *holes = [polyline(building, [(x, -z) for x, z in ring]) for ring in rings]
+    kind = "IFCARBITRARYPROFILEDEFWITHVOIDS" if holes else "IFCARBITRARYCLOSEDPROFILEDEF"
+    profile = add(kind, ".AREA.", "$", outline, *([holes] if holes else []))
+    axis, along = add("IFCDIRECTION", (0.0, 1.0, 0.0)), add("IFCDIRECTION", (1.0, 0.0, 0.0))
+    axes = add("IFCAXIS2PLACEMENT3D", add("IFCCARTESIANPOINT", (0.0, float(low), 0.0)), axis, along)
+    return add("IFCEXTRUDEDAREASOLID", profile, axes, add("IFCDIRECTION", (0.0, 0.0, 1.0)), float(high - low))
+
+
+def cut_walls(kind, count, n_each):
+    """Walls 0.3 m thick and 3 m high, with openings that are as long as their number needs."""
+    building = Building(kind)
+    length = max(6.0, 0.12 * n_each if kind in ("rows", "blocks") else 0.25 * n_each if kind in ("sleeve", "lattice") else 1.1 * n_each)
+    hall(building, length + 2.0, 4.0 * count + 4.0)
+    for k in range(count):
+        y = 2.0 + 4.0 * k
+        at = placed(building, 1.0, y, 0.0)
+        outline = [(0.0, 0.0), (length, 0.0), (length - 0.3, 0.3), (0.3, 0.3)]
+        holes = [ring_of(0.25 * i + 0.4, 0.1, 0.25 * i + 0.5, 0.2, True) for i in range(n_each - 3)] if kind == "lattice" else []
+        solid = upright_prism(building, [outline, *holes], HEIGHT)
+        wall = product(building, "IFCWALL", f"Wall {k + 1}", shape_of(building, "SweptSolid", solid), 1.0, y, 0.0, "$", "$")
+        if kind == "sleeve":
+            long = [ring_of(0.2, 1.05, length - 0.2, 1.15)]
+            void(building, wall, f"{k + 1}.0", at, shape_of(building, "Brep", rings_brep(building, long, 0.1, 0.2)))
+        for i in range(n_each):
+            if kind in ("rows", "blocks"):
+                # Sills at three heights, among them the foot of the wall, so that neighbours share planes and overlap.
+                x, z = 0.4 + (length - 1.3) * i / n_each, (0.0, 0.9, 0.4)[i % 3]
+                rings, across = [ring_of(round(x, 2), z, round(x + 0.5, 2), (2.1, 2.1, 1.6)[i % 3])], (0.0, 0.3)
+            elif kind == "frames":
+                x = 0.4 + 1.1 * i
+                holes = [ring_of(x + 0.05 + 0.3 * (n % 3), 0.95 + 0.3 * (n // 3), x + 0.25 + 0.3 * (n % 3), 1.15 + 0.3 * (n // 3), True)
+                         for n in range(12)]
+                rings, across = [ring_of(x, 0.9, x + 0.9, 2.2), *holes], (0.0, 0.3)
+            elif kind == "lattice":
+                x = 0.35 + 0.25 * i
+                rings, across = [ring_of(x, 0.9, x + 0.2, 1.9), ring_of(x + 0.05, 1.0, x + 0.15, 1.2, True)], (-0.1, 0.4)
+            else:
+                x = 0.4 + 0.25 * i
+                rings, across = [ring_of(x, 0.9, x + 0.1, 1.9)], (-0.05, 0.35)
+            is_swept = kind in ("rows", "lattice")
+            body = (prism_across if is_swept else rings_brep)(building, rings, *across)
+            void(building, wall, f"{k + 1}.{i + 1}", at, shape_of(building, "SweptSolid" if is_swept else "Brep", body))
+    return building.text()
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--kind", choices=["chairs", "copies", "plants", "opening", "windows", "grating"], default="chairs")
+    parser.add_argument("--kind", choices=["chairs", "copies", "plants", "opening", "windows", "grating", *CUTS], default="chairs")
     parser.add_argument("--count", type=int)
     parser.add_argument("--triangles", type=int, default=20_000)
     parser.add_argument("--openings", type=int)
@@ -256,6 +354,8 @@ def main():
         text = windows(options.count or 2, options.openings or 60)
     elif options.kind == "grating":
         text = gratings(options.count or 1, options.openings or 20)
+    elif options.kind in CUTS:
+        text = cut_walls(options.kind, options.count or 1, options.openings or CUTS[options.kind])
     else:
         text = furniture(options.count or 300, options.triangles, options.kind)
     options.out.write_text(text)

@@ -62,7 +62,7 @@ fn demo_with(records: &str) -> String {
     format!("{}{records}{}", &text[..at], &text[at..])
 }
 
-/// The demo building with a wall of 4 x 0.3 x 3 m beside it, of which an opening leaves nothing in the middle: a star of so many
+/// The demo building with a wall of 4 x 0.3 x 3 m beside it, without a top, so that the kernel cuts it, of which an opening leaves nothing in the middle: a star of so many
 /// corners, which becomes wider from one side to the other.
 fn demo_with_a_star_in_a_wall(n_corners: u32) -> String {
     let [storey, context] = ids_of_demo();
@@ -71,13 +71,10 @@ fn demo_with_a_star_in_a_wall(n_corners: u32) -> String {
 #9000001=IFCLOCALPLACEMENT($,#9000003);
 #9000002=IFCPRODUCTDEFINITIONSHAPE($,$,(#9000004));
 #9000003=IFCAXIS2PLACEMENT3D(#9000005,$,$);
-#9000004=IFCSHAPEREPRESENTATION({context},'Body','SweptSolid',(#9000006));
+#9000004=IFCSHAPEREPRESENTATION({context},'Body','SurfaceModel',(#9000006));
 #9000005=IFCCARTESIANPOINT((-8000.,0.,0.));
-#9000006=IFCEXTRUDEDAREASOLID(#9000007,$,#9000010,3000.);
-#9000007=IFCRECTANGLEPROFILEDEF(.AREA.,$,#9000008,4000.,300.);
-#9000008=IFCAXIS2PLACEMENT2D(#9000009,$);
-#9000009=IFCCARTESIANPOINT((2000.,150.));
-#9000010=IFCDIRECTION((0.,0.,1.));
+#9000006=IFCSHELLBASEDSURFACEMODEL((#9000007));
+#9000007=IFCOPENSHELL((#9000040,#9000043,#9000046,#9000049,#9000052));
 #9000011=IFCOPENINGELEMENT('star000000000000000000',$,'Star',$,$,#9000001,#9000012,$,$);
 #9000012=IFCPRODUCTDEFINITIONSHAPE($,$,(#9000013));
 #9000013=IFCSHAPEREPRESENTATION({context},'Body','Brep',(#9000014));
@@ -86,6 +83,15 @@ fn demo_with_a_star_in_a_wall(n_corners: u32) -> String {
 #9000017=IFCRELCONTAINEDINSPATIALSTRUCTURE('starred000000000000001',$,$,$,(#9000000),{storey});
 "
     );
+    for k in 0..8 {
+        let [x, y, z] = [4000 * (k & 1), 300 * (k >> 1 & 1), 3000 * (k >> 2)];
+        writeln!(records, "#{}=IFCCARTESIANPOINT(({x}.,{y}.,{z}.));", 9_000_020 + k).unwrap();
+    }
+    for (k, face) in (0..).zip([[0, 2, 3, 1], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]]) {
+        let ([a, b, c, d], id) = (face.map(|k: u32| 9_000_020 + k), 9_000_040 + 3 * k);
+        writeln!(records, "#{id}=IFCFACE((#{}));#{}=IFCFACEOUTERBOUND(#{},.T.);", id + 1, id + 1, id + 2).unwrap();
+        writeln!(records, "#{}=IFCPOLYLOOP((#{a},#{b},#{c},#{d}));", id + 2).unwrap();
+    }
     let point = |side: u32, k: u32| 9_100_000 + side * n_corners + k % n_corners;
     let mut outlines: Vec<Vec<u32>> =
         vec![(0..n_corners).map(|k| point(0, k)).collect(), (0..n_corners).rev().map(|k| point(1, k)).collect()];

@@ -23,7 +23,7 @@ const ALLOWED: [(&str, &[&str]); 53] = [
     ("frames", &[]),
     ("geometry", &["frames"]),
     ("convex", &["frames", "geometry"]),
-    ("ifc", &["diagnostics", "frames"]),
+    ("ifc", &["diagnostics", "frames", "geometry"]),
     ("ids", &["ifc"]),
     ("as-built", &["frames"]),
     ("schedule-files", &["diagnostics", "frames"]),

@@ -35,6 +35,8 @@ pub struct Report {
     schedule: ScheduleReport,
     /// Elements whose body could not be made: a box stands in, or nothing.
     failed_geometry: Vec<FailedGeometry>,
+    /// Elements with openings, by how these were cut.
+    cuts: Cuts,
     /// Doors that are closed to the robot, lead to no floor, or whose clear width is assumed; each once, on the storey on which
     /// it stands.
     doors: Vec<DoorReport>,
@@ -102,6 +104,27 @@ struct FailedGeometry {
 }
 
 #[derive(Debug, Serialize, JsonSchema)]
+struct Cuts {
+    /// As polygon differences in the planes of the faces.
+    polygons: usize,
+    /// By the kernel that meshes: bodies with gaps, and those that polygons would leave open.
+    kernel: usize,
+    /// Drawn without some of their openings, which would have taken too long; each has a diagnostic.
+    partly: usize,
+}
+
+impl Cuts {
+    fn of(site: &Site<'_>) -> Self {
+        let n = |flag: u32| site.elements.iter().filter(|element| element.has(flag)).count();
+        Self {
+            polygons: n(element_flags::CUT_AS_POLYGONS),
+            kernel: n(element_flags::CUT_BY_KERNEL),
+            partly: n(element_flags::PARTLY_CUT),
+        }
+    }
+}
+
+#[derive(Debug, Serialize, JsonSchema)]
 struct Region {
     /// Index of the map storey on which it is not free.
     storey: u32,
@@ -134,6 +157,7 @@ impl Report {
             schedule_ignored: schedule_ignored(site, schedule_state),
             schedule: ScheduleReport::of(site, schedule_state),
             failed_geometry: failed_geometry(site),
+            cuts: Cuts::of(site),
             doors: door_reports(input),
             regions: regions(input),
             spaces_without_waypoint: spaces_without_waypoint(input),

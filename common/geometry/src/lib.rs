@@ -1,6 +1,6 @@
 //! Meshes, slabs, sections, footprints, floor faces: one question per file.
 //!
-//! Coordinates are whole tenths of a millimetre (`frames::tenths`), so that faces on one plane stay on it and results
+//! Coordinates are whole tenths of a millimetre (`frames::tenths`) but those of solids that are cut, so that faces on one plane stay on it and results
 //! do not depend on noise. This crate knows no IFC, no grid and no file.
 //!
 //! # Guarantees
@@ -9,6 +9,7 @@
 //! - Rings that meet neither themselves nor each other need no overlay (`src/simple_rings.rs`): most sections are such.
 //! - The footprint of a closed mesh is the plan of its clipped faces and one section. Meshes with gaps are cut at several
 //!   levels, and upright sheets are lines that stop a robot.
+//! - The difference of solids (`src/solid_difference`), which is made before coordinates are rounded, is closed or refused.
 
 mod body_shape;
 mod clusters;
@@ -27,11 +28,13 @@ mod simple_rings;
 mod simplified;
 mod slab;
 mod slopes;
+mod solid_difference;
 mod surfaces;
 mod treads;
 mod triangle_distance;
 mod triangle_tree;
 mod triangulated;
+mod vertex_welder;
 
 pub use body_shape::BodyShape;
 pub use decimated::{Decimated, decimated};
@@ -48,6 +51,7 @@ pub use simple_parts::simple_parts;
 pub use simplified::simplified;
 pub use slab::{Slab, clip_to_slab};
 pub use slopes::ramp_faces;
+pub use solid_difference::{Solid, difference_of_solids};
 pub use surfaces::{SurfacePoint, Surfaces, surface_points};
 pub use treads::{Tread, treads};
 pub use triangle_tree::{NearestBody, TriangleTree};

@@ -66,6 +66,26 @@ pub fn difference(a: &MultiPolygon, b: &MultiPolygon) -> MultiPolygon {
     combine(a, b, OverlayRule::Difference)
 }
 
+/// The region that rings enclose without what other rings do. Rings run counter-clockwise around what they enclose; those of
+/// holes clockwise.
+pub(crate) fn difference_of_rings(a: &[Ring], b: &[Ring]) -> MultiPolygon {
+    combine_rings(a, b, OverlayRule::Difference)
+}
+
+/// The region that rings and other rings both enclose.
+pub(crate) fn intersection_of_rings(a: &[Ring], b: &[Ring]) -> MultiPolygon {
+    if b.is_empty() { MultiPolygon::default() } else { combine_rings(a, b, OverlayRule::Intersect) }
+}
+
+fn combine_rings(a: &[Ring], b: &[Ring], rule: OverlayRule) -> MultiPolygon {
+    let mut overlay = empty(a.iter().chain(b).map(Vec::len).sum());
+    let subjects = a.iter().map(|ring| (ring, ShapeType::Subject));
+    for (ring, role) in subjects.chain(b.iter().map(|ring| (ring, ShapeType::Clip))) {
+        overlay.add_path_iter(ring.iter().map(to_int), role);
+    }
+    from_int(overlay.overlay(rule, Rule::NonZero))
+}
+
 /// The region offset outwards by `reach` (tenths of a millimetre), inwards if negative; corners stay sharp. `None` if its
 /// coordinates are too large for that.
 pub fn offset(region: &MultiPolygon, reach: i32) -> Option<MultiPolygon> {

@@ -1,9 +1,14 @@
 //! Triangles of regions; the only module of this crate that uses i_triangle.
 
 use crate::polygon::{MultiPolygon, Point, Ring, ring_area_doubled};
+use i_triangle::i_overlay::core::fill_rule::FillRule as Rule;
+use i_triangle::i_overlay::core::overlay::IntOverlayOptions;
+use i_triangle::i_overlay::core::solver::{Precision, Solver, Strategy};
 use i_triangle::i_overlay::i_float::int::point::IntPoint;
 use i_triangle::i_overlay::i_shape::int::shape::IntShape;
 use i_triangle::int::triangulatable::IntTriangulatable;
+use i_triangle::int::triangulator::IntTriangulator;
+use i_triangle::int::validation::Validation;
 
 /// Triangles, counter-clockwise, that cover the region and nothing else, with corners of the region only.
 pub fn triangulated(region: &MultiPolygon) -> Vec<[Point; 3]> {
@@ -26,6 +31,25 @@ pub fn triangulated(region: &MultiPolygon) -> Vec<[Point; 3]> {
         }));
     }
     found
+}
+
+/// Triangles, counter-clockwise, of the region in rings, the exterior first: each point of the rings is a corner, even one between
+/// two others on a line.
+pub(crate) fn triangulated_with_all_points(rings: &[Ring]) -> Vec<[Point; 3]> {
+    let n_points = rings.iter().map(Vec::len).sum();
+    let shape: IntShape<i32> =
+        rings.iter().map(|ring| ring.iter().map(|p| IntPoint::new(p[0], p[1])).collect()).collect();
+    let validation = Validation { fill_rule: Rule::NonZero, options: IntOverlayOptions::keep_all_points() };
+    let solver = Solver { strategy: Strategy::Auto, precision: Precision::HIGH, multithreading: None };
+    let triangulation = IntTriangulator::<i32, u32>::new(n_points, validation, solver).triangulate_shape(&shape);
+    let corner = |i: u32| {
+        let p = triangulation.points[i as usize];
+        [p.x, p.y]
+    };
+    let (triangles, _) = triangulation.indices.as_chunks::<3>();
+    let counter_clockwise =
+        |[a, b, c]: [Point; 3]| if ring_area_doubled(&[a, b, c]) < 0 { [a, c, b] } else { [a, b, c] };
+    triangles.iter().map(|t| counter_clockwise(t.map(corner))).collect()
 }
 
 #[cfg(test)]

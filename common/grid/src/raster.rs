@@ -49,7 +49,8 @@ pub fn cells_of_cut(cut: &SlabCut, spec: &GridSpec) -> Vec<Run> {
     let Some(rect) = all.and_then(|bounds| cells_around(bounds, spec)) else { return Vec::new() };
     let mut bitmap = Bitmap::new(rect);
     let bands = Bands::new(spec);
-    cut.plans().for_each(|plan| bands.paint_convex(plan, spec, &mut bitmap));
+    let mut ranges = Vec::new();
+    cut.plans().for_each(|plan| bands.paint_convex(plan, spec, &mut ranges, &mut bitmap));
     for section in &cut.sections {
         bitmap.set_runs(&overlapped_cells(section, &[], spec));
     }
@@ -109,7 +110,18 @@ fn clipped(row: i64, start: f64, end: f64, spec: &GridSpec) -> Option<Run> {
 
 /// The cells of a row that a range of widths overlaps.
 fn overlapped(row: i64, [lo, hi]: [f64; 2], cell: f64, spec: &GridSpec) -> Option<Run> {
-    clipped(row, ((lo + INSET) / cell).floor(), ((hi - INSET) / cell).ceil(), spec)
+    clipped(row, floor((lo + INSET) / cell), ceil((hi - INSET) / cell), spec)
+}
+
+/// The largest whole number that is not more; of numbers that have a fraction, which conversions do not change otherwise.
+fn floor(x: f64) -> f64 {
+    let whole = x as i64 as f64;
+    if whole > x { whole - 1.0 } else { whole }
+}
+
+/// The smallest whole number that is not less.
+fn ceil(x: f64) -> f64 {
+    -floor(-x)
 }
 
 /// Joins sorted runs of one row, from `first` on, that overlap or touch.
@@ -150,8 +162,8 @@ impl Bands {
 
     /// Rows of the grid whose bands meet the heights `lo..=hi`.
     fn rows(&self, lo: f64, hi: f64) -> std::ops::Range<i64> {
-        let first = ((lo + INSET) / self.cell).floor() as i64 - self.first_row;
-        let end = ((hi - INSET) / self.cell).ceil() as i64 - self.first_row;
+        let first = floor((lo + INSET) / self.cell) as i64 - self.first_row;
+        let end = ceil((hi - INSET) / self.cell) as i64 - self.first_row;
         first.max(0)..end.min(self.n_rows)
     }
 
@@ -172,8 +184,8 @@ impl Bands {
         }
     }
 
-    /// Sets the cells that a convex polygon overlaps.
-    fn paint_convex(&self, corners: &[Point], spec: &GridSpec, bitmap: &mut Bitmap) {
+    /// Sets the cells that a convex polygon overlaps. `ranges` is room for what it covers of each row.
+    fn paint_convex(&self, corners: &[Point], spec: &GridSpec, ranges: &mut Vec<[f64; 2]>, bitmap: &mut Bitmap) {
         let Some(bounds) = Bounds::of(corners.iter().copied()) else { return };
         let [low, high] = [bounds.min, bounds.max].map(|p| p.map(f64::from));
         let rows = self.rows(low[1], high[1]);
@@ -184,18 +196,24 @@ impl Bands {
             bitmap.set(run);
             return;
         }
-        for row in rows {
-            let (bottom, top) = self.band(row);
-            let mut range = [f64::INFINITY, f64::NEG_INFINITY];
-            for (a, b) in edges(corners) {
-                let edge = Edge::of(a, b);
+        ranges.clear();
+        ranges.resize((rows.end - rows.start).max(0) as usize, [f64::INFINITY, f64::NEG_INFINITY]);
+        for (a, b) in edges(corners) {
+            let edge = Edge::of(a, b);
+            // Rows that it may meet, and one more on both sides.
+            let [first, last] = [edge.low[1], edge.high[1]].map(|y| (y / self.cell) as i64 - self.first_row);
+            for row in (first - 2).max(rows.start)..(last + 3).min(rows.end) {
+                let (bottom, top) = self.band(row);
                 if edge.low[1] <= top && bottom <= edge.high[1] {
+                    let range = &mut ranges[(row - rows.start) as usize];
                     for x in edge.ends_between(bottom, top) {
-                        range = [range[0].min(x), range[1].max(x)];
+                        *range = [range[0].min(x), range[1].max(x)];
                     }
                 }
             }
-            if let Some(run) = overlapped(row, range, self.cell, spec) {
+        }
+        for (row, range) in rows.zip(&*ranges) {
+            if let Some(run) = overlapped(row, *range, self.cell, spec) {
                 bitmap.set(run);
             }
         }

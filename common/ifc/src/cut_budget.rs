@@ -1,4 +1,5 @@
-//! Leaves out what would keep the kernel busy for minutes: cuts, booleans, and items of very many points.
+//! Leaves out what would keep the kernel busy for minutes: cuts that it makes because `own_cuts` does not, booleans, and items
+//! of very many points.
 //!
 //! The kernel has no limit of its own where detailed bodies meet. Its work is estimated from the records, in pairs of faces,
 //! so that what is left out depends on the file alone. On the machine of the benchmarks a pair is half a microsecond: the
@@ -340,7 +341,7 @@ impl<'f, 'a> CutBudget<'f, 'a> {
 mod tests {
     use super::*;
     use crate::testing::{BASICS, file, read, with_file};
-    use crate::{Element, GeometryStatus};
+    use crate::{CutPath, Element, GeometryStatus};
     use std::fmt::Write as _;
     use std::sync::atomic::{AtomicU32, Ordering};
 
@@ -437,14 +438,15 @@ mod tests {
     }
 
     #[test]
-    fn the_most_detailed_opening_is_left_out_and_told() {
-        let (model, diagnostics) = read(&wall_with_openings(&[200, 60_000, 300])).unwrap();
+    fn the_most_detailed_openings_are_left_out_and_told() {
+        let (model, diagnostics) = read(&wall_with_openings(&[200, 60_000, 60_002])).unwrap();
         let Element { geometry, .. } = &model.elements[0];
         assert_eq!(geometry.status, GeometryStatus::Meshed);
         let told: Vec<_> = diagnostics.iter().filter(|d| d.code.name() == "openings_not_cut").collect();
         let [told] = told[..] else { panic!("{diagnostics:?}") };
-        assert!(told.message.starts_with("1 of its 3 openings not cut: #2000"), "{}", told.message);
-        // The others are: half the wall of 1 x 0.5 x 3 in units of half a metre is inside them.
+        assert!(told.message.starts_with("2 of its 3 openings not cut: #2000, #3000"), "{}", told.message);
+        assert_eq!(geometry.cut, CutPath::LeftOut);
+        // The other is: half the wall of 1 x 0.5 x 3 in units of half a metre is inside them.
         let volume: f32 = geometry.parts.iter().map(crate::testing::volume_m3).sum();
         let (uncut, _) = read(&wall_with_openings(&[])).unwrap();
         let whole: f32 = uncut.elements[0].geometry.parts.iter().map(crate::testing::volume_m3).sum();
@@ -496,16 +498,37 @@ mod tests {
         ))
     }
 
+    /// The same of a wall without a top, which only the kernel cuts.
+    fn open_wall_with_crossing_openings(n: u32, lean: f64) -> String {
+        let corner = |k: u32| [k & 1, k >> 1 & 1, k >> 2].map(|bit| f64::from(bit) - 0.5);
+        let points = (0..8).map(|k| {
+            let [x, y, z] = corner(k);
+            format!("#{}=IFCCARTESIANPOINT(({:?},{:?},{:?}));", 20 + k, 2.0 * x, y, 3.0 * (z + 0.5))
+        });
+        let faces = [[0, 2, 3, 1], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+        let faces = (30..).step_by(3).zip(faces).map(|(id, [a, b, c, d])| {
+            let ring = format!("#{}=IFCPOLYLOOP((#{},#{},#{},#{}));", id + 2, 20 + a, 20 + b, 20 + c, 20 + d);
+            format!("#{id}=IFCFACE((#{}));#{}=IFCFACEOUTERBOUND(#{},.T.);{ring}", id + 1, id + 1, id + 2)
+        });
+        let shell = "#50=IFCOPENSHELL((#30,#33,#36,#39,#42));#51=IFCSHELLBASEDSURFACEMODEL((#50));
+            #52=IFCSHAPEREPRESENTATION(#101,'Body','SurfaceModel',(#51));#53=IFCPRODUCTDEFINITIONSHAPE($,$,(#52));";
+        let records: String = points.chain(faces).chain([shell.to_owned()]).collect();
+        let text = wall_with_crossing_openings(n, lean).replace("'W',$,$,#103,#121,", "'W',$,$,#103,#53,");
+        text.replace("#1=IFCWALL(", &format!("{records}#1=IFCWALL("))
+    }
+
     #[test]
-    fn openings_that_cross_are_counted_and_parallel_ones_are_cut() {
+    fn openings_that_cross_are_counted_where_the_kernel_cuts_and_parallel_ones_are_cut() {
         let not_cut = |text: &str| {
             // What is left is not cut either, which costs no time.
             let (_, diagnostics, _) = asked_of_process(text);
             let told = diagnostics.into_iter().find(|d| d.code.name() == "openings_not_cut");
             told.map(|d| d.message.split(':').next().unwrap_or_default().to_owned())
         };
-        assert_eq!(not_cut(&wall_with_crossing_openings(40, 0.0)), None);
-        assert_eq!(not_cut(&wall_with_crossing_openings(40, 0.01)).as_deref(), Some("28 of its 40 openings not cut"));
+        assert_eq!(not_cut(&wall_with_crossing_openings(40, 0.01)), None);
+        assert_eq!(not_cut(&open_wall_with_crossing_openings(40, 0.0)), None);
+        let told = not_cut(&open_wall_with_crossing_openings(40, 0.01));
+        assert_eq!(told.as_deref(), Some("28 of its 40 openings not cut"));
     }
 
     /// The number of bodies that the other process is asked for, which makes none that has openings.
@@ -529,8 +552,8 @@ mod tests {
 
     #[test]
     fn costly_cuts_are_made_apart_and_a_body_whose_cuts_are_given_up_is_whole() {
-        assert_eq!(asked_of_process(&wall_with_crossing_openings(3, 0.1)).2, 0);
-        let (elements, diagnostics, n_asked) = asked_of_process(&wall_with_crossing_openings(9, 0.1));
+        assert_eq!(asked_of_process(&open_wall_with_crossing_openings(3, 0.1)).2, 0);
+        let (elements, diagnostics, n_asked) = asked_of_process(&open_wall_with_crossing_openings(9, 0.1));
         assert_eq!(n_asked, 2, "once with its cuts and once without");
         let Element { geometry, .. } = &elements[0];
         assert_eq!(geometry.status, GeometryStatus::Meshed);

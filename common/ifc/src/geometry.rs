@@ -11,15 +11,16 @@ use crate::cut_budget::{self, Cut, CutBudget, Excess, ItemCuts};
 use crate::door_cuts::door_cuts;
 use crate::far_bodies::FarBodies;
 use crate::kernel::{File, ItemMesh, MeshRequest, Meshed, Patch, Record, mesh as mesh_by_kernel};
+use crate::mesh_parts::{is_finite, merged};
+use crate::own_cuts::OwnCuts;
 use crate::prism_axes::axis_of;
 use crate::product_body::ProductBody;
 use crate::units::{self, LengthUnit};
-use crate::{Geometry, GeometryStatus, MeshPart, Progress, ReadError, ReadOptions, Stage, substitutes, terrain_faces};
+use crate::{
+    CutPath, Geometry, GeometryStatus, MeshPart, Progress, ReadError, ReadOptions, Stage, substitutes, terrain_faces,
+};
 use diagnostics::{DiagnosticCode, Named, Report, Severity};
-use nalgebra::{Affine3, Point3, Vector3};
-
-/// Farther from the origin nothing is built.
-const COORDINATE_MAX_M: f64 = 1e9;
+use nalgebra::{Affine3, Point3};
 
 /// Items that have no faces: a body that consists of them is no body.
 const CURVE_ITEMS: [&str; 5] = ["IfcCurve", "IfcPoint", "IfcAnnotationFillArea", "IfcTextLiteral", "IfcPlacement"];
@@ -61,8 +62,9 @@ pub(crate) fn mesh(
             product.body.correct(&mut patch);
         }
     }
-    let Cuts { mut detailed, costly } =
-        leave_out_costly_cuts(file, products, frames, &items_of_openings, (&mut extents, &mut patch), report);
+    let mut work =
+        CutWork { file, products, frames, items_of_openings: &items_of_openings, budget: CutBudget::new(file) };
+    let Cuts { mut detailed, costly } = work.leave_out_costly_items((&mut extents, &mut patch), report);
     let is_wanted: FxHashSet<u32> = wanted.iter().copied().collect();
     detailed.retain(|id| is_wanted.contains(id));
     let apart = |ids: &FxHashSet<u32>, others: &FxHashSet<u32>| -> Vec<u32> {
@@ -75,20 +77,43 @@ pub(crate) fn mesh(
         options.report(Progress { stage: Stage::Meshing, done, total, waits_for });
     };
     let far = FarBodies::of(file, products, unit.metres);
+    // Bodies are meshed whole, and cut here where that can be done; the others the kernel meshes again with their openings.
+    let own_cuts = OwnCuts::of(file, products);
+    let uncut = own_cuts.without_voids(file, &patch);
     let request = MeshRequest {
         products: &wanted,
         unbounded: &unbounded,
         costly: &costly,
         detailed: &detailed,
         isolation: options.isolation,
-        patch: &far.brought_near(file, &patch),
+        patch: &far.brought_near(file, &uncut),
         pool: options.pool,
         progress: &progress,
     };
     let mut meshed = mesh_by_kernel(file, &request)?;
-    let there = [unbounded.as_slice(), costly.as_slice()];
-    cut_by_doors(file, (unit.metres, &far), (products, frames), (options, there), (&mut meshed, &mut patch), report)?;
-    mesh_without_cuts((file, &far), (products, &id_of), (options, &progress), (&mut meshed, &mut patch), report)?;
+    let left = own_cuts.cut(&mut meshed, options.pool);
+    let mut there = [unbounded, costly];
+    let (mut by_kernel, mut partly) = (FxHashSet::default(), FxHashSet::default());
+    let mut again = left;
+    for has_door_cuts in [false, true] {
+        if has_door_cuts {
+            again = doors_cut(file, unit.metres, (products, frames), &meshed, &mut patch, report);
+        }
+        let left_out = work.leave_out_costly_cuts(&again, &own_cuts, (&mut extents, &mut patch), report);
+        let costly = left_out.costly.into_iter().filter(|id| !there.iter().any(|list| list.contains(id)));
+        let costly: Vec<u32> = costly.collect();
+        there[1].extend(costly);
+        partly.extend(left_out.partly_cut);
+        mesh_again(file, &far, &again, options, &there, (&mut meshed, &patch))?;
+        by_kernel.extend(std::mem::take(&mut again));
+    }
+    partly.extend(mesh_without_cuts(
+        (file, &far),
+        (products, &id_of),
+        (options, &progress),
+        (&mut meshed, &mut patch),
+        report,
+    )?);
     share_complaints(&meshed.meshes, &mut meshed.complaints);
     // Openings first: an element may lie wholly inside its own.
     let bodied = products.iter().filter(|product| !product.body.items.is_empty());
@@ -112,20 +137,26 @@ pub(crate) fn mesh(
         } else {
             final_geometry(file, product, outcome, &mut extents, report)
         };
-        geometries.insert(id, geometry);
+        let cut = match () {
+            () if own_cuts.openings_of(id).is_empty() || geometry.parts.is_empty() => CutPath::None,
+            () if partly.contains(&id) => CutPath::LeftOut,
+            () if by_kernel.contains(&id) => CutPath::Kernel,
+            () => CutPath::Polygons,
+        };
+        geometries.insert(id, Geometry { cut, ..geometry });
     }
     Ok(geometries)
 }
 
-/// Meshes walls again that their doors cut because the openings do not.
-fn cut_by_doors(
+/// Shows the kernel the openings of walls that their doors cut because the openings do not; the walls and openings to mesh again.
+fn doors_cut(
     file: &File<'_>,
-    (unit_m, far): (f64, &FarBodies<'_, '_>),
+    unit_m: f64,
     (products, frames): (&[ProductBody<'_, '_>], &FxHashMap<u32, Affine3<f64>>),
-    (options, [unbounded, costly]): (&ReadOptions<'_>, [&[u32]; 2]),
-    (meshed, patch): (&mut Meshed, &mut Patch),
+    meshed: &Meshed,
+    patch: &mut Patch,
     report: &mut Report,
-) -> Result<(), ReadError> {
+) -> Vec<u32> {
     let mut again = Vec::new();
     for cut in door_cuts(products, frames, &meshed.meshes) {
         if cut.apply(file, unit_m, patch).is_some() {
@@ -138,9 +169,21 @@ fn cut_by_doors(
     }
     again.sort_unstable();
     again.dedup();
+    again
+}
+
+/// Meshes products again, as they are patched now.
+fn mesh_again(
+    file: &File<'_>,
+    far: &FarBodies<'_, '_>,
+    again: &[u32],
+    options: &ReadOptions<'_>,
+    [unbounded, costly]: &[Vec<u32>; 2],
+    (meshed, patch): (&mut Meshed, &Patch),
+) -> Result<(), ReadError> {
     let of_again = |list: &[u32]| -> Vec<u32> { list.iter().copied().filter(|id| again.contains(id)).collect() };
     let request = MeshRequest {
-        products: &again,
+        products: again,
         unbounded: &of_again(unbounded),
         costly: &of_again(costly),
         detailed: &[],
@@ -149,7 +192,7 @@ fn cut_by_doors(
         pool: options.pool,
         progress: &|_, _, _| {},
     };
-    for id in &again {
+    for id in again {
         meshed.meshes.remove(id);
         meshed.complaints.remove(id);
         meshed.given_up.remove(id);
@@ -158,14 +201,14 @@ fn cut_by_doors(
     Ok(())
 }
 
-/// Meshes what the other process has given up again, without its cuts, and reports that.
+/// Meshes what the other process has given up again, without its cuts, and reports that; those that had any.
 fn mesh_without_cuts(
     (file, far): (&File<'_>, &FarBodies<'_, '_>),
     (products, id_of): (&[ProductBody<'_, '_>], &FxHashMap<u32, &Named>),
     (options, progress): (&ReadOptions<'_>, &(dyn Fn(usize, usize, Option<u32>) + Sync)),
     (meshed, patch): (&mut Meshed, &mut Patch),
     report: &mut Report,
-) -> Result<(), ReadError> {
+) -> Result<Vec<u32>, ReadError> {
     let uncut = without_cuts(file, products, &meshed.given_up, patch);
     let request = MeshRequest {
         products: &uncut,
@@ -180,7 +223,7 @@ fn mesh_without_cuts(
     let again = mesh_by_kernel(file, &request)?;
     report_uncut(id_of, &uncut, meshed, &again, report);
     meshed.replace(again);
-    Ok(())
+    Ok(uncut)
 }
 
 /// What cutting the products is worth.
@@ -191,62 +234,94 @@ struct Cuts {
     costly: FxHashSet<u32>,
 }
 
-/// Corrects the patch so that the kernel does not cut what would take it too long, and reports that.
-fn leave_out_costly_cuts(
-    file: &File<'_>,
-    products: &[ProductBody<'_, '_>],
-    frames: &FxHashMap<u32, Affine3<f64>>,
-    items_of_openings: &FxHashMap<u32, &[u32]>,
-    (extents, patch): (&mut Extents<'_, '_>, &mut Patch),
-    report: &mut Report,
-) -> Cuts {
-    let mut budget = CutBudget::new(file);
-    let work = products.iter().map(|product| (budget.work(&product.body.items), product.record.id));
-    let mut detailed: Vec<(u64, u32)> = work.collect();
-    detailed.sort_unstable_by_key(|&(work, id)| (std::cmp::Reverse(work), id));
-    let detailed: Vec<u32> = detailed.into_iter().map(|(_, id)| id).collect();
-    let (mut left_out, mut costly) = (FxHashSet::default(), FxHashSet::default());
-    let mut told = |product: &ProductBody<'_, '_>, what: String| {
-        let message = format!("{what}; there is so much detail that it would take very long");
-        report.add(Severity::Warning, DiagnosticCode::OpeningsNotCut, Some(product.id.clone()), message);
-    };
-    for product in products {
-        let items = &product.body.items;
-        let mut uncut = Vec::new();
-        for &item in items {
-            match budget.uncut(item, patch, |operand| extents.of_items(&[operand])) {
-                ItemCuts::Plain => {}
-                ItemCuts::Costly => _ = costly.insert(product.record.id),
-                ItemCuts::LeftOut => uncut.push(item),
+/// What the kernel's cuts are estimated from.
+struct CutWork<'w, 'p, 'a> {
+    file: &'w File<'a>,
+    products: &'w [ProductBody<'p, 'a>],
+    frames: &'w FxHashMap<u32, Affine3<f64>>,
+    items_of_openings: &'w FxHashMap<u32, &'w [u32]>,
+    budget: CutBudget<'w, 'a>,
+}
+
+impl CutWork<'_, '_, '_> {
+    /// Corrects the patch so that the kernel does not evaluate items that would take it too long, and reports that.
+    fn leave_out_costly_items(
+        &mut self,
+        (extents, patch): (&mut Extents<'_, '_>, &mut Patch),
+        report: &mut Report,
+    ) -> Cuts {
+        let work = self.products.iter().map(|product| (self.budget.work(&product.body.items), product.record.id));
+        let mut detailed: Vec<(u64, u32)> = work.collect();
+        detailed.sort_unstable_by_key(|&(work, id)| (std::cmp::Reverse(work), id));
+        let detailed: Vec<u32> = detailed.into_iter().map(|(_, id)| id).collect();
+        let mut costly = FxHashSet::default();
+        for product in self.products {
+            let mut uncut = Vec::new();
+            for &item in &product.body.items {
+                match self.budget.uncut(item, patch, |operand| extents.of_items(&[operand])) {
+                    ItemCuts::Plain => {}
+                    ItemCuts::Costly => _ = costly.insert(product.record.id),
+                    ItemCuts::LeftOut => uncut.push(item),
+                }
+            }
+            if let Some(item) = uncut.first() {
+                let is_boolean = self.file.record(*item).is_some_and(|record| is_boolean(&record));
+                let what = if is_boolean { "are booleans that are not evaluated" } else { "is not meshed" };
+                report_left_out(product, &format!("its item #{} {what}", self.file.written_id(*item)), report);
             }
         }
-        if let Some(item) = uncut.first() {
-            let is_boolean = file.record(*item).is_some_and(|record| is_boolean(&record));
-            let what = if is_boolean { "are booleans that are not evaluated" } else { "is not meshed" };
-            told(product, format!("its item #{} {what}", file.written_id(*item)));
-        }
-        let cuts: Vec<Cut<'_>> = product
-            .openings
-            .iter()
-            .map(|&opening| (opening, items_of_openings.get(&opening).copied().unwrap_or_default()))
-            .collect();
-        let Excess { openings: mut excess, is_costly } = budget.excess(items, &cuts, |(opening, items)| {
-            let frame = frames.get(opening).copied().unwrap_or_else(Affine3::identity);
-            let extent = extents.of_items(items).map(|extent| extent.moved(&frame));
-            (extent, axis_of(file, items).and_then(|axis| normalised(frame * axis)))
-        });
-        costly.extend(is_costly.then_some(product.record.id));
-        if !excess.is_empty() {
-            excess.sort_unstable();
-            let list: Vec<String> =
-                excess.iter().take(8).map(|&opening| format!("#{}", file.written_id(opening))).collect();
-            let (n, of) = (excess.len(), product.openings.len());
-            told(product, format!("{n} of its {of} openings not cut: {}", list.join(", ")));
-        }
-        left_out.extend(excess);
+        Cuts { detailed, costly }
     }
-    remove_voids(file, &left_out, patch);
-    Cuts { detailed, costly }
+
+    /// Corrects the patch so that the kernel does not cut these products where that would take it too long, and reports that.
+    fn leave_out_costly_cuts(
+        &mut self,
+        hosts: &[u32],
+        own_cuts: &OwnCuts,
+        (extents, patch): (&mut Extents<'_, '_>, &mut Patch),
+        report: &mut Report,
+    ) -> LeftOut {
+        let Self { file, products, frames, items_of_openings, budget } = self;
+        let (mut left_out, mut costly, mut partly_cut) = (FxHashSet::default(), Vec::new(), Vec::new());
+        for product in products.iter().filter(|product| hosts.contains(&product.record.id)) {
+            let openings = own_cuts.openings_of(product.record.id);
+            let cuts: Vec<Cut<'_>> = openings
+                .iter()
+                .map(|&opening| (opening, items_of_openings.get(&opening).copied().unwrap_or_default()))
+                .collect();
+            let Excess { openings: mut excess, is_costly } =
+                budget.excess(&product.body.items, &cuts, |(opening, items)| {
+                    let frame = frames.get(opening).copied().unwrap_or_else(Affine3::identity);
+                    let extent = extents.of_items(items).map(|extent| extent.moved(&frame));
+                    (extent, axis_of(file, items).and_then(|axis| normalised(frame * axis)))
+                });
+            costly.extend(is_costly.then_some(product.record.id));
+            if !excess.is_empty() {
+                partly_cut.push(product.record.id);
+                excess.sort_unstable();
+                let list: Vec<String> =
+                    excess.iter().take(8).map(|&opening| format!("#{}", file.written_id(opening))).collect();
+                let (n, of) = (excess.len(), openings.len());
+                report_left_out(product, &format!("{n} of its {of} openings not cut: {}", list.join(", ")), report);
+            }
+            left_out.extend(excess);
+        }
+        remove_voids(file, &left_out, patch);
+        LeftOut { costly, partly_cut }
+    }
+}
+
+/// What the kernel is not to cut.
+struct LeftOut {
+    /// Products whose cuts may be far more work than they are estimated.
+    costly: Vec<u32>,
+    /// Products that are not cut by some of their openings.
+    partly_cut: Vec<u32>,
+}
+
+fn report_left_out(product: &ProductBody<'_, '_>, what: &str, report: &mut Report) {
+    let message = format!("{what}; there is so much detail that it would take very long");
+    report.add(Severity::Warning, DiagnosticCode::OpeningsNotCut, Some(product.id.clone()), message);
 }
 
 /// Takes the cuts of products that the other process has given up out of the patch: their openings, and the differences of
@@ -270,7 +345,7 @@ fn without_cuts(
 }
 
 /// Removes the relations by which openings cut.
-fn remove_voids(file: &File<'_>, openings: &FxHashSet<u32>, patch: &mut Patch) {
+pub(crate) fn remove_voids(file: &File<'_>, openings: &FxHashSet<u32>, patch: &mut Patch) {
     let voids = if openings.is_empty() { Vec::new() } else { file.all("IfcRelVoidsElement") };
     for (span, _) in voids {
         let opening = file.record(span.id).and_then(|record| record.at(5).reference());
@@ -329,7 +404,7 @@ fn unplaced(product: &ProductBody<'_, '_>, report: &mut Report) -> Geometry {
         Some(product.id.clone()),
         format!("{why}; it is not drawn"),
     );
-    Geometry { parts: Vec::new(), status: GeometryStatus::Failed { why } }
+    Geometry { status: GeometryStatus::Failed { why }, ..Geometry::default() }
 }
 
 /// Result of the kernel for a product.
@@ -376,11 +451,11 @@ fn final_geometry(
         items.iter().copied().filter(|&id| doubtful && !is_meshed(file, id, &usable)).collect()
     };
     let lost: Vec<u32> = lost.into_iter().filter(|&id| !is_curve(file, id)).collect();
-    let mut parts = merged(usable);
+    let mut parts: Vec<MeshPart> = merged(usable).into_iter().map(|mesh| mesh.part).collect();
     if lost.is_empty() {
         report_doubts(product, &why, parts.is_empty(), report);
         let status = if parts.is_empty() { GeometryStatus::None } else { GeometryStatus::Meshed };
-        return Geometry { parts, status };
+        return Geometry { parts, status, ..Geometry::default() };
     }
     let why = describe(file, &lost, &why);
     let boxed = if parts.is_empty() {
@@ -403,7 +478,7 @@ fn final_geometry(
         _ => "the rest of it is drawn",
     };
     report.add(severity, DiagnosticCode::GeometryFailed, Some(product.id.clone()), format!("{why}; {drawn}"));
-    Geometry { parts, status }
+    Geometry { parts, status, ..Geometry::default() }
 }
 
 /// Reports complaints of the kernel about a body that seems complete.
@@ -474,78 +549,6 @@ fn is_curve_record(file: &File<'_>, record: &Record<'_>) -> bool {
 fn is_plain_curve(file: &File<'_>, record: &Record<'_>) -> bool {
     let lineage = file.schema.lineage(record.keyword);
     CURVE_ITEMS.iter().any(|entity| lineage.contains(entity))
-}
-
-/// One part per item. An item of several colours arrives in pieces, which are open; copies of an item are closed.
-fn merged(meshes: Vec<ItemMesh>) -> Vec<MeshPart> {
-    let mut parts: Vec<(Option<u32>, MeshPart)> = Vec::new();
-    for ItemMesh { item, part } in meshes {
-        let piece = parts.iter_mut().rev().find(|(known, other)| {
-            item.is_some()
-                && *known == item
-                && other.origin_m == part.origin_m
-                && !(Fluxes::of(other).closed() && Fluxes::of(&part).closed())
-        });
-        match piece {
-            Some((_, whole)) => {
-                let base = whole.positions_m.len() as u32;
-                whole.positions_m.extend(part.positions_m);
-                whole.triangles.extend(part.triangles.into_iter().map(|t| t.map(|v| v + base)));
-            }
-            None => parts.push((item, part)),
-        }
-    }
-    parts.into_iter().map(|(_, part)| turned_outward(part)).collect()
-}
-
-fn is_finite(part: &MeshPart) -> bool {
-    let near = |x: f64| x.abs() <= COORDINATE_MAX_M;
-    let vertices = part.positions_m.len() as u32;
-    part.origin_m.iter().all(|&x| near(x))
-        && part.positions_m.iter().flatten().all(|&x| near(f64::from(x)))
-        && part.triangles.iter().flatten().all(|&v| v < vertices)
-}
-
-/// Turns a closed part whose faces look inward.
-fn turned_outward(mut part: MeshPart) -> MeshPart {
-    let fluxes = Fluxes::of(&part);
-    if fluxes.closed() && fluxes.volume < 0.0 {
-        for triangle in &mut part.triangles {
-            triangle.swap(1, 2);
-        }
-    }
-    part
-}
-
-/// Sums over the faces of a part, with the first vertex as origin.
-struct Fluxes {
-    /// Six times the enclosed volume.
-    volume: f64,
-    /// Twice the sum of the areas, as vectors.
-    area: Vector3<f64>,
-    /// Twice the sum of the areas.
-    total: f64,
-}
-
-impl Fluxes {
-    fn of(part: &MeshPart) -> Self {
-        let mut sums = Self { volume: 0.0, area: Vector3::zeros(), total: 0.0 };
-        let Some(&first) = part.positions_m.first() else { return sums };
-        let first = Vector3::from(first.map(f64::from));
-        for triangle in &part.triangles {
-            let [a, b, c] = triangle.map(|v| Vector3::from(part.positions_m[v as usize].map(f64::from)) - first);
-            let normal = (b - a).cross(&(c - a));
-            sums.volume += a.dot(&normal);
-            sums.total += normal.norm();
-            sums.area += normal;
-        }
-        sums
-    }
-
-    /// The areas of a closed surface cancel; of an open one the volume says nothing.
-    fn closed(&self) -> bool {
-        self.area.norm() <= 1e-4 * self.total
-    }
 }
 
 #[cfg(test)]

@@ -17,8 +17,8 @@
 //!
 //! - An unknown unit is an error, never 1.0.
 //! - Records that share a GlobalId are read by what they contain and refer to (`src/kernel/record_order.rs`), so that nothing
-//!   behind depends on an exporter's order. Only triangles of elements with several openings follow ids, because the kernel
-//!   cuts in their order.
+//!   behind depends on an exporter's order. Only triangles of elements with several openings follow ids, because they are cut
+//!   in their order.
 //! - What dates mean is decided in `schedule`.
 //! - Ids above 32 bits are renumbered before the kernel sees them (`src/wide_ids.rs`), texts that are not UTF-8 are decoded
 //!   by a guess that is told (`src/encoding.rs`). Messages name the file's own ids.
@@ -28,6 +28,9 @@
 //!   the same threads.
 //! - What cannot be meshed is drawn as its bounding box and reported. A panic of the kernel is caught and has the same
 //!   effect.
+//! - Openings are cut by `geometry::difference_of_solids` where the body and its openings are closed meshes
+//!   (`src/own_cuts.rs`), however they overlap; the kernel cuts what has gaps, and where a difference would have some. Which
+//!   way an element was cut is in its `Geometry`.
 //! - What the kernel's booleans would take long for is left out and reported (`src/cut_budget.rs`): their work is counted
 //!   from the records, so that the result does not depend on the machine. It is pairs of faces; triples of triangles of
 //!   openings or operands that cross each other and are no parallel prisms, because the kernel computes each of their points
@@ -74,9 +77,11 @@ mod header;
 mod kernel;
 mod materials;
 mod memberships;
+mod mesh_parts;
 mod model;
 mod options;
 mod other_formats;
+mod own_cuts;
 mod placement;
 mod prism_axes;
 mod product_body;
@@ -103,7 +108,7 @@ pub use georeference::MAP_CONVERSION_SETS;
 pub use kernel::{MeshPool, Record, Value, mesh_task};
 pub use memberships::MEMBERSHIP_SETS;
 pub use model::{
-    Door, DoorPanel, Element, Geometry, GeometryStatus, Georeference, MapConversion, MeshPart, Model, Opening,
+    CutPath, Door, DoorPanel, Element, Geometry, GeometryStatus, Georeference, MapConversion, MeshPart, Model, Opening,
     Placement, Property, PropertyValue, Source, Space, SpaceBoundary, Stair, Storey, Terrain,
 };
 pub use options::{Isolation, Progress, ReadOptions, Stage};

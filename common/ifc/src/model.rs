@@ -135,6 +135,22 @@ pub struct Geometry {
     pub parts: Vec<MeshPart>,
     /// Status of the parts.
     pub status: GeometryStatus,
+    /// How its openings were cut.
+    pub cut: CutPath,
+}
+
+/// How the openings of an element were cut.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum CutPath {
+    /// It has none, or no body.
+    #[default]
+    None,
+    /// As polygon differences in the planes of its faces.
+    Polygons,
+    /// By the kernel.
+    Kernel,
+    /// Some were left out, because that would take too long.
+    LeftOut,
 }
 
 /// Status of a body.

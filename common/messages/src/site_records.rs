@@ -217,6 +217,12 @@ pub mod element_flags {
     pub const FAILED: u32 = 8;
     /// A way to other storeys whose plan is never assumed to be floor: stair, ramp, escalator, lift.
     pub const VERTICAL: u32 = 16;
+    /// Its openings were cut as polygon differences in the planes of its faces.
+    pub const CUT_AS_POLYGONS: u32 = 32;
+    /// Its openings were cut by the kernel that meshes.
+    pub const CUT_BY_KERNEL: u32 = 64;
+    /// Some of its openings were not cut, because that would have taken too long.
+    pub const PARTLY_CUT: u32 = 128;
 }
 
 /// A mesh part: one representation item.

@@ -17,7 +17,7 @@ use super::MeshPool;
 use crate::MeshPart;
 
 /// A mesh and the representation item it comes from, where the kernel knows it.
-#[derive(Serialize, Deserialize)]
+#[derive(Clone, Serialize, Deserialize)]
 pub(crate) struct ItemMesh {
     pub(crate) item: Option<u32>,
     pub(crate) part: MeshPart,

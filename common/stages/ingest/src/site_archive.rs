@@ -17,7 +17,7 @@ use crate::site_storeys::add_storeys;
 use crate::spaces::add_spaces;
 use crate::stairs::add_stairs;
 use crate::terrain::{add_terrains, finish_terrain};
-use ifc::{Diagnostic, DiagnosticCode, GeometryStatus, Named, Severity};
+use ifc::{CutPath, Diagnostic, DiagnosticCode, GeometryStatus, Named, Severity};
 use messages::*;
 use sha2::{Digest, Sha256};
 use std::collections::HashMap;
@@ -110,6 +110,12 @@ fn add_elements(builder: &mut SiteBuilder, merged: &Merged, frame: SiteFrame) {
             GeometryStatus::Failed { .. } => flags |= element_flags::FAILED,
             GeometryStatus::None | GeometryStatus::Meshed => {}
         }
+        flags |= match element.geometry.cut {
+            CutPath::None => 0,
+            CutPath::Polygons => element_flags::CUT_AS_POLYGONS,
+            CutPath::Kernel => element_flags::CUT_BY_KERNEL,
+            CutPath::LeftOut => element_flags::PARTLY_CUT,
+        };
         let (first_attribute, n_attributes) = add_attributes(builder, &element.properties);
         let first_material = builder.materials.len() as u32;
         for material in &element.materials {
