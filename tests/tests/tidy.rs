@@ -220,7 +220,7 @@ const FENCED: [(&str, &[&str]); 31] = [
     ("ifc-lite-processing", &["ifc"]),
     ("i_overlay", &["geometry"]),
     ("i_triangle", &["convex", "geometry"]),
-    ("nalgebra", &["alignment", "as-built", "deviations", "frames", "ifc"]),
+    ("nalgebra", &["alignment", "as-built", "deviations", "frames", "geometry", "ifc"]),
     ("parry3d-f64", &["convex", "geometry"]),
     ("image", &["alignment", "occupancy"]),
     ("rustfft", &["alignment"]),

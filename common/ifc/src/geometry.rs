@@ -12,7 +12,7 @@ use crate::door_cuts::door_cuts;
 use crate::far_bodies::FarBodies;
 use crate::kernel::{File, ItemMesh, MeshRequest, Meshed, Patch, Record, mesh as mesh_by_kernel};
 use crate::mesh_parts::{is_finite, merged};
-use crate::own_cuts::OwnCuts;
+use crate::own_cuts::{OwnCuts, remove_voids};
 use crate::prism_axes::axis_of;
 use crate::product_body::ProductBody;
 use crate::units::{self, LengthUnit};
@@ -342,17 +342,6 @@ fn without_cuts(
     }
     remove_voids(file, &openings, patch);
     uncut
-}
-
-/// Removes the relations by which openings cut.
-pub(crate) fn remove_voids(file: &File<'_>, openings: &FxHashSet<u32>, patch: &mut Patch) {
-    let voids = if openings.is_empty() { Vec::new() } else { file.all("IfcRelVoidsElement") };
-    for (span, _) in voids {
-        let opening = file.record(span.id).and_then(|record| record.at(5).reference());
-        if opening.is_some_and(|opening| openings.contains(&opening)) {
-            patch.remove(span);
-        }
-    }
 }
 
 /// Reports the products that are drawn without their cuts.

@@ -8,7 +8,6 @@ use rayon::prelude::*;
 use rustc_hash::{FxHashMap, FxHashSet};
 use std::collections::BTreeMap;
 
-use crate::geometry::remove_voids;
 use crate::kernel::{File, ItemMesh, Meshed, Patch};
 use crate::mesh_parts::{is_finite, merged};
 use crate::product_body::ProductBody;
@@ -163,6 +162,17 @@ impl PartCut {
         let positions_m = positions.iter().map(|p| [p.x, p.y, p.z].map(|c| c as f32)).collect();
         let part = MeshPart { positions_m, triangles: triangles.clone(), ..self.mesh.part };
         Some((!part.triangles.is_empty()).then_some(ItemMesh { item: self.mesh.item, part }))
+    }
+}
+
+/// Removes the relations by which openings cut.
+pub(crate) fn remove_voids(file: &File<'_>, openings: &FxHashSet<u32>, patch: &mut Patch) {
+    let voids = if openings.is_empty() { Vec::new() } else { file.all("IfcRelVoidsElement") };
+    for (span, _) in voids {
+        let opening = file.record(span.id).and_then(|record| record.at(5).reference());
+        if opening.is_some_and(|opening| openings.contains(&opening)) {
+            patch.remove(span);
+        }
     }
 }
 
