@@ -604,3 +604,43 @@ fn an_assistant_starts_its_own_server_on_a_running_site_or_on_models() {
     assert_eq!(told["answer"]["legs"], of_client["legs"]);
     assistant.leave();
 }
+
+/// Command lines of all processes.
+fn command_lines() -> Vec<(u32, Vec<String>)> {
+    let processes = std::fs::read_dir("/proc").unwrap().flatten();
+    let processes = processes.filter_map(|entry| entry.file_name().to_str()?.parse().ok());
+    let words = |process: u32| {
+        let line = std::fs::read_to_string(format!("/proc/{process}/cmdline")).ok()?;
+        Some((process, line.split_terminator('\0').map(str::to_owned).collect()))
+    };
+    processes.filter_map(words).collect()
+}
+
+fn parent_of(process: u32) -> Option<u32> {
+    let status = std::fs::read_to_string(format!("/proc/{process}/status")).ok()?;
+    status.lines().find_map(|line| line.strip_prefix("PPid:"))?.trim().parse().ok()
+}
+
+#[test]
+fn the_daemons_of_models_end_with_a_server_that_is_killed() {
+    let mut assistant = Assistant::start(&[&demo_model()]);
+    assistant.ask("tasks", json!({}));
+    let own = assistant.process.id();
+    let up = command_lines().into_iter().find(|(process, words)| {
+        parent_of(*process) == Some(own) && words.iter().any(|word| word == "up")
+    });
+    let (_, words) = up.expect("it starts daemons");
+    let config = words.last().unwrap().clone();
+    let alive = || command_lines().iter().filter(|(_, words)| words.contains(&config)).count();
+    assert!(alive() > 4, "{}", alive());
+    assistant.process.kill().unwrap();
+    // Waiting closes its input, which the process that answers has, too.
+    assistant.process.wait().unwrap();
+    let begun = Instant::now();
+    while alive() > 0 {
+        assert!(begun.elapsed() < DEADLINE, "{} processes of {config} are left", alive());
+        std::thread::sleep(POLL_INTERVAL);
+    }
+    std::fs::remove_dir_all(Path::new(&config).parent().unwrap()).unwrap();
+    std::fs::remove_dir_all(format!("/dev/shm/groundplan-ask-{own}")).unwrap_or_default();
+}

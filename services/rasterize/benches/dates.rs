@@ -15,7 +15,7 @@ use schedule::{Overrides, Rules};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-const DATES: usize = 150;
+const DATES: usize = 24;
 
 fn cpu_ms() -> f64 {
     let time = clock_gettime(ClockId::ThreadCPUTime);

@@ -196,8 +196,8 @@ impl ModelSite {
         let toml = format!("{toml}[bus]\nprefix = \"gpask{own}_\"\nroot = \"{}\"\n", bus.display());
         std::fs::write(&config, toml).map_err(Failure::work)?;
         let mut command = Command::new(executable(Daemon::Groundplan.name())?);
-        // What standard input and output say is for the client.
-        command.arg("up").arg("--config").arg(&config).stdin(Stdio::null()).stdout(Stdio::null());
+        // What standard output says is for the client. The pipe ends with this process, however that ends, and the daemons with it.
+        command.args(["up", "--with-stdin", "--config"]).arg(&config).stdin(Stdio::piped()).stdout(Stdio::null());
         Ok(Self { up: command.spawn().map_err(Failure::work)?, home, bus })
     }
 

@@ -212,6 +212,9 @@ impl RobotStatus {
 impl Status {
     /// From the status board of a site, with those of its robots.
     fn of(config: &SiteConfig, board: &StatusBoard) -> Self {
+        // Reports change while they are read: the epoch of an index is read first, so that dates and maps are those of it or newer.
+        let server = facts(board, Daemon::SiteServer).filter(|_| config.serve.is_some());
+        let follower = facts(board, Daemon::SiteFollow).filter(|_| config.follow.is_some()).map(FollowerStatus::of);
         let ingest: Option<IngestFacts> = facts(board, Daemon::IfcIngest);
         let schedule: Option<ScheduleFacts> = schedule_report(board).map(|report| report.facts);
         let mut settings: Vec<SettingInForce> = ingest.iter().flat_map(|facts| facts.setting.clone()).collect();
@@ -249,8 +252,6 @@ impl Status {
                 (of_robot.grids, of_robot.mission_plan, of_robot.alignment, of_robot.lags);
             settings.extend(of_robot.settings);
         }
-        let server = facts(board, Daemon::SiteServer).filter(|_| config.serve.is_some());
-        let follower = facts(board, Daemon::SiteFollow).filter(|_| config.follow.is_some()).map(FollowerStatus::of);
         Self { healthy, daemons, site, server, follower, clock, grids, mission_plan, alignment, lags, settings, robots }
     }
 
