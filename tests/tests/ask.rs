@@ -626,9 +626,9 @@ fn the_daemons_of_models_end_with_a_server_that_is_killed() {
     let mut assistant = Assistant::start(&[&demo_model()]);
     assistant.ask("tasks", json!({}));
     let own = assistant.process.id();
-    let up = command_lines().into_iter().find(|(process, words)| {
-        parent_of(*process) == Some(own) && words.iter().any(|word| word == "up")
-    });
+    let up = command_lines()
+        .into_iter()
+        .find(|(process, words)| parent_of(*process) == Some(own) && words.iter().any(|word| word == "up"));
     let (_, words) = up.expect("it starts daemons");
     let config = words.last().unwrap().clone();
     let alive = || command_lines().iter().filter(|(_, words)| words.contains(&config)).count();
