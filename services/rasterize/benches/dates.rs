@@ -3,7 +3,7 @@
 //! usage: cargo bench -p rasterize --bench dates -- [--worst N] [MODEL.ifc]
 //!
 //! Without a model the site is the demo building 60 times, as in `live`. Each date is drawn on grids of the one before, as rasterize
-//! does; the first 150 dates are walked through twice.
+//! does; the first 24 dates are walked through twice.
 #![expect(clippy::print_stdout, reason = "figures are what it is for")]
 #![expect(clippy::unwrap_used, reason = "a benchmark stops where it fails")]
 
