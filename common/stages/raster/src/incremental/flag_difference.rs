@@ -63,19 +63,14 @@ impl FlagDifference {
     pub(crate) fn set_to_free(&mut self, flags: &[u8], whole: &CellRect) {
         self.clear();
         let around = &mut self.of_edges;
-        for first in (whole.min[1]..whole.max[1]).step_by(FREE_CELLS as usize) {
-            let band =
-                CellRect { min: [whole.min[0], first], max: [whole.max[0], whole.max[1].min(first + FREE_CELLS)] };
-            for tile in band.tiles(FREE_CELLS) {
-                let is_free =
-                    |row: std::ops::Range<usize>| flags[row].iter().fold(0, |any, f| any | f) & (FLOOR | DOOR) != 0;
-                if !tile.rows(whole.width()).any(is_free) {
-                    continue;
-                }
-                match around.last_mut() {
-                    Some(left) if (left.min[1], left.max[0]) == (tile.min[1], tile.min[0]) => left.max[0] = tile.max[0],
-                    _ => around.push(tile),
-                }
+        for tile in whole.tiles(FREE_CELLS) {
+            let any = |row: std::ops::Range<usize>| flags[row].iter().fold(0, |any, flags| any | flags);
+            if !tile.rows(whole.width()).any(|row| any(row) & (FLOOR | DOOR) != 0) {
+                continue;
+            }
+            match around.last_mut() {
+                Some(left) if (left.min[1], left.max[0]) == (tile.min[1], tile.min[0]) => left.max[0] = tile.max[0],
+                _ => around.push(tile),
             }
         }
         join_rects(around);

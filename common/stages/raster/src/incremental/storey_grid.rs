@@ -167,20 +167,24 @@ impl StoreyGrid {
         self.difference.flags.clear();
         for index in 0..self.difference.cells.len() {
             let rect = self.difference.cells[index];
+            if is_whole {
+                self.draw_cells(inputs, schedule_state, &rect);
+                continue;
+            }
             self.difference.flags.begin(&self.flags, &rect, whole.width());
             self.draw_cells(inputs, schedule_state, &rect);
             self.difference.flags.add(&self.flags, &rect, whole.width());
         }
-        let StateDifference { cells, changed, flags: differing, .. } = &mut self.difference;
+        let Self { archive, flags, difference, .. } = self;
+        let StateDifference { cells, changed, flags: differing, .. } = difference;
         changed.clear();
         changed.extend_from_slice(if is_whole { std::slice::from_ref(&whole) } else { cells });
         if has_no_floor_yet {
-            let rects = std::mem::take(changed);
-            cell_flags::fill_without_floor(&mut self.writer().layers(), &rects, whole.width());
-            self.difference.changed = rects;
+            let mut writer = GridWriter::resume(archive.bytes_mut(), flags.len());
+            cell_flags::fill_without_floor(&mut writer.layers(), changed, whole.width());
         } else {
             if is_whole {
-                differing.set_to_free(&self.flags, &whole);
+                differing.set_to_free(flags, &whole);
                 self.start_layers();
             }
             self.derive(inputs);
@@ -201,10 +205,6 @@ impl StoreyGrid {
     /// The archive, given up; what only a later draw would need is freed.
     pub(crate) fn into_archive(self) -> ArchiveBuffer {
         self.archive
-    }
-
-    fn writer(&mut self) -> GridWriter<'_> {
-        GridWriter::resume(self.archive.bytes_mut(), self.flags.len())
     }
 
     /// Draws flags, class, floor and planning of a rectangle from the runs that meet it.
