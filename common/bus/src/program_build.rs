@@ -1,4 +1,4 @@
-//! Which build a program is of, and which builds work together on a bus.
+//! The build of a program, and the rule by which builds work together on a bus.
 //!
 //! A build is a version and the commit that it was made from, as `--version` prints it: `1.0.0 (commit 0123456789ab)`. Programs of one bus
 //! are of one version, and of one commit where both commits are known. A robot's own program is of no build: for it the layout of the
