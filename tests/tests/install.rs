@@ -105,7 +105,7 @@ fn the_demo_needs_nothing_but_what_is_installed_and_its_maps_are_those_of_a_conv
     assert_eq!(lines.iter().filter(|line| line.contains(" ms from the command to the new maps")).count(), 4, "{said}");
     for word in [
         "; closed: U.04",
-        "; opened: U.04",
+        "; no longer closed: U.04",
         "180 of 180 elements stand",
         "Upper floor: x 8.",
         "nothing of them is left",

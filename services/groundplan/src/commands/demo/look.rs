@@ -1,4 +1,4 @@
-//! What maps show at a plan time, and what differs from those before, in words.
+//! Maps of a plan time in words: elements, rooms, free floor, and the difference from the maps before.
 
 use diagnostics::counted;
 use messages::ContentHash;
@@ -12,7 +12,7 @@ pub(super) struct Look {
     storeys: Vec<StoreyLook>,
     /// Whether each element stands or is worked on.
     stands: Vec<bool>,
-    /// Number or name of each room, and whether it is blocked.
+    /// Number or name of each room, and whether the schedule blocks it.
     rooms: Vec<(String, bool)>,
     /// 0 without a mission plan.
     n_waypoints: usize,
@@ -62,10 +62,12 @@ impl Look {
 
     /// What stands and is free.
     pub(super) fn text(&self) -> String {
-        let (stands, open) = (count(&self.stands), self.rooms.iter().filter(|(_, is_blocked)| !is_blocked).count());
+        let (stands, closed) = (count(&self.stands), self.rooms.iter().filter(|(_, is_blocked)| *is_blocked).count());
         let free_m2: f64 = self.storeys.iter().map(|storey| storey.free_m2).sum();
         let (elements, rooms) = (self.stands.len(), self.rooms.len());
-        format!("{stands} of {elements} elements stand, {open} of {rooms} rooms are open, {free_m2:.0} m2 are free")
+        format!(
+            "{stands} of {elements} elements stand, the schedule closes {closed} of {rooms} rooms, {free_m2:.0} m2 are free on the maps"
+        )
     }
 
     /// Waypoints of the mission plan.
@@ -83,7 +85,7 @@ impl Look {
         }
     }
 
-    /// Elements that have come or gone, rooms that have opened or closed.
+    /// Elements that have come or gone, rooms that the schedule closes or no longer closes.
     pub(super) fn differs_from(&self, before: &Self) -> String {
         let only = |a: &[bool], b: &[bool]| a.iter().zip(b).filter(|(a, b)| **a && !**b).count();
         let (come, gone) = (only(&self.stands, &before.stands), only(&before.stands, &self.stands));
@@ -96,7 +98,7 @@ impl Look {
         if gone > 0 {
             text += &format!(", {gone} fewer");
         }
-        for (what, names) in [("opened", rooms(false)), ("closed", rooms(true))] {
+        for (what, names) in [("no longer closed", rooms(false)), ("closed", rooms(true))] {
             if !names.is_empty() {
                 text += &format!("; {what}: {}", list(&names));
             }
