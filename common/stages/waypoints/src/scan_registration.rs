@@ -47,42 +47,36 @@ impl Registration<'_> {
             joins.push(join);
         }
         // A later one may have made an earlier one needless.
-        let n_unregistered = self.n_unregistered(&all);
-        for at in (0..joins.len()).rev() {
-            let without: Vec<u32> = all.iter().copied().filter(|set| *set != joins[at]).collect();
-            if self.n_unregistered(&without) <= n_unregistered {
-                all = without;
-                joins.remove(at);
+        let mut state = State::new(self, &all);
+        let n_unregistered = |order: &[RegisteredScan]| order.iter().filter(|scan| !scan.registers).count();
+        let n_left = n_unregistered(&state.order(&[]));
+        let mut needless = Vec::new();
+        for at in (chosen.len()..all.len()).rev() {
+            needless.push(at);
+            if n_unregistered(&state.order(&needless)) > n_left {
+                needless.pop();
             }
         }
-        self.with_reasons(&all, &joins)
+        let is_kept = |set: &u32| !needless.iter().any(|&at| all[at] == *set);
+        joins.retain(is_kept);
+        let kept: Vec<u32> = all.iter().copied().filter(is_kept).collect();
+        self.with_reasons(&kept, &joins)
     }
 
     /// The scans in the order in which they register; `joins` among them with the scan that each is there for.
     pub(crate) fn with_reasons(&self, all: &[u32], joins: &[u32]) -> Vec<RegisteredScan> {
-        let mut scans = self.order(all);
+        let mut state = State::new(self, all);
+        let mut scans = state.order(&[]);
         for scan in scans.iter_mut().filter(|scan| joins.contains(&scan.set)) {
-            let without: Vec<u32> = all.iter().copied().filter(|set| *set != scan.set).collect();
-            let unregistered = self.order(&without).into_iter().find(|scan| !scan.registers);
+            let without: Vec<usize> = (0..all.len()).filter(|&at| all[at] == scan.set).collect();
+            let unregistered = state.order(&without).into_iter().find(|scan| !scan.registers);
             scan.joins = unregistered.map(|other| Joined { set: other.set, overlap_without: other.overlap });
         }
         scans
     }
 
     pub(crate) fn n_unregistered(&self, chosen: &[u32]) -> usize {
-        self.order(chosen).iter().filter(|scan| !scan.registers).count()
-    }
-
-    /// The scans in the order in which they register, those with the largest overlap first. Where none registers, the largest
-    /// of a part without scans is next, then the one with the largest overlap.
-    fn order(&self, chosen: &[u32]) -> Vec<RegisteredScan> {
-        let mut state = State::new(self, chosen);
-        let mut scans = Vec::with_capacity(chosen.len());
-        while let Some((at, registers)) = state.next() {
-            scans.push(RegisteredScan { set: chosen[at], overlap: state.overlap(at), registers, joins: None });
-            state.register(at);
-        }
-        scans
+        State::new(self, chosen).order(&[]).iter().filter(|scan| !scan.registers).count()
     }
 
     /// The scan that lets one more register: it registers itself, keeps its distance, and shares the most with the other.
@@ -98,7 +92,7 @@ impl Registration<'_> {
             self.instance.conflicts[set as usize].iter().for_each(|&near| is_excluded[near as usize] = true);
         }
         let mut n_shared = vec![0u32; n_sets];
-        let mut left: Vec<usize> = (0..chosen.len()).filter(|&at| !state.is_registered[at]).collect();
+        let mut left = state.left.clone();
         left.sort_by(|&a, &b| state.overlap(b).total_cmp(&state.overlap(a)).then(a.cmp(&b)));
         for at in left {
             let faces = &self.instance.sets[chosen[at] as usize];
@@ -136,7 +130,11 @@ struct State<'a> {
     chosen: &'a [u32],
     /// Indices among the chosen by face.
     owners: FaceOwners,
-    is_registered: Vec<bool>,
+    /// Faces of each chosen set, and how many of them must be seen before it registers.
+    n_faces: Vec<usize>,
+    n_needed: Vec<usize>,
+    /// Indices of those that are not registered, ascending.
+    left: Vec<usize>,
     is_seen: Vec<bool>,
     /// Faces of each chosen set that are seen.
     n_seen: Vec<u32>,
@@ -149,9 +147,12 @@ impl<'a> State<'a> {
         let instance = registration.instance;
         let faces = (0..).zip(chosen.iter().map(|&set| instance.sets[set as usize].as_slice()));
         let n_parts = registration.parts.iter().max().map_or(0, |part| *part as usize + 1);
+        let n_faces: Vec<usize> = chosen.iter().map(|&set| instance.sets[set as usize].len()).collect();
         Self {
             owners: FaceOwners::of(instance.groups.len(), faces),
-            is_registered: vec![false; chosen.len()],
+            n_needed: n_faces.iter().map(|&n| n_needed(registration.overlap, n)).collect(),
+            n_faces,
+            left: (0..chosen.len()).collect(),
             is_seen: vec![false; instance.groups.len()],
             n_seen: vec![0; chosen.len()],
             has_scan: vec![false; n_parts],
@@ -160,8 +161,20 @@ impl<'a> State<'a> {
         }
     }
 
-    fn n_faces(&self, at: usize) -> usize {
-        self.registration.instance.sets[self.chosen[at] as usize].len()
+    /// The scans in the order in which they register, those with the largest overlap first, without those at some indices. Where
+    /// none registers, the largest of a part without scans is next, then the one with the largest overlap.
+    fn order(&mut self, without: &[usize]) -> Vec<RegisteredScan> {
+        self.left.clear();
+        self.left.extend((0..self.chosen.len()).filter(|at| !without.contains(at)));
+        self.is_seen.fill(false);
+        self.n_seen.fill(0);
+        self.has_scan.fill(false);
+        let mut scans = Vec::with_capacity(self.left.len());
+        while let Some((at, registers)) = self.next() {
+            scans.push(RegisteredScan { set: self.chosen[at], overlap: self.overlap(at), registers, joins: None });
+            self.register(at);
+        }
+        scans
     }
 
     fn part(&self, at: usize) -> usize {
@@ -169,25 +182,31 @@ impl<'a> State<'a> {
     }
 
     fn overlap(&self, at: usize) -> f64 {
-        f64::from(self.n_seen[at]) / self.n_faces(at).max(1) as f64
+        f64::from(self.n_seen[at]) / self.n_faces[at].max(1) as f64
     }
 
     /// The next scan, and whether it registers or is the first of its part.
     fn next(&self) -> Option<(usize, bool)> {
-        let left = || (0..self.chosen.len()).filter(|&at| !self.is_registered[at]);
-        let by_overlap = |&a: &usize, &b: &usize| self.overlap(a).total_cmp(&self.overlap(b)).then(b.cmp(&a));
-        let is_enough = |&at: &usize| {
-            self.has_scan[self.part(at)]
-                && self.n_seen[at] as usize >= n_needed(self.registration.overlap, self.n_faces(at))
+        // Shares are compared exactly, as products; of equals the first counts.
+        let share = |at: usize| [self.n_seen[at] as usize, self.n_faces[at].max(1)];
+        let is_more = |at: usize, than: Option<usize>| {
+            than.is_none_or(|than| share(at)[0] * share(than)[1] > share(than)[0] * share(at)[1])
         };
-        let first = || left().filter(|&at| !self.has_scan[self.part(at)]);
-        let largest = || first().max_by_key(|&at| (self.n_faces(at), std::cmp::Reverse(at)));
-        let registering = left().filter(is_enough).max_by(by_overlap).or_else(largest);
-        registering.map(|at| (at, true)).or_else(|| left().max_by(by_overlap).map(|at| (at, false)))
+        let (mut registering, mut largest, mut nearest) = (None, None, None);
+        for &at in &self.left {
+            if !self.has_scan[self.part(at)] {
+                let is_larger = largest.is_none_or(|than: usize| self.n_faces[at] > self.n_faces[than]);
+                largest = if is_larger { Some(at) } else { largest };
+            } else if self.n_seen[at] as usize >= self.n_needed[at] && is_more(at, registering) {
+                registering = Some(at);
+            }
+            nearest = if is_more(at, nearest) { Some(at) } else { nearest };
+        }
+        registering.or(largest).map(|at| (at, true)).or_else(|| nearest.map(|at| (at, false)))
     }
 
     fn register(&mut self, at: usize) {
-        self.is_registered[at] = true;
+        self.left.retain(|other| *other != at);
         let part = self.part(at);
         self.has_scan[part] = true;
         for &face in &self.registration.instance.sets[self.chosen[at] as usize] {
