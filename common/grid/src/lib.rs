@@ -21,6 +21,7 @@
 //! - pixel values of map files: `src/nav2.rs`
 
 mod bitmap;
+mod blocked_sectors;
 mod cells;
 mod class;
 mod distance;
@@ -37,6 +38,7 @@ mod run_lists;
 mod sparse_layer;
 mod spec;
 
+pub use blocked_sectors::BlockedSectors;
 pub use cells::{Mask, enclosed, fill_holes, label_components};
 pub use class::Class;
 pub use distance::{nearest_marked, sparse_distances, squared_distances};

@@ -24,6 +24,10 @@ const ONE: i64 = 1 << ONE_BITS;
 /// Bits of the fraction of a direction: the error over a thousand cells is less than a thousandth of a cell.
 const DIRECTION_BITS: u32 = 24;
 
+/// Bits of the fraction of a coordinate where it is a multiple of a step: a thousand steps add up to less than a millionth of a cell.
+const FINE_BITS: u32 = 32;
+const FINE_ONE: f64 = (1u64 << FINE_BITS) as f64;
+
 /// Longer than any line; products with the side of a cell do not overflow.
 const MAX_BETWEEN: i64 = 1 << 40;
 
@@ -40,6 +44,28 @@ static LEAPS: LazyLock<Vec<u8>> = LazyLock::new(|| {
     let leap = |d2: u32| (f64::from(d2).sqrt() - DIAGONAL).floor().clamp(0.0, f64::from(MAX_LEAP)) as u8;
     (0..=farthest * farthest).map(leap).collect()
 });
+
+/// Where a line ends.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum LineEnd {
+    /// At its limit.
+    Limit,
+    /// At an opaque cell, given by column and row.
+    Opaque { gone: f64, cell: [usize; 2] },
+    /// At the border of the grid.
+    Border { gone: f64 },
+}
+
+/// A line on its way, in fixed-point numbers.
+struct Line {
+    /// Its direction.
+    step: [i64; 2],
+    /// Its length between two borders of columns, and of rows; a line along a column never crosses one of columns.
+    between: [i64; 2],
+    limit: i64,
+    gone: i64,
+    end: LineEnd,
+}
 
 impl LineOfSight {
     /// From opaque cells, row-major, `width` wide. Outside of the grid is opaque.
@@ -83,45 +109,82 @@ impl LineOfSight {
 
     /// True if all cells on the line between two points in the grid are transparent.
     pub fn is_clear(&self, from: [f64; 2], to: [f64; 2]) -> bool {
-        let d = [to[0] - from[0], to[1] - from[1]];
-        let length = (d[0] * d[0] + d[1] * d[1]).sqrt();
-        if length == 0.0 {
-            return self.cell_at(from).is_some_and(|cell| self.passes(cell));
-        }
-        let direction = [d[0] / length, d[1] / length];
-        self.run(from, direction, length) >= length
+        self.are_clear(from, [to])[0]
+    }
+
+    /// The same for several points, at once: a line waits for memory and for its own steps, lines beside each other do not.
+    pub fn are_clear<const N: usize>(&self, from: [f64; 2], to: [[f64; 2]; N]) -> [bool; N] {
+        let lines = to.map(|to| {
+            let d = [to[0] - from[0], to[1] - from[1]];
+            let length = (d[0] * d[0] + d[1] * d[1]).sqrt();
+            (if length == 0.0 { d } else { d.map(|d| d / length) }, length)
+        });
+        let ends = self.cast(from, lines);
+        std::array::from_fn(|k| match ends[k] {
+            LineEnd::Limit if lines[k].1 == 0.0 => self.cell_at(from).is_some_and(|cell| self.passes(cell)),
+            LineEnd::Limit => true,
+            LineEnd::Opaque { .. } | LineEnd::Border { .. } => false,
+        })
     }
 
     /// Length of a line from a point in the grid to the first opaque cell, at most `limit`.
     pub fn run(&self, from: [f64; 2], direction: [f64; 2], limit: f64) -> f64 {
+        let [end] = self.cast(from, [(direction, limit)]);
+        match end {
+            LineEnd::Limit => limit,
+            LineEnd::Opaque { gone, .. } | LineEnd::Border { gone } => gone,
+        }
+    }
+
+    /// Casts lines from a point in the grid, each with its direction and the length at which it ends.
+    pub(crate) fn cast<const N: usize>(&self, from: [f64; 2], lines: [([f64; 2], f64); N]) -> [LineEnd; N] {
         // Fixed-point numbers: no step of the loop rounds or converts.
         let start = from.map(|c| (c * ONE as f64) as i64);
-        let step = direction.map(|d| (d * f64::from(1 << DIRECTION_BITS)) as i64);
-        // Length of the line between two borders; a line along a column never crosses a border of columns.
-        let between = direction.map(|d| (ONE as f64 / d.abs()).min(MAX_BETWEEN as f64) as i64);
-        let limit_fixed = (limit * ONE as f64) as i64;
         let (width, height) = (self.width as i64, (self.leap.len() / self.width) as i64);
-        let mut gone = 0i64;
-        while gone < limit_fixed {
-            let x = start[0] + ((step[0] * gone) >> DIRECTION_BITS);
-            let y = start[1] + ((step[1] * gone) >> DIRECTION_BITS);
-            let (column, row) = (x >> ONE_BITS, y >> ONE_BITS);
-            if !(0 <= column && column < width && 0 <= row && row < height) {
-                return gone as f64 / ONE as f64;
+        let mut lines = lines.map(|(direction, limit)| Line {
+            step: direction.map(|d| (d * f64::from(1 << DIRECTION_BITS)) as i64),
+            between: direction.map(|d| (ONE as f64 / d.abs()).min(MAX_BETWEEN as f64) as i64),
+            limit: (limit * ONE as f64) as i64,
+            gone: 0,
+            end: LineEnd::Limit,
+        });
+        let mut goes_on = true;
+        while goes_on {
+            goes_on = false;
+            for line in &mut lines {
+                goes_on |= self.step(line, start, [width, height]);
             }
-            gone += match self.leap[(row * width + column) as usize] {
-                0 => return gone as f64 / ONE as f64,
-                1 => {
-                    let ahead = |at: i64, step: i64, between: i64| {
-                        let inside = at & (ONE - 1);
-                        ((if step < 0 { inside } else { ONE - inside }) * between) >> ONE_BITS
-                    };
-                    ahead(x, step[0], between[0]).min(ahead(y, step[1], between[1])) + BORDER_CROSSING
-                }
-                leap => i64::from(leap - 1) << ONE_BITS,
-            };
         }
-        limit
+        lines.map(|line| line.end)
+    }
+
+    /// Moves a line on to the next border of a cell, or as far as nothing is near; false if it has ended.
+    #[inline(always)]
+    fn step(&self, line: &mut Line, start: [i64; 2], [width, height]: [i64; 2]) -> bool {
+        let x = start[0] + ((line.step[0] * line.gone) >> DIRECTION_BITS);
+        let y = start[1] + ((line.step[1] * line.gone) >> DIRECTION_BITS);
+        let (column, row) = (x >> ONE_BITS, y >> ONE_BITS);
+        if line.gone >= line.limit {
+            return false;
+        }
+        let gone = line.gone as f64 / ONE as f64;
+        if !(0 <= column && column < width && 0 <= row && row < height) {
+            line.end = LineEnd::Border { gone };
+            return false;
+        }
+        let leap = self.leap[(row * width + column) as usize];
+        if leap == 0 {
+            line.end = LineEnd::Opaque { gone, cell: [column as usize, row as usize] };
+            return false;
+        }
+        let ahead = |at: i64, step: i64, between: i64| {
+            let inside = at & (ONE - 1);
+            ((if step < 0 { inside } else { ONE - inside }) * between) >> ONE_BITS
+        };
+        let [x, y] = [ahead(x, line.step[0], line.between[0]), ahead(y, line.step[1], line.between[1])];
+        // No branch: it would often be guessed wrong.
+        line.gone += (x.min(y) + BORDER_CROSSING).max(i64::from(leap - 1) << ONE_BITS);
+        true
     }
 
     /// Calls `see` with every cell visible from a point within `range`, some more than once, in all directions or in the
@@ -135,19 +198,23 @@ impl LineOfSight {
         mut see: impl FnMut(usize),
     ) {
         let n = (range * field_of_view_rad).ceil().max(8.0) as u32;
+        let (start, width) = (from.map(|c| (c * FINE_ONE) as i64), self.width as i64);
         for k in 0..n {
             let angle = heading_rad + field_of_view_rad * ((f64::from(k) + 0.5) / f64::from(n) - 0.5);
             let (sin, cos) = libm::sincos(angle);
             let length = self.run(from, [cos, sin], range);
-            let n_steps = (length * 2.0) as u32;
+            let n_steps = (length * 2.0) as i64;
             // Nearer to the middle every second line is enough, then every fourth ..
-            let first_step = (range / f64::from(1u32 << k.trailing_zeros().min(16))) as u32;
+            let first_step = (range / f64::from(1u32 << k.trailing_zeros().min(16))) as i64;
+            let [along, across] = [cos, sin].map(|d| (d / 2.0 * FINE_ONE) as i64);
             for step in if k == 0 { 0 } else { first_step }..=n_steps {
-                let gone = f64::from(step) / 2.0;
-                let cell = self.cell_at([from[0] + cos * gone, from[1] + sin * gone]);
+                let (column, row) = (start[0] + step * along >> FINE_BITS, start[1] + step * across >> FINE_BITS);
                 // A line that ends on a border ends before an opaque cell or at the border of the grid.
-                if let Some(cell) = cell.filter(|&cell| self.passes(cell)) {
-                    see(cell);
+                if (0..width).contains(&column) && row >= 0 {
+                    let cell = row as usize * self.width + column as usize;
+                    if self.leap.get(cell).is_some_and(|leap| *leap != 0) {
+                        see(cell);
+                    }
                 }
             }
         }
@@ -257,6 +324,8 @@ mod tests {
             let at_border = from.into_iter().chain(to).any(|c| (c - c.round()).abs() < 1e-4);
             prop_assume!(!near_corner && !at_border);
             prop_assert_eq!(sight.is_clear(from, to), slowly(opaque, width, from, to));
+            let several = [to, [to[0], from[1]], from, [size[0] - 0.3, size[1] - 0.3]];
+            prop_assert_eq!(sight.are_clear(from, several), several.map(|to| sight.is_clear(from, to)));
         }
     }
 }

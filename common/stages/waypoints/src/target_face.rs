@@ -2,6 +2,7 @@
 
 use grid::Class;
 use messages::Grid;
+use std::ops::Range;
 
 /// A side of an occupied cell towards a free cell. Positions and lengths are in cells.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -25,6 +26,16 @@ pub(crate) struct TargetFaces {
     /// First face of each tile, row-major, and the number of faces.
     first: Vec<u32>,
     tiles_wide: usize,
+}
+
+/// A tile with faces.
+#[derive(Debug, Clone)]
+pub(crate) struct FaceTile {
+    /// Their indices.
+    pub(crate) faces: Range<u32>,
+    /// Corners around the middles of the faces, in cells.
+    pub(crate) low: [f64; 2],
+    pub(crate) high: [f64; 2],
 }
 
 /// Side of a tile in cells.
@@ -73,17 +84,20 @@ impl TargetFaces {
         Self { all, first: firsts(tiles, self.first.len() - 1), tiles_wide: self.tiles_wide }
     }
 
-    /// Indices of the faces in tiles within `range` cells of a point, ascending.
-    pub(crate) fn near(&self, at: [f64; 2], range: f64) -> impl Iterator<Item = u32> {
+    /// The tiles with faces within `range` cells of a point, in the order of their faces.
+    pub(crate) fn near(&self, at: [f64; 2], range: f64) -> impl Iterator<Item = FaceTile> {
         let n_rows = self.first.len().saturating_sub(1).checked_div(self.tiles_wide).unwrap_or(0);
         let tiles = move |at: f64, n: usize| {
             let tile = |c: f64| (c.max(0.0) as usize / TILE).min(n);
             tile(at - range)..(tile(at + range) + 1).min(n)
         };
         let columns = tiles(at[0], self.tiles_wide);
-        tiles(at[1], n_rows).flat_map(move |row| {
-            let line = row * self.tiles_wide;
-            self.first[line + columns.start]..self.first[line + columns.end]
+        let all = tiles(at[1], n_rows).flat_map(move |row| columns.clone().map(move |column| (row, column)));
+        all.filter_map(move |(row, column)| {
+            let tile = row * self.tiles_wide + column;
+            let low = [column, row].map(|k| (k * TILE) as f64 - 2.0 * IN_FRONT);
+            let faces = self.first[tile]..self.first[tile + 1];
+            (!faces.is_empty()).then(|| FaceTile { faces, low, high: low.map(|c| c + TILE as f64 + 4.0 * IN_FRONT) })
         })
     }
 }
@@ -252,11 +266,16 @@ mod tests {
         let rest = faces.without(&some);
         assert!(rest.all.len() == some.iter().filter(|s| !**s).count());
         for (list, at) in [(&faces, [20.5, 30.5]), (&faces, [2.5, 2.5]), (&rest, [70.5, 51.5])] {
-            let near: Vec<u32> = list.near(at, 9.0).collect();
+            let near: Vec<u32> = list.near(at, 9.0).flat_map(|tile| tile.faces).collect();
             assert!(near.is_sorted());
             for (k, face) in list.all.iter().enumerate() {
                 let far = libm::hypot(face.middle[0] - at[0], face.middle[1] - at[1]);
                 assert!(far > 9.0 || near.contains(&(k as u32)), "{face:?} from {at:?}");
+            }
+            for tile in list.near(at, 9.0) {
+                let is_within = |c: f64, k: usize| tile.low[k] < c && c < tile.high[k];
+                let faces = tile.faces.clone().map(|k| list.all[k as usize]);
+                assert!(faces.into_iter().all(|face| (0..2).all(|k| is_within(face.middle[k], k))), "{tile:?}");
             }
             assert!(near.len() < list.all.len(), "tiles far away are not looked at");
         }

@@ -1,7 +1,7 @@
 //! Target faces visible from a scan pose by range, incidence, field of view and line of sight.
 
-use crate::target_face::{TargetFace, TargetFaces};
-use grid::LineOfSight;
+use crate::target_face::{FaceTile, TargetFace, TargetFaces};
+use grid::{BlockedSectors, LineOfSight};
 use messages::ScanSensor;
 use std::f64::consts::{PI, TAU};
 
@@ -17,6 +17,12 @@ pub(crate) struct SensorLimits {
 
 /// Angle between the rays from a face on which a place is looked for: two and a half degrees.
 const RAY_STEP_RAD: f64 = PI / 72.0;
+
+/// Faces near a place from which on it pays to look around it first: looking around costs as much as lines to so many.
+const MIN_FACES_BEHIND: usize = 400;
+
+/// Lines of sight that are cast at once.
+const N_LINES: usize = 4;
 
 /// A position in cells and a heading.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -40,8 +46,29 @@ impl SensorLimits {
     /// Faces visible all around from a position, ascending: in range, within the angle of incidence, with a line of sight
     /// over free cells.
     pub(crate) fn visible_around(&self, sight: &LineOfSight, faces: &TargetFaces, at: [f64; 2]) -> Vec<u32> {
-        let candidates = faces.near(at, self.range);
-        candidates.filter(|&k| self.is_seen(sight, &faces.all[k as usize], at)).collect()
+        let tiles: Vec<FaceTile> = faces.near(at, self.range).collect();
+        let n_faces: usize = tiles.iter().map(|tile| tile.faces.len()).sum();
+        // Most of many faces stand behind walls of other rooms.
+        let sectors = (n_faces > MIN_FACES_BEHIND).then(|| BlockedSectors::around(sight, at, self.range));
+        let offset = |to: [f64; 2]| [to[0] - at[0], to[1] - at[1]];
+        let may_be_seen = |tile: &FaceTile| {
+            !sectors.as_ref().is_some_and(|sectors| sectors.hides_all([tile.low, tile.high].map(offset)))
+        };
+        let is_candidate = |k: &u32| {
+            let face = &faces.all[*k as usize];
+            self.faces_towards(face, at) && !sectors.as_ref().is_some_and(|sectors| sectors.hides(offset(face.middle)))
+        };
+        let open = tiles.into_iter().filter(may_be_seen);
+        let candidates: Vec<u32> = open.flat_map(|tile| tile.faces).filter(is_candidate).collect();
+        let middle = |k: u32| faces.all[k as usize].middle;
+        let mut seen = Vec::with_capacity(candidates.len());
+        let (several, rest) = candidates.as_chunks::<N_LINES>();
+        for some in several {
+            let clear = sight.are_clear(at, some.map(middle));
+            seen.extend(some.iter().zip(clear).filter(|(_, clear)| *clear).map(|(k, _)| *k));
+        }
+        seen.extend(rest.iter().filter(|k| sight.is_clear(at, middle(**k))));
+        seen
     }
 
     /// Of the faces visible from the position of a pose, those in its field of view.
@@ -85,6 +112,11 @@ impl SensorLimits {
     }
 
     fn is_seen(&self, sight: &LineOfSight, face: &TargetFace, at: [f64; 2]) -> bool {
+        self.faces_towards(face, at) && sight.is_clear(at, face.middle)
+    }
+
+    /// True if a face is in range of a position and within the angle of incidence, whatever stands between.
+    fn faces_towards(&self, face: &TargetFace, at: [f64; 2]) -> bool {
         let d = [at[0] - face.middle[0], at[1] - face.middle[1]];
         let squared = d[0] * d[0] + d[1] * d[1];
         let along = d[0] * face.normal[0] + d[1] * face.normal[1];
@@ -94,7 +126,6 @@ impl SensorLimits {
             && self.min_range_squared <= squared
             && squared <= self.range * self.range
             && along * along >= self.cos_squared * squared
-            && sight.is_clear(at, face.middle)
     }
 }
 
