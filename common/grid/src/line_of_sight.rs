@@ -140,7 +140,7 @@ impl LineOfSight {
     pub(crate) fn cast<const N: usize>(&self, from: [f64; 2], lines: [([f64; 2], f64); N]) -> [LineEnd; N] {
         // Fixed-point numbers: no step of the loop rounds or converts.
         let start = from.map(|c| (c * ONE as f64) as i64);
-        let (width, height) = (self.width as i64, (self.leap.len() / self.width) as i64);
+        let (width, height) = (self.width as i64, self.leap.len().checked_div(self.width).unwrap_or(0) as i64);
         let mut lines = lines.map(|(direction, limit)| Line {
             step: direction.map(|d| (d * f64::from(1 << DIRECTION_BITS)) as i64),
             between: direction.map(|d| (ONE as f64 / d.abs()).min(MAX_BETWEEN as f64) as i64),
