@@ -2,7 +2,7 @@
 
 #![expect(clippy::unwrap_used, reason = "helpers of tests may")]
 
-use ifc::{MeshCache, MeshCacheCounts, MeshPool, ReadOptions, read};
+use ifc::{Isolation, MeshCache, MeshCacheCounts, MeshPool, ReadOptions, mesh_task, read};
 use proptest::prelude::*;
 use std::fs;
 use std::io::Write as _;
@@ -146,11 +146,7 @@ impl Plan {
         if self.is_reversed {
             records.lines.reverse();
         }
-        format!(
-            "ISO-10303-21;HEADER;FILE_DESCRIPTION((''),'2;1');FILE_NAME('','',(''),(''),'','','');\
-             FILE_SCHEMA(('IFC4'));ENDSEC;DATA;\n{}\nENDSEC;END-ISO-10303-21;",
-            records.lines.join("\n")
-        )
+        records.file()
     }
 
     fn write(&self, r: &mut Records) {
@@ -282,6 +278,14 @@ struct Records {
 }
 
 impl Records {
+    fn file(&self) -> String {
+        format!(
+            "ISO-10303-21;HEADER;FILE_DESCRIPTION((''),'2;1');FILE_NAME('','',(''),(''),'','','');\
+             FILE_SCHEMA(('IFC4'));ENDSEC;DATA;\n{}\nENDSEC;END-ISO-10303-21;",
+            self.lines.join("\n")
+        )
+    }
+
     fn add(&mut self, record: String) -> String {
         let id = format!("#{}", self.first + self.lines.len());
         self.lines.push(format!("{id}={record};"));
@@ -321,7 +325,11 @@ impl Records {
 
 /// What is read, to be compared.
 fn read_with(bytes: &[u8], cache: Option<&MeshCache>) -> String {
-    let options = ReadOptions { pool: Some(&POOL), cache, ..ReadOptions::default() };
+    read_isolated(bytes, None, cache)
+}
+
+fn read_isolated(bytes: &[u8], isolation: Option<&Isolation<'_>>, cache: Option<&MeshCache>) -> String {
+    let options = ReadOptions { pool: Some(&POOL), isolation, cache, ..ReadOptions::default() };
     match read(bytes, &options) {
         Ok((model, diagnostics)) => format!("{model:?}{diagnostics:?}"),
         Err(why) => why.to_string(),
@@ -389,6 +397,56 @@ fn a_revision_of_one_wall_makes_that_wall_and_its_cut_alone() {
     assert_eq!(counts[1..7], [3, 3, 1, 1, 1, 2], "{counts:?}");
     // Copies of a shape with its openings are cut once, wherever they stand.
     assert!(counts[7] > 20, "{counts:?}");
+}
+
+/// A file of pipes of other radii, of which nothing bounds what the kernel needs, and their ids.
+fn pipes(n: usize) -> (String, Vec<u32>) {
+    let mut r = Records { lines: Vec::new(), first: 1 };
+    let plan = Plan { walls: Vec::new(), ..Plan::new(1) };
+    plan.write(&mut r);
+    let [low, high] = [0.0, 3.0].map(|z| r.point([0.0, 0.0, z]));
+    let line = r.add(format!("IFCPOLYLINE(({low},{high}))"));
+    let axes = r.axes([0.0; 3]);
+    let place = r.add(format!("IFCLOCALPLACEMENT($,{axes})"));
+    let mut ids = Vec::new();
+    for k in 0..n {
+        let disk = r.add(format!("IFCSWEPTDISKSOLID({line},{:?},$,$,$)", 0.1 + 0.01 * k as f64));
+        let shape = r.shape("$", "AdvancedSweptSolid", &[disk]);
+        let pipe = r.add(format!("IFCPIPESEGMENT('pipe{k}',$,'P',$,$,{place},{shape},$,$)"));
+        ids.push(pipe[1..].parse().unwrap());
+    }
+    (r.file(), ids)
+}
+
+#[test]
+fn what_another_process_gives_up_is_given_up_with_what_was_known_before() {
+    let process = |slow: Vec<u32>| {
+        move |task: &[&[u8]], _: Option<f64>, take: &mut dyn FnMut(&[u8])| {
+            let task = task.concat();
+            let words: Vec<u32> =
+                task.chunks_exact(4).map(|word| u32::from_le_bytes(word.try_into().unwrap())).collect();
+            if words[3..3 + words[0] as usize].iter().any(|id| slow.contains(id)) {
+                return (1.0, Err("it takes too long".to_owned()));
+            }
+            let mut answers = Vec::new();
+            let end = mesh_task(&task, &mut |bytes| answers.extend_from_slice(bytes));
+            take(&answers);
+            (1.0, end.map_err(|why| why.to_string()))
+        }
+    };
+    let (few, _) = pipes(10);
+    let (many, ids) = pipes(40);
+    let first = MeshCache::new(PROGRAM, MAX_BYTES);
+    read_isolated(few.as_bytes(), Some(&process(Vec::new())), Some(&first));
+    let slow: [Vec<u32>; 2] = [Vec::new(), ids[10..].to_vec()];
+    for (slow, found) in std::iter::zip(slow, [10, 10]) {
+        let (second, is_slow) = (after(&first), !slow.is_empty());
+        let with = read_isolated(many.as_bytes(), Some(&process(slow.clone())), Some(&second));
+        let without = read_isolated(many.as_bytes(), Some(&process(slow)), None);
+        assert!(with == without, "slow: {is_slow}");
+        assert_eq!(with.contains("others of the file have ended the kernel's process before"), is_slow);
+        assert_eq!(second.counts().found, found);
+    }
 }
 
 proptest! {
