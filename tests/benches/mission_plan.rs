@@ -50,6 +50,7 @@ fn measure(arguments: &Arguments, model: &Path) {
         prefer_last: true,
         allow_boxes: true,
         isolation: None,
+        cache: None,
         pool: None,
         progress: &|_| {},
     };

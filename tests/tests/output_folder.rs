@@ -90,3 +90,31 @@ fn every_manifest_lists_all_files_with_their_sums() {
     assert_eq!(code, Some(2));
     assert!(error.contains("notes.txt (added)"), "{error}");
 }
+
+#[test]
+fn maps_are_the_same_with_meshes_of_an_earlier_conversion_also_if_those_are_damaged() {
+    let home = tempfile::tempdir().unwrap();
+    let (plain, cache) = (home.path().join("plain"), home.path().join("cache"));
+    assert_eq!(run(&plain, &[]).0, Some(0));
+    let file = cache.join("meshes.gpmesh");
+    let with_cache = |name: &str| {
+        let out = home.path().join(name);
+        let (code, told) = run(&out, &["--cache", cache.to_str().unwrap(), "--json"]);
+        assert_eq!(code, Some(0), "{told}");
+        assert!(contents(&out) == contents(&plain), "{name}");
+        told
+    };
+    assert!(!with_cache("cold").contains("cache"));
+    let kept = std::fs::read(&file).unwrap();
+    assert!(!with_cache("warm").contains("cache"));
+    assert!(std::fs::read(&file).unwrap() == kept);
+    let mut damaged = kept.clone();
+    damaged[kept.len() / 2] ^= 1;
+    for (bytes, why) in [(damaged, "damaged"), (b"maps".to_vec(), "no cache of meshes")] {
+        std::fs::write(&file, bytes).unwrap();
+        let told = with_cache("again");
+        assert!(told.contains(why) && told.contains("meshes.gpmesh"), "{told}");
+        assert!(std::fs::read(&file).unwrap() == kept, "it is written anew");
+    }
+    assert_eq!(run(&plain, &["--cache", file.to_str().unwrap()]).0, Some(2), "a file is no folder");
+}

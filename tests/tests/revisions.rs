@@ -469,3 +469,45 @@ fn a_machine_clock_that_went_ahead_waits_for_an_operator() {
     assert_eq!(says(&live, "schedule-eval", "warning"), "");
     live.down();
 }
+
+/// What of the meshes of the files that were read last was known, and what was made.
+fn meshes(live: &Live) -> (u64, u64) {
+    let meshes = live.status().unwrap()["site"]["meshes"].clone();
+    (meshes["found"].as_u64().unwrap(), meshes["made"].as_u64().unwrap())
+}
+
+#[test]
+fn a_revision_of_one_wall_takes_the_meshes_of_the_others_also_after_a_restart() {
+    let with_partition = |x: f64| {
+        let mut house = house(0);
+        house.add("IFCWALL", "Partition", PLAIN, [[x, 0.0, 0.0], [x + 0.2, 2.5, 3.0]]);
+        house
+    };
+    let (mut live, _folder) = start(&with_partition(4.0));
+    let model = live.home.path().join("demo.ifc");
+    let (found, n_bodies) = meshes(&live);
+    assert!(found == 0 && n_bodies > 4, "{n_bodies}");
+    let first = site(&live).1;
+    write(&with_partition(5.0), &model);
+    live.text(&[&"load"]);
+    assert_eq!(meshes(&live), (n_bodies - 1, 1));
+
+    live.down();
+    live.up();
+    write(&with_partition(4.0), &model);
+    live.text(&[&"load"]);
+    assert_eq!((meshes(&live), site(&live).1), ((n_bodies - 1, 1), first.clone()));
+
+    let file = live.home.path().join("state/meshes.gpmesh");
+    let mut bytes = std::fs::read(&file).unwrap();
+    *bytes.last_mut().unwrap() ^= 1;
+    std::fs::write(&file, bytes).unwrap();
+    write(&with_partition(5.0), &model);
+    live.text(&[&"load"]);
+    assert_eq!(meshes(&live), (0, n_bodies), "it is damaged");
+    write(&with_partition(4.0), &model);
+    live.text(&[&"load"]);
+    assert_eq!((meshes(&live), site(&live).1), ((n_bodies - 1, 1), first));
+    live.wait_until_healthy();
+    live.down();
+}

@@ -13,6 +13,8 @@ pub const SITE_OUTLINE: &str = "site-outline.json";
 pub const SITE_FRAME: &str = "site-frame.json";
 /// `ifc-ingest`: the site in force; a cache.
 pub const SITE_CACHE: &str = "site.gpar";
+/// `ifc-ingest`: meshes of the files that were read last; a cache.
+pub const MESH_CACHE: &str = "meshes.gpmesh";
 /// `ifc-ingest`: numbers of samples of the site.
 pub const SITE_EPOCHS: &str = "ifc-ingest-epochs.json";
 /// `ifc-ingest`: numbers of candidates for it.

@@ -61,7 +61,7 @@
 //!
 //! # Guarantees
 //!
-//! - `each_file` gives each file away as soon as it is made, so that the output of a large site is never in memory as a
+//! - `each_file` gives each file away as soon as it is made, and `each_file_while_writing` makes the next one meanwhile, so that the output of a large site is never in memory as a
 //!   whole.
 //! - Of finished output only files that a manifest lists, with the content that it lists, are ever deleted; unfinished output
 //!   is a folder beside it with a mark of its own, and is removed as a whole.
@@ -84,6 +84,7 @@ mod csv;
 mod deviations;
 mod diagnostics;
 mod door_report;
+mod file_writer;
 mod flight;
 mod folders;
 mod geographic;
@@ -144,6 +145,7 @@ pub use text::{rounded, text_or_null};
 pub use transliteration::slug;
 pub use waypoints::{Waypoints, nav2_poses, space_name};
 
+use file_writer::{MakeFiles, write_while_making};
 use geographic::Geographic;
 use messages::{Grid, Site};
 use std::collections::BTreeMap;
@@ -174,15 +176,54 @@ pub fn each_file<E>(
         sums.extend(folders::sums("", std::slice::from_ref(&file)));
         write(file)
     };
-    site_files(input, &mut add)?;
-    for at in 0..input.grids.count() {
-        input.grids.with(at, |grid| storey_files(input, grid, &mut add))?;
-    }
-    more.into_iter().try_for_each(&mut add)?;
+    FilesOf { input, more }.make(&mut add)?;
+    with_manifest_written(input, sums, write)
+}
+
+/// [`each_file`] that makes a file while the one before it is written, where there are threads for both.
+///
+/// # Errors
+/// Those of `write`.
+pub fn each_file_while_writing<E: Send>(
+    input: &ExportInput<'_>,
+    more: Vec<ExportFile>,
+    mut write: impl FnMut(ExportFile) -> Result<(), E> + Send,
+) -> Result<BTreeMap<String, String>, E> {
+    let mut sums = BTreeMap::new();
+    write_while_making(rayon::current_num_threads(), FilesOf { input, more }, |file| {
+        sums.extend(folders::sums("", std::slice::from_ref(&file)));
+        write(file)
+    })?;
+    with_manifest_written(input, sums, write)
+}
+
+/// Writes the manifest, which lists the others by their sums.
+fn with_manifest_written<E>(
+    input: &ExportInput<'_>,
+    mut sums: BTreeMap<String, String>,
+    mut write: impl FnMut(ExportFile) -> Result<(), E>,
+) -> Result<BTreeMap<String, String>, E> {
     let manifest = ExportFile::new("manifest.json", json::text(&Manifest::of(input, sums.clone())));
     sums.extend(folders::sums("", std::slice::from_ref(&manifest)));
     write(manifest)?;
     Ok(sums)
+}
+
+/// The files of an input but for the manifest.
+struct FilesOf<'f, 'a> {
+    input: &'f ExportInput<'a>,
+    more: Vec<ExportFile>,
+}
+
+impl MakeFiles for FilesOf<'_, '_> {
+    fn make<E>(self, mut add: &mut dyn FnMut(ExportFile) -> Result<(), E>) -> Result<(), E> {
+        let Self { input, more } = self;
+        site_files(input, &mut add)?;
+        for at in 0..input.grids.count() {
+            input.grids.with(at, |grid| storey_files(input, grid, &mut add))?;
+        }
+        more.into_iter().try_for_each(add)
+    }
 }
 
 /// The files of the whole site.

@@ -10,7 +10,7 @@ use crate::bounding_boxes::{self, Extent, Extents};
 use crate::cut_budget::{self, Cut, CutBudget, Excess, ItemCuts};
 use crate::door_cuts::door_cuts;
 use crate::far_bodies::FarBodies;
-use crate::kernel::{File, ItemMesh, MeshRequest, Meshed, Patch, Record, mesh as mesh_by_kernel};
+use crate::kernel::{File, ItemMesh, MeshRequest, Meshed, Patch, Record, faces, mesh as mesh_by_kernel};
 use crate::mesh_parts::{is_finite, merged};
 use crate::own_cuts::{OwnCuts, remove_voids};
 use crate::prism_axes::axis_of;
@@ -86,12 +86,13 @@ pub(crate) fn mesh(
         costly: &costly,
         detailed: &detailed,
         isolation: options.isolation,
+        cache: options.cache,
         patch: &far.brought_near(file, &uncut),
         pool: options.pool,
         progress: &progress,
     };
     let mut meshed = mesh_by_kernel(file, &request)?;
-    let left = own_cuts.cut(&mut meshed, options.pool);
+    let left = own_cuts.cut(&mut meshed, options);
     let mut there = [unbounded, costly];
     let (mut by_kernel, mut partly) = (FxHashSet::default(), FxHashSet::default());
     let mut again = left;
@@ -188,15 +189,12 @@ fn mesh_again(
         costly: &of_again(costly),
         detailed: &[],
         isolation: options.isolation,
+        cache: options.cache,
         patch: &far.brought_near(file, patch),
         pool: options.pool,
         progress: &|_, _, _| {},
     };
-    for id in again {
-        meshed.meshes.remove(id);
-        meshed.complaints.remove(id);
-        meshed.given_up.remove(id);
-    }
+    again.iter().for_each(|id| meshed.forget(*id));
     meshed.append(mesh_by_kernel(file, &request)?);
     Ok(())
 }
@@ -216,6 +214,8 @@ fn mesh_without_cuts(
         costly: &[],
         detailed: &[],
         isolation: options.isolation,
+        // Nothing of it is kept: it depends on what was given up.
+        cache: None,
         patch: &far.brought_near(file, patch),
         pool: options.pool,
         progress,
@@ -372,11 +372,6 @@ fn share_complaints(meshes: &BTreeMap<u32, Vec<ItemMesh>>, complaints: &mut BTre
             complaints.entry(*id).or_insert_with(|| complaint.clone());
         }
     }
-}
-
-/// Triangles of all meshes: equal for equal shapes, wherever they stand.
-fn faces(meshes: &[ItemMesh]) -> Vec<&[[u32; 3]]> {
-    meshes.iter().map(|mesh| mesh.part.triangles.as_slice()).collect()
 }
 
 /// True unless the product has a placement that cannot be resolved.

@@ -38,6 +38,11 @@
 //!   (`src/crossing_cutters.rs`, `src/face_counts.rs`). The kernel counts its own exact predicates and gives up by that
 //!   count, but not the many cheap ones, and it has no hook in their loops: therefore the estimate before it, and the process
 //!   around it.
+//! - With a `MeshCache` only what has changed since an earlier reading is meshed and cut, and the result is equal byte for byte to
+//!   that without it. A body is known by a hash of all that the kernel makes it of (`src/kernel/content_keys.rs`): its records in
+//!   the order in which they are met, placements, styles, materials, those of its types, openings, units and contexts, whatever
+//!   the ids are; and it counts only in the frame of the file in which it was meshed. Bodies of which the kernel complains, and
+//!   those that are costly to cut, are always made anew (`src/kernel/cached.rs`).
 //! - Bodies of which nothing bounds the kernel's work (`src/bounded_items.rs`), and those whose cuts may be far more work
 //!   than they are estimated, are meshed where the caller says; programs give them to a process of their own
 //!   (`common/daemon/src/mesh_process.rs`), which is the program again. It answers batch by batch, so what ends it takes no
@@ -50,6 +55,7 @@
 //!
 //! - body: what the kernel gets in place of the file's records: `src/substitutes.rs`, `src/kernel/patch.rs`
 //! - body: what is far from the origin of its product's frame, and how it is meshed there: `src/far_bodies.rs`
+//! - body: when its meshes of an earlier reading are taken: `src/mesh_cache.rs`, `src/kernel/cached.rs`
 //! - body: which representation of a product it is: `src/representations.rs`
 //! - groups, zones, classifications of elements and spaces: `src/groups.rs`, `src/classifications.rs`, `src/memberships.rs`
 //! - tasks: what the file says: `src/schedule/tasks.rs`, `src/schedule/times.rs`, `src/schedule/calendars.rs`
@@ -77,6 +83,7 @@ mod header;
 mod kernel;
 mod materials;
 mod memberships;
+mod mesh_cache;
 mod mesh_parts;
 mod model;
 mod options;
@@ -107,6 +114,7 @@ pub use error::ReadError;
 pub use georeference::MAP_CONVERSION_SETS;
 pub use kernel::{MeshPool, Record, Value, mesh_task};
 pub use memberships::MEMBERSHIP_SETS;
+pub use mesh_cache::{MeshCache, MeshCacheCounts, MeshCacheError};
 pub use model::{
     CutPath, Door, DoorPanel, Element, Geometry, GeometryStatus, Georeference, MapConversion, MeshPart, Model, Opening,
     Placement, Property, PropertyValue, Source, Space, SpaceBoundary, Stair, Storey, Terrain,

@@ -1,6 +1,6 @@
 //! Options and progress of reading a file.
 
-use crate::MeshPool;
+use crate::{MeshCache, MeshPool};
 use diagnostics::Named;
 
 /// Runs a task for [`mesh_task`](crate::mesh_task) in another process: takes the parts of its bytes and the CPU time in seconds
@@ -18,6 +18,8 @@ pub struct ReadOptions<'a> {
     /// Meshes in another process those bodies of which nothing bounds what the kernel may need, and those that are costly to cut;
     /// `None`: in this one.
     pub isolation: Option<&'a Isolation<'a>>,
+    /// Meshes of an earlier reading, which takes those of this one.
+    pub cache: Option<&'a MeshCache>,
 }
 
 impl ReadOptions<'_> {

@@ -11,10 +11,10 @@ use std::collections::BTreeMap;
 use crate::kernel::{File, ItemMesh, Meshed, Patch};
 use crate::mesh_parts::{is_finite, merged};
 use crate::product_body::ProductBody;
-use crate::{MeshPart, MeshPool};
+use crate::{MeshCache, MeshPart, MeshPool, ReadOptions};
 use geometry::{Solid, difference_of_solids};
 use nalgebra::{Point3, Vector3};
-use xxhash_rust::xxh3::Xxh3;
+use xxhash_rust::xxh3::{Xxh3, xxh3_128};
 
 /// The openings that cut each element.
 pub(crate) struct OwnCuts {
@@ -77,19 +77,19 @@ impl OwnCuts {
 
     /// Cuts the bodies that were meshed whole, each shape with its openings once. Those that it cannot cut are left as they are,
     /// and returned.
-    pub(crate) fn cut(&self, meshed: &mut Meshed, pool: Option<&MeshPool>) -> Vec<u32> {
+    pub(crate) fn cut(&self, meshed: &mut Meshed, options: &ReadOptions<'_>) -> Vec<u32> {
         let all: Vec<(u32, Option<Vec<PartCut>>)> = {
             let hosts = self.openings.keys().filter(|host| !meshed.given_up.contains(host));
             let hosts = hosts.filter(|host| meshed.meshes.contains_key(host) || meshed.complaints.contains_key(host));
-            hosts.map(|host| (*host, self.parts(meshed, *host))).collect()
+            let hosts: Vec<u32> = hosts.copied().collect();
+            let meshed = &*meshed;
+            on_pool(options.pool, || hosts.into_par_iter().map(|host| (host, self.parts(meshed, host))).collect())
         };
         let parts = all.iter().filter_map(|(_, parts)| parts.as_ref()).flatten();
         let shapes: BTreeMap<u128, &PartCut> = parts.map(|part| (part.shape, part)).collect();
-        let work = || shapes.into_par_iter().map(|(shape, part)| (shape, part.difference())).collect();
-        let differences: BTreeMap<u128, Option<Solid>> = match pool {
-            Some(pool) => pool.install(work),
-            None => work(),
-        };
+        let differences: BTreeMap<u128, Option<Difference>> = on_pool(options.pool, || {
+            shapes.into_par_iter().map(|(shape, part)| (shape, part.difference(options.cache))).collect()
+        });
         let mut left = Vec::new();
         for (host, parts) in all {
             let cut = parts.and_then(|parts| parts.into_iter().map(|part| part.cut(&differences)).collect());
@@ -119,8 +119,18 @@ impl OwnCuts {
     }
 }
 
+fn on_pool<T: Send>(pool: Option<&MeshPool>, work: impl FnOnce() -> T + Send) -> T {
+    match pool {
+        Some(pool) => pool.install(work),
+        None => work(),
+    }
+}
+
 /// Offsets between bodies are multiples of this power of two, so that copies of a shape with its openings are equal.
 const OFFSETS_PER_M: f64 = 1_048_576.0;
+
+/// Vertices and triangles of a part that is cut.
+type Difference = (Vec<[f32; 3]>, Vec<[u32; 3]>);
 
 /// A part of a body and what cuts it, in coordinates of the part.
 struct PartCut {
@@ -152,15 +162,25 @@ impl PartCut {
         Self { mesh, solid, cutters, shape: hash.digest128() }
     }
 
-    fn difference(&self) -> Option<Solid> {
-        difference_of_solids(&self.solid, &self.cutters)
+    /// What is left of the part, as it is drawn; `None` if it cannot be cut.
+    fn difference(&self, cache: Option<&MeshCache>) -> Option<Difference> {
+        let key = xxh3_128(&[b"difference".as_slice(), &self.shape.to_le_bytes()].concat());
+        if let Some(known) = cache.and_then(|cache| cache.take(key, |_: &Option<Difference>| true)) {
+            return known;
+        }
+        let difference = difference_of_solids(&self.solid, &self.cutters).map(|Solid { positions, triangles }| {
+            (positions.iter().map(|p| [p.x, p.y, p.z].map(|c| c as f32)).collect(), triangles)
+        });
+        if let Some(cache) = cache {
+            cache.put(Some(key), &difference);
+        }
+        difference
     }
 
     /// The part without its openings: `Some(None)` if nothing is left of it, `None` if it cannot be cut.
-    fn cut(self, differences: &BTreeMap<u128, Option<Solid>>) -> Option<Option<ItemMesh>> {
-        let Solid { positions, triangles } = differences.get(&self.shape)?.as_ref()?;
-        let positions_m = positions.iter().map(|p| [p.x, p.y, p.z].map(|c| c as f32)).collect();
-        let part = MeshPart { positions_m, triangles: triangles.clone(), ..self.mesh.part };
+    fn cut(self, differences: &BTreeMap<u128, Option<Difference>>) -> Option<Option<ItemMesh>> {
+        let (positions_m, triangles) = differences.get(&self.shape)?.as_ref()?;
+        let part = MeshPart { positions_m: positions_m.clone(), triangles: triangles.clone(), ..self.mesh.part };
         Some((!part.triangles.is_empty()).then_some(ItemMesh { item: self.mesh.item, part }))
     }
 }

@@ -31,7 +31,8 @@ type Faces = Vec<Vec<Point3<f64>>>;
 /// it, metres off, and the box that stands in for a failed item is better.
 pub(crate) fn apply(file: &File<'_>, patch: &mut Patch) {
     for (supertype, subtype) in SUPERTYPES {
-        for (span, _) in file.all(supertype) {
+        for (span, _) in file.all(supertype).into_iter().filter(|(_, class)| class.lineage.first() == Some(&supertype))
+        {
             if let Some(arguments) = file.arguments_as_written(span.id) {
                 patch.replace(span.id, format!("{subtype}{arguments}"));
             }

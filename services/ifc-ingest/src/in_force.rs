@@ -3,6 +3,7 @@
 use crate::model_files::names_of;
 use crate::revision_reader::{ReadRevision, RevisionReader};
 use crate::revisions::{Refused, Revisions};
+use daemon::facts::MeshFacts;
 use daemon::{Asked, Failure, FileStamp, FileWatch, MachineTime, SiteConfig};
 use ingest::SiteFrame;
 use messages::{Checked, ContentId, SiteOutline, payload};
@@ -29,6 +30,8 @@ pub struct InForce {
     pub(crate) error: Option<String>,
     /// When a revision that found no room on disk is tried again, and how long that waited.
     pub(crate) next_try: Option<NextTry>,
+    /// Meshes of the files that were read last.
+    pub(crate) meshes: Option<MeshFacts>,
     /// The files that this decision has read.
     pub(crate) read: Option<ReadFiles>,
     /// A revision that is on the bus as a candidate until schedule-eval has judged it.

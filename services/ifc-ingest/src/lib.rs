@@ -2,6 +2,7 @@
 
 mod in_force;
 pub mod judge;
+mod mesh_store;
 mod model_files;
 mod output;
 mod revision_reader;

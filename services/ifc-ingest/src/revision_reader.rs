@@ -1,9 +1,11 @@
 //! Reads files as a revision of a site that could take effect: the site, and how it differs from the site in force.
 
+use crate::mesh_store::MeshStore;
 use crate::model_files::ModelFiles;
 use bus::give_back_freed_memory;
+use daemon::facts::MeshFacts;
 use daemon::{CurrentActivity, Failure, FileStamp, Reporter, Revision, SiteConfig};
-use ingest::{IngestOptions, SiteFrame, ingest};
+use ingest::{IngestOptions, MeshCacheCounts, SiteFrame, ingest};
 use messages::{Activity, Checked, ContentId, SiteComparison, SiteOutline, payload};
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -16,6 +18,7 @@ const SITE_MADE: f64 = 0.95;
 pub(crate) struct RevisionReader {
     allow_boxes: bool,
     activity: CurrentActivity,
+    meshes: MeshStore,
 }
 
 /// What a revision has to fit to.
@@ -37,12 +40,14 @@ pub(crate) struct ReadRevision {
     pub(crate) site: Arc<Checked<payload::Site>>,
     pub(crate) outline: Arc<SiteOutline>,
     pub(crate) comparison: SiteComparison,
+    /// What of its meshes was known.
+    pub(crate) meshes: Option<MeshFacts>,
 }
 
 impl RevisionReader {
     /// As the configuration says.
     pub(crate) fn new(config: &SiteConfig, activity: CurrentActivity) -> Self {
-        Self { allow_boxes: config.allow_boxes, activity }
+        Self { allow_boxes: config.allow_boxes, activity, meshes: MeshStore::new(config) }
     }
 
     /// The same with another configuration.
@@ -63,6 +68,7 @@ impl RevisionReader {
         self.activity.set(Activity::Reading);
         let ModelFiles { models, stamps, sources } = files;
         let activity = self.activity.clone();
+        let meshes = self.meshes.load();
         // A robot is localised in the frame of its site: a revision keeps it, another building has another.
         let options = IngestOptions {
             frame: in_force.frame,
@@ -72,6 +78,7 @@ impl RevisionReader {
             prefer_last: false,
             allow_boxes: self.allow_boxes,
             isolation: Some(&daemon::in_mesh_process),
+            cache: meshes.as_ref(),
             pool: None,
             progress: &|progress| {
                 let stage =
@@ -83,6 +90,12 @@ impl RevisionReader {
         reporter.report("reading files", FILES_READ);
         let site = Checked::<payload::Site>::new(ingest(&sources, &options)?)?;
         drop(sources);
+        let facts = meshes.as_ref().map(|meshes| {
+            self.meshes.save(meshes);
+            let MeshCacheCounts { found, made, bytes } = meshes.counts();
+            MeshFacts { found: found as u64, made: made as u64, bytes: bytes as u64 }
+        });
+        drop(meshes);
         give_back_freed_memory();
         self.activity.set(Activity::Writing);
         reporter.report("comparing with the site in force", SITE_MADE);
@@ -91,7 +104,7 @@ impl RevisionReader {
             Some(before) => SiteComparison::of(before, &outline),
             None => SiteComparison::of_first(&outline),
         };
-        Ok(ReadRevision { models, stamps, site: Arc::new(site), outline: Arc::new(outline), comparison })
+        Ok(ReadRevision { models, stamps, site: Arc::new(site), outline: Arc::new(outline), comparison, meshes: facts })
     }
 }
 

@@ -84,6 +84,7 @@ impl Ingest {
             to_read: None,
             error: None,
             next_try: None,
+            meshes: None,
             read: None,
             proposal: None,
         };
@@ -181,6 +182,7 @@ impl Ingest {
             Ok(revision) => {
                 reporter.report("evaluating the schedule", PROPOSED);
                 decision.publish.push(SiteSample::Candidate(Arc::clone(&revision.site)));
+                decision.next.meshes = revision.meshes;
                 let (revision, since_boot_ms) = (Arc::new(revision), now.machine.since_boot_ms);
                 decision.next.proposal =
                     Some(Proposal { revision, intent, asked: asked.cloned(), since_boot_ms, refused: None });
@@ -587,6 +589,7 @@ impl Decide for Ingest {
             frame_epoch: now.outputs.site().map_or(0, |site| u64::from(frame_of(site).frame_epoch)),
             waiting: revisions.waiting.as_ref().map(|waiting| waiting.revision.clone()),
             setting: revisions.setting.clone(),
+            meshes: self.in_force.meshes,
         }
     }
 }

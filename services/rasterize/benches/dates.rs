@@ -72,6 +72,7 @@ fn measure(model: &Path, worst: usize) {
         prefer_last: true,
         allow_boxes: true,
         isolation: None,
+        cache: None,
         pool: None,
         progress: &|_| {},
     };

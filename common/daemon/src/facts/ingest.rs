@@ -16,6 +16,17 @@ pub struct ModelFile {
     pub sha256: Option<String>,
 }
 
+/// What the cache of meshes was good for when files were read last.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub struct MeshFacts {
+    /// Bodies and cuts that were taken from the cache, because all that they are made of is as it was.
+    pub found: u64,
+    /// Bodies and cuts that were made.
+    pub made: u64,
+    /// Bytes of the cache, for the next revision.
+    pub bytes: u64,
+}
+
 /// Facts of ifc-ingest.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
@@ -30,4 +41,6 @@ pub struct IngestFacts {
     pub waiting: Option<Revision>,
     /// Where the models come from; `None` before the first site.
     pub setting: Option<SettingInForce>,
+    /// Meshes of the files that were read last; `None` before the first.
+    pub meshes: Option<MeshFacts>,
 }

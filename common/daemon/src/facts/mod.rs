@@ -14,7 +14,7 @@ mod web;
 
 pub use align::{AlignFacts, AlignmentSummary, Pose, PoseHolds};
 pub use ask::AskFacts;
-pub use ingest::{IngestFacts, ModelFile};
+pub use ingest::{IngestFacts, MeshFacts, ModelFile};
 pub use rasterize::{RasterizeFacts, RobotSummary};
 pub use ros_bridge::{RosBridgeFacts, RosPeers};
 pub use schedule::{ProgressRows, ScheduleFacts};

@@ -41,7 +41,7 @@ pub(crate) struct File<'a> {
 
 /// Classes whose records are listed: what has an identity or a relation, a few that nothing refers to, and what the kernel cannot
 /// mesh.
-const WANTED: [&str; 9] = [
+const WANTED: [&str; 10] = [
     "IfcObject",
     "IfcContext",
     "IfcRelationship",
@@ -51,11 +51,14 @@ const WANTED: [&str; 9] = [
     "IfcSurfaceCurveSweptAreaSolid",
     "IfcCsgPrimitive3D",
     "IfcCsgSolid",
+    "IfcTextureCoordinate",
 ];
 
 /// Classes of which only the records of the entity itself are listed, not those of its subtypes.
-const WANTED_THEMSELVES: [&str; 6] = [
+const WANTED_THEMSELVES: [&str; 8] = [
     "IfcProductRepresentation",
+    "IfcMaterialDefinitionRepresentation",
+    "IfcIndexedColourMap",
     "IfcRepresentation",
     "IfcManifoldSolidBrep",
     "IfcEllipseProfileDef",

@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet, HashSet};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 
+use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 use serde::{Deserialize, Serialize};
 
@@ -15,6 +16,7 @@ use ifc_lite_processing::{
 
 use super::MeshPool;
 use crate::MeshPart;
+use xxhash_rust::xxh3::xxh3_128;
 
 /// A mesh and the representation item it comes from, where the kernel knows it.
 #[derive(Clone, Serialize, Deserialize)]
@@ -31,6 +33,8 @@ pub(crate) struct Meshed {
     pub(crate) complaints: BTreeMap<u32, String>,
     /// Products of which the other process made nothing, or that it was not given any more.
     pub(crate) given_up: BTreeSet<u32>,
+    /// Hash of the frame in which the kernel has meshed: vertices are rounded in it.
+    pub(super) frame: Option<u128>,
 }
 
 /// Called with products done, and what there is of them.
@@ -56,6 +60,7 @@ impl Meshed {
         self.meshes.append(&mut other.meshes);
         self.complaints.append(&mut other.complaints);
         self.given_up.append(&mut other.given_up);
+        self.frame = self.frame.or(other.frame);
     }
 
     /// Puts what was made of products in a second try in the place of what the first one made. Those that failed again keep the
@@ -67,6 +72,13 @@ impl Meshed {
         }
         again.complaints.retain(|product, _| !again.given_up.contains(product));
         self.append(again);
+    }
+
+    /// Forgets what was made of a product.
+    pub(crate) fn forget(&mut self, product: u32) {
+        self.meshes.remove(&product);
+        self.complaints.remove(&product);
+        self.given_up.remove(&product);
     }
 
     pub(super) fn give_up(&mut self, product: u32, why: String) {
@@ -187,19 +199,42 @@ impl<F: FnMut(&mut Progress)> ProcessingSink for Sink<F> {
 
     fn on_frame(&mut self, event: &FrameEvent) {
         self.frame = Some(event.frame);
+        self.progress.meshed.frame = Some(hash_of(event.frame));
         (self.step)(&mut self.progress);
     }
 
     fn on_batch(&mut self, meshes: &[MeshData], processed: usize, _: usize) {
         let Some(frame) = self.frame else { return };
         // 1 and 2 are shapes of types, which their occurrences draw.
-        for mesh in meshes.iter().filter(|m| !matches!(m.geometry_class, 1 | 2)) {
-            let item_mesh = ItemMesh { item: mesh.geometry_item_id, part: part(mesh, frame) };
-            self.progress.meshed.meshes.entry(mesh.express_id).or_default().push(item_mesh);
+        let drawn = meshes.par_iter().filter(|m| !matches!(m.geometry_class, 1 | 2));
+        let of = |mesh: &MeshData| (mesh.express_id, ItemMesh { item: mesh.geometry_item_id, part: part(mesh, frame) });
+        let parts: Vec<(u32, ItemMesh)> = drawn.map(of).collect();
+        for (product, mesh) in parts {
+            self.progress.meshed.meshes.entry(product).or_default().push(mesh);
         }
         self.progress.n_jobs = processed;
         (self.step)(&mut self.progress);
     }
+}
+
+/// Triangles of all meshes: equal for equal shapes, wherever they stand.
+pub(crate) fn faces(meshes: &[ItemMesh]) -> Vec<&[[u32; 3]]> {
+    meshes.iter().map(|mesh| mesh.part.triangles.as_slice()).collect()
+}
+
+/// The frame in which the kernel meshes products of a file.
+pub(super) fn frame_of(bytes: &[u8], pool: &MeshPool) -> Option<u128> {
+    let pass = AssertUnwindSafe(|| pool.install(|| pass(bytes, &[], &|_, _| {})));
+    catch_unwind(pass).ok()?.frame
+}
+
+fn hash_of(frame: MeshFrame) -> u128 {
+    let (x, y, z) = frame.rtc_offset();
+    let placement = frame.site_placement();
+    let numbers = [x, y, z].into_iter().chain(placement.into_iter().flatten());
+    let mut written = format!("{:?}", frame.coordinate_space()).into_bytes();
+    numbers.for_each(|number: f64| written.extend_from_slice(&number.to_le_bytes()));
+    xxh3_128(&written)
 }
 
 /// The mesh in the world. Rotations are applied in f64; the origin stays apart, so that nothing is lost far out.

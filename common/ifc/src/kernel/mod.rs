@@ -2,6 +2,8 @@
 //!
 //! Everything else works on [`File`], [`Record`] and [`MeshPart`](crate::MeshPart), so that the kernel can be replaced.
 
+mod cached;
+mod content_keys;
 mod file;
 mod mesh;
 mod patch;
@@ -16,14 +18,15 @@ mod schema;
 mod step;
 mod task;
 
+pub(crate) use cached::mesh;
 pub(crate) use file::{Class, File};
-pub(crate) use mesh::{ItemMesh, Meshed};
+pub(crate) use mesh::{ItemMesh, Meshed, faces};
 pub(crate) use patch::Patch;
 pub(crate) use placement::Resolver;
 pub use pool::MeshPool;
 pub(crate) use record_index::Span;
 pub(crate) use record_table::RecordTable;
-pub(crate) use request::{MeshRequest, mesh};
+pub(crate) use request::MeshRequest;
 pub(crate) use schema::Schema;
 pub(crate) use step::members;
 pub use step::{Record, Value};

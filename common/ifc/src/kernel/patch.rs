@@ -48,6 +48,21 @@ impl Patch {
         self.records.iter().map(|(id, record)| (*id, record.as_str())).collect()
     }
 
+    /// The records `KEYWORD(..)` that the kernel is shown in the place of those of the file, by their ids.
+    pub(super) fn shown(&self) -> FxHashMap<u32, &str> {
+        self.appended().chain(self.in_place.iter().map(|(id, record)| (*id, record.as_str()))).collect()
+    }
+
+    /// The records that are behind those of the file.
+    pub(super) fn appended(&self) -> impl Iterator<Item = (u32, &str)> {
+        self.records.iter().map(|(id, record)| (*id, record.as_str()))
+    }
+
+    /// First bytes of the records that are removed.
+    pub(super) fn removed(&self) -> impl Iterator<Item = usize> {
+        self.removed.iter().map(|span| span.start)
+    }
+
     /// Removes a record. The kernel finds relations by reading the bytes, not the index.
     pub(crate) fn remove(&mut self, span: Span) {
         self.removed.push(span);

@@ -99,13 +99,13 @@ impl Contents<'_> {
     }
 }
 
-enum Piece<'a> {
+pub(super) enum Piece<'a> {
     Text(&'a [u8]),
     Reference(u32),
 }
 
 /// The arguments of a record: what it refers to, and what stands between that. Its own id is not among them.
-fn pieces(record: &[u8]) -> impl Iterator<Item = Piece<'_>> {
+pub(super) fn pieces(record: &[u8]) -> impl Iterator<Item = Piece<'_>> {
     let behind = memchr::memchr(b'=', record).map_or(record, |at| &record[at + 1..]);
     segments(behind).flat_map(|segment| {
         let is_code = matches!(segment, Segment::Code(_));

@@ -6,7 +6,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use super::mesh::{Meshed, mesh_here};
 use super::task::{Answer, mesh_there};
 use super::{File, MeshPool, Patch};
-use crate::{Isolation, ReadError};
+use crate::Isolation;
+use crate::mesh_cache::MeshCache;
 
 /// Products that the other process meshes at a time, until one of them ends it: then one by one.
 const BATCH: usize = 8;
@@ -31,6 +32,8 @@ pub(crate) struct MeshRequest<'r> {
     pub(crate) patch: &'r Patch,
     /// Where this process meshes; without one a pool of its own is made.
     pub(crate) pool: Option<&'r MeshPool>,
+    /// Meshes of an earlier reading.
+    pub(crate) cache: Option<&'r MeshCache>,
     /// The products again, the most detailed first.
     pub(crate) detailed: &'r [u32],
     /// Called with products done and in total, and the product that is meshed apart, or the first of the detailed ones that is
@@ -38,18 +41,11 @@ pub(crate) struct MeshRequest<'r> {
     pub(crate) progress: &'r (dyn Fn(usize, usize, Option<u32>) + Sync),
 }
 
-/// Meshes the products. The result does not depend on the number of threads.
-pub(crate) fn mesh(file: &File<'_>, request: &MeshRequest<'_>) -> Result<Meshed, ReadError> {
+/// Meshes the products without a cache. The result does not depend on the number of threads.
+pub(super) fn mesh_all(file: &File<'_>, request: &MeshRequest<'_>, pool: &MeshPool) -> Meshed {
     if request.products.is_empty() {
-        return Ok(Meshed::default());
+        return Meshed::default();
     }
-    Ok(match request.pool {
-        Some(pool) => mesh_on(pool, file, request),
-        None => mesh_on(&MeshPool::new(rayon::current_num_threads())?, file, request),
-    })
-}
-
-fn mesh_on(pool: &MeshPool, file: &File<'_>, request: &MeshRequest<'_>) -> Meshed {
     let bytes = request.patch.apply(file);
     let total = request.products.len();
     // What is meshed stays so: the next search goes on where this one ends.

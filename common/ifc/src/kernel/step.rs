@@ -120,6 +120,15 @@ impl<'a> Record<'a> {
         Some(Self { id, keyword, arguments })
     }
 
+    /// Parses `KEYWORD(..)` as the record of this id. `None` if it is not of this shape.
+    pub(super) fn parse_shown(id: u32, text: &'a str) -> Option<Self> {
+        let mut reader = Reader { bytes: text.as_bytes(), at: 0 };
+        let keyword = reader.name()?;
+        reader.expect(b'(')?;
+        let arguments = reader.list(1)?;
+        Some(Self { id, keyword, arguments })
+    }
+
     /// True if its entity is this one, not a subtype of it.
     pub fn is(&self, entity: &str) -> bool {
         self.keyword.eq_ignore_ascii_case(entity)

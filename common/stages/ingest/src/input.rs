@@ -43,6 +43,8 @@ pub struct IngestOptions<'a> {
     pub allow_boxes: bool,
     /// Meshes in another process those bodies of which nothing bounds what they need; `None`: in this one.
     pub isolation: Option<&'a ifc::Isolation<'a>>,
+    /// Meshes of an earlier reading of these files, or of others, which takes those of this one.
+    pub cache: Option<&'a ifc::MeshCache>,
     /// Threads for meshing; `None`: a pool of its own for each file, with as many threads as the caller's has.
     pub pool: Option<&'a ifc::MeshPool>,
     /// Called as work advances.

@@ -89,7 +89,7 @@ mod walkable;
 pub use doors::operation_is_known;
 pub use error::IngestError;
 pub use ground_class::{EARTH as EARTH_ENTITIES, FLOORS as FLOOR_ENTITIES};
-pub use ifc::{Isolation, MeshPool, mesh_task};
+pub use ifc::{Isolation, MeshCache, MeshCacheCounts, MeshCacheError, MeshPool, mesh_task};
 pub use input::{FilePlacement, IngestOptions, MAX_MODEL_BYTES, MAX_SPACES, SourceFile};
 pub use progress::{Progress, Stage};
 pub use site_frame::SiteFrame;
@@ -110,8 +110,12 @@ pub fn ingest(files: &[SourceFile], options: &IngestOptions<'_>) -> Result<Archi
         let name = file.name();
         let report = |step: ifc::Progress<'_>| (options.progress)(progress::of_file(&name, span, step));
         report(ifc::Progress { stage: ifc::Stage::Reading, done: 0, total: 1, waits_for: None });
-        let read_options =
-            ifc::ReadOptions { pool: options.pool, progress: Some(&report), isolation: options.isolation };
+        let read_options = ifc::ReadOptions {
+            pool: options.pool,
+            progress: Some(&report),
+            isolation: options.isolation,
+            cache: options.cache,
+        };
         let (model, diagnostics) =
             ifc::read(&file.bytes, &read_options).map_err(|source| IngestError::Read { file: name.clone(), source })?;
         if !options.allow_boxes {

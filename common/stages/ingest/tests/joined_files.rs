@@ -54,6 +54,7 @@ fn site(files: &[&File], places: &[Option<FilePlacement>]) -> Result<ArchiveBuff
         prefer_last: false,
         allow_boxes: false,
         isolation: None,
+        cache: None,
         pool: None,
         progress: &|_| {},
     };
@@ -196,6 +197,7 @@ fn a_file_of_whose_bodies_most_cannot_be_meshed_is_refused_unless_boxes_are_allo
         prefer_last: false,
         allow_boxes,
         isolation: None,
+        cache: None,
         pool: None,
         progress: &|_| {},
     };
@@ -221,6 +223,7 @@ fn a_frame_is_kept_for_revisions_of_its_building_alone() {
             prefer_last: false,
             allow_boxes: false,
             isolation: None,
+            cache: None,
             pool: None,
             progress: &|_| {},
         };

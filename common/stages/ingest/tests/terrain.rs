@@ -21,6 +21,7 @@ fn site(file: &TerrainFile) -> ArchiveBuffer {
         prefer_last: false,
         allow_boxes: true,
         isolation: None,
+        cache: None,
         pool: None,
         progress: &|_| {},
     };

@@ -26,6 +26,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         prefer_last: false,
         allow_boxes: false,
         isolation: None,
+        cache: None,
         pool: None,
         progress: &|_| (),
     };

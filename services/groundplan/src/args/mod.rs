@@ -2,6 +2,7 @@
 
 mod cloud;
 mod fleet;
+mod mesh_cache;
 mod models;
 mod octomap;
 mod optional_files;
@@ -13,6 +14,7 @@ mod schedule;
 mod site;
 mod world;
 
+pub use mesh_cache::MeshCacheArgs;
 pub use models::ModelArgs;
 pub use optional_files::OptionalFilesArgs;
 pub use overwrite::OverwriteArgs;

@@ -3,7 +3,7 @@
 use crate::failure::Failure;
 use crate::progress_line::ProgressLine;
 use diagnostics::nearest_names_hint;
-use ingest::{FilePlacement, IngestOptions, MAX_MODEL_BYTES, MeshPool, SiteFrame, SourceFile};
+use ingest::{FilePlacement, IngestOptions, MAX_MODEL_BYTES, MeshCache, MeshPool, SiteFrame, SourceFile};
 use input_files::read_regular_file;
 use messages::ArchiveBuffer;
 use std::num::NonZero;
@@ -81,6 +81,21 @@ impl ModelArgs {
         frame_epoch: u32,
         progress: &ProgressLine,
     ) -> Result<ArchiveBuffer, Failure> {
+        self.site_with(None, pool, frame, frame_epoch, progress)
+    }
+
+    /// The same with meshes of an earlier reading.
+    ///
+    /// # Errors
+    /// As [`Self::site`].
+    pub(crate) fn site_with(
+        &self,
+        cache: Option<&MeshCache>,
+        pool: &MeshPool,
+        frame: Option<SiteFrame>,
+        frame_epoch: u32,
+        progress: &ProgressLine,
+    ) -> Result<ArchiveBuffer, Failure> {
         let places = self.places()?;
         let options = IngestOptions {
             frame,
@@ -90,6 +105,7 @@ impl ModelArgs {
             prefer_last: self.prefer_last,
             allow_boxes: self.allow_boxes,
             isolation: Some(&daemon::in_mesh_process),
+            cache,
             pool: Some(pool),
             progress: &|step| progress.reader(step),
         };

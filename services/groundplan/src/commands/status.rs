@@ -9,8 +9,8 @@ use crate::wait::require_up;
 use answers::processes::ProcessAnswer;
 use bus::Daemon;
 use daemon::facts::{
-    AlignFacts, AlignmentSummary, FollowFacts, IngestFacts, ModelFile, RasterizeFacts, ScheduleFacts, ServeFacts,
-    WaypointFacts,
+    AlignFacts, AlignmentSummary, FollowFacts, IngestFacts, MeshFacts, ModelFile, RasterizeFacts, ScheduleFacts,
+    ServeFacts, WaypointFacts,
 };
 use daemon::{Report, SettingInForce, SettingSource, SiteConfig, SiteProcess, StatusBoard, schedule_report};
 use diagnostics::counted;
@@ -90,6 +90,8 @@ struct SiteStatus {
     models: Vec<ModelFile>,
     /// Counts the changes of the map frame.
     frame_epoch: u64,
+    /// What of the meshes of the files that were read last was known from those before; null since a start that read none.
+    meshes: Option<MeshFacts>,
 }
 
 /// What of a server's site is shown.
@@ -224,6 +226,7 @@ impl Status {
             epoch: facts.site.epoch,
             models: facts.models,
             frame_epoch: facts.frame_epoch,
+            meshes: facts.meshes,
         });
         let clock = schedule.map(|facts| ClockStatus {
             plan_time: text(facts.plan_time_s),
@@ -268,7 +271,7 @@ impl Status {
         for (robot, Lag { daemon, of, for_s }) in lags.chain(of_robots) {
             let _ = writeln!(out, "{robot}{daemon} lags: what it published is not of {of}, for {for_s:.0} s");
         }
-        if let Some(SiteStatus { epoch, models, frame_epoch }) = &self.site {
+        if let Some(SiteStatus { epoch, models, frame_epoch, meshes: _ }) = &self.site {
             let names: Vec<_> = models.iter().map(|model| model.path.display().to_string()).collect();
             let _ = writeln!(out, "site of {}, map frame {frame_epoch}, epoch {epoch}", names.join(", "));
         }

@@ -14,6 +14,7 @@ pub(super) fn of_bytes(bytes: &[u8]) -> Result<ArchiveBuffer, IngestError> {
         prefer_last: false,
         allow_boxes: true,
         isolation: None,
+        cache: None,
         pool: None,
         progress: &|_| {},
     };

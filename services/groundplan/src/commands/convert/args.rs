@@ -1,6 +1,6 @@
 //! Arguments and help of `convert`.
 
-use crate::args::{ModelArgs, OptionalFilesArgs, OverwriteArgs, RecordingArgs, RobotArgs, ScheduleArgs};
+use crate::args::{MeshCacheArgs, ModelArgs, OptionalFilesArgs, OverwriteArgs, RecordingArgs, RobotArgs, ScheduleArgs};
 use std::path::PathBuf;
 
 /// Arguments of `convert`.
@@ -90,6 +90,10 @@ pub struct Args {
     /// The site.
     #[command(flatten)]
     pub(super) model: ModelArgs,
+
+    /// Meshes of earlier conversions.
+    #[command(flatten)]
+    pub(super) meshes: MeshCacheArgs,
 
     /// Print one JSON summary on standard output and nothing else there, and progress as JSON lines on standard error
     #[arg(long)]

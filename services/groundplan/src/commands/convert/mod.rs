@@ -64,10 +64,15 @@ impl Run for Args {
         let frame = self.frame()?;
         let progress = ProgressLine::new(self.json);
         let pool = self.model.pool()?;
+        let meshes = self.meshes.load()?;
         pool.install(|| {
             let epoch = frame.map_or(1, |f| f.frame_epoch.saturating_add(u32::from(self.new_frame)));
             let kept = frame.filter(|_| !self.new_frame);
-            let site = self.model.site(&pool, kept, epoch, &progress)?;
+            let site = self.model.site_with(meshes.as_ref(), &pool, kept, epoch, &progress)?;
+            let mesh_counts = meshes.map(|meshes| {
+                self.meshes.save(&meshes);
+                meshes.counts()
+            });
             keep_freed_memory();
             // Reading takes several times what the site does; of a small one the next stages take it.
             if site.bytes().len() > MAX_SITE_BYTES {
@@ -122,7 +127,7 @@ impl Run for Args {
             };
             debug!(elapsed_us = micros(started), "output swapped in");
             let outputs = Outputs { out: self.out.clone(), mcap: self.mcap.clone() };
-            let summary = Summary::of(&site, outputs, schedule_states, started.elapsed(), self.json);
+            let summary = Summary::of(&site, outputs, mesh_counts, schedule_states, started.elapsed(), self.json);
             Ok(summary.text().into())
         })
     }

@@ -185,7 +185,7 @@ impl Job<'_> {
             let write = |file| beside.write(directory, &[file]);
             let WorldFiles { files, diagnostics } =
                 optional.files(&input, maps.grids, &|| true).map_err(Failure::work)?;
-            sums = export::each_file(&input, files, write).map_err(Failure::work)?;
+            sums = export::each_file_while_writing(&input, files, write).map_err(Failure::work)?;
             world_diagnostics = diagnostics;
         }
         Ok(Written { sums, summary: PlanTimeSummary::of(&input, &world_diagnostics), start })

@@ -3,6 +3,7 @@
 use super::plan_time_summary::PlanTimeSummary;
 use super::rooms::{RoomLine, rooms_lines};
 use export::SiteFrameFile;
+use ingest::MeshCacheCounts;
 use messages::{Severity, Site};
 use serde::Serialize;
 use std::path::PathBuf;
@@ -24,6 +25,9 @@ pub(super) struct Summary {
     #[serde(flatten)]
     outputs: Outputs,
     elapsed_s: f64,
+    /// With --cache: bodies and cuts that were taken from it, those that were made, and its bytes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    meshes: Option<MeshCacheCounts>,
     /// How the map lies to the model, and the epoch of its frame.
     #[serde(flatten)]
     frame: SiteFrameFile,
@@ -53,6 +57,7 @@ impl Summary {
     pub(super) fn of(
         site: &Site<'_>,
         outputs: Outputs,
+        meshes: Option<MeshCacheCounts>,
         mut schedule_states: Vec<PlanTimeSummary>,
         elapsed: Duration,
         json: bool,
@@ -61,6 +66,7 @@ impl Summary {
         let not_mapped = site.storeys.iter().filter(|s| s.map_storey == messages::NONE && s.why.length > 0);
         Self {
             outputs,
+            meshes,
             elapsed_s: (elapsed.as_secs_f64() * 1000.0).round() / 1000.0,
             frame: SiteFrameFile::of(site),
             spaces_not_mapped: schedule_states.last_mut().map(|p| std::mem::take(&mut p.rooms)).unwrap_or_default(),

@@ -1,0 +1,53 @@
+//! The file of the meshes of the files that were read last. It is a cache: what is damaged, of another program or of other files
+//! changes no site.
+
+use daemon::{SiteConfig, program_hash, replace_file, state_files};
+use ingest::{MeshCache, MeshCacheCounts};
+use std::io::ErrorKind;
+use std::path::PathBuf;
+use tracing::{info, warn};
+
+/// Most bytes of the file: the meshes of a model of 700 MB or so. While files are read they take as much memory, and as much again
+/// for those that are made anew and for the file that is written.
+const MAX_BYTES: usize = 512 << 20;
+
+/// Where meshes are kept from revision to revision.
+#[derive(Debug, Clone)]
+pub(crate) struct MeshStore {
+    path: PathBuf,
+}
+
+impl MeshStore {
+    /// In the state folder of a site.
+    pub(crate) fn new(config: &SiteConfig) -> Self {
+        Self { path: config.state.join(state_files::MESH_CACHE) }
+    }
+
+    /// The meshes of the last reading, none if there are none that can be used; `None` if the program does not know itself.
+    pub(crate) fn load(&self) -> Option<MeshCache> {
+        let program = program_hash()?;
+        let read = match std::fs::read(&self.path) {
+            Ok(bytes) => MeshCache::read(bytes, program, MAX_BYTES).map_err(|why| why.to_string()),
+            Err(why) if why.kind() == ErrorKind::NotFound => Ok(MeshCache::new(program, MAX_BYTES)),
+            Err(why) => Err(why.to_string()),
+        };
+        Some(read.unwrap_or_else(|error| {
+            let path = self.path.display();
+            warn!(service = "ifc-ingest", %path, error, "the cache of meshes cannot be used; all is meshed anew");
+            MeshCache::new(program, MAX_BYTES)
+        }))
+    }
+
+    /// Writes the meshes of this reading. A file that cannot be written is told, and costs time alone.
+    pub(crate) fn save(&self, cache: &MeshCache) {
+        let MeshCacheCounts { found, made, bytes } = cache.counts();
+        info!(service = "ifc-ingest", found, made, bytes, "meshes");
+        if made == 0 && cache.is_needed_whole() {
+            return;
+        }
+        if let Err(why) = replace_file(&self.path, &cache.finish()) {
+            let (path, error) = (self.path.display(), why.to_string());
+            warn!(service = "ifc-ingest", %path, error, "the cache of meshes cannot be written");
+        }
+    }
+}
