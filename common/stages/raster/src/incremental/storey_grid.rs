@@ -12,7 +12,7 @@ use crate::layers::cell_flags::{self, BASE_FLOOR, BLOCKED, DOOR, FLOOR, OCCUPIED
 use crate::layers::door_passage::{DoorLayers, door_passage};
 use crate::layers::doorway_clearance::CoveredSamples;
 use crate::layers::doorway_connection::SeenCells;
-use crate::layers::floor::{BuiltFloorCache, outline, set_bit};
+use crate::layers::floor::outline;
 use crate::layers::ground_floor::LEVEL;
 use crate::layers::keepout::{Keepout, Margins, keepout_value};
 use crate::layers::localization::{Localization, localization_value};
@@ -85,12 +85,9 @@ impl StoreyGrid {
                 writer.layers().space[cells].fill(space.space as u16 + 1);
             }
         }
-        let mut floor_cache = BuiltFloorCache::default();
-        let mut all = Vec::new();
-        storey.dependents.iter().filter_map(|n| n.floor_index).for_each(|index| set_bit(&mut all, index, true));
-        let complete = floor_cache.of(site, robot, storey, &all);
+        let (storey_floor, complete) = StoreyFloor::new(inputs);
         let flags: Vec<u8> =
-            outline(storey, complete).cells.iter().map(|&inside| if inside { OUTLINE } else { 0 }).collect();
+            outline(storey, &complete).cells.iter().map(|&inside| if inside { OUTLINE } else { 0 }).collect();
         Self {
             archive,
             content_hash: ContentHash::NONE,
@@ -99,7 +96,7 @@ impl StoreyGrid {
             margins: vec![0; flags.len()],
             flags,
             drawn_state: DrawnState::default(),
-            storey_floor: StoreyFloor::new(floor_cache),
+            storey_floor,
             has_no_floor_yet: false,
             doors: Vec::new(),
             nearby: CoveredSamples::new(),
