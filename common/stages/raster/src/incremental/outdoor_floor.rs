@@ -623,7 +623,8 @@ mod tests {
 
     fn piece() -> impl Strategy<Value = Piece> {
         let place = || ([-200..6_500i32, -200..4_500i32], [100..5_000i32, 100..4_000i32]);
-        let z = prop::sample::select(vec![[0, 0], [200, 200], [900, 900], [0, 900], [5_000, 5_000], [20_000, 20_000]]);
+        // Two heights between which the robot fits, and some near the lower one.
+        let z = prop::sample::select(vec![[0, 0], [0, 0], [200, 200], [0, 900], [20_000, 20_000], [20_000, 20_000]]);
         let body = prop::option::weighted(0.3, place());
         (place(), z, 0..4u8, any::<bool>(), body).prop_map(|((min, size), z, kind, is_always_there, body)| Piece {
             min,
@@ -743,44 +744,71 @@ mod tests {
         cells.map(|cell| (covered.cells[cell] && !breaks(cell), shown[cell])).collect()
     }
 
+    /// Floor that is kept from one set of finished pieces to the next, of which each differs by one, against floor that is made at once.
+    fn check(pieces: &[Piece], built_first: u16, changes: &[u32], side: u32) -> Result<(), TestCaseError> {
+        let site = SiteBuilder::default().finish();
+        let site = Site::open(site.bytes()).unwrap();
+        let storey = storey(pieces);
+        let robot = RobotProfile::DEFAULT;
+        let inputs = StoreyInputs { site: &site, robot: &robot, storey: &storey };
+        let mut kept = OutdoorFloor::in_tiles(&storey, side);
+        let mut patch_of = vec![LEVEL; storey.spec.n_cells()];
+        let mut before = vec![(false, LEVEL); storey.spec.n_cells()];
+        let mut built = built_first;
+        for element in changes {
+            built ^= 1 << element;
+            let is_finished = |element: u32| built >> element & 1 == 1;
+            let mut finished = Vec::new();
+            for dependent in &storey.dependents {
+                set_bit(&mut finished, dependent.floor_index.unwrap(), is_finished(dependent.element));
+            }
+            let mut differing = Vec::new();
+            kept.update(inputs, &finished, &mut patch_of, &mut differing);
+            let expected = at_once(&storey, &robot, is_finished);
+            for (cell, expected) in expected.iter().enumerate() {
+                let place = storey.spec.cell_of(cell);
+                prop_assert_eq!((place, (kept.is_floor(cell), patch_of[cell])), (place, *expected));
+                let [x, y] = [place.column, place.row];
+                let is_in = |rect: &CellRect| rect.meets(&CellRect { min: [x, y], max: [x + 1, y + 1] });
+                prop_assert!(before[cell] == *expected || differing.iter().any(is_in), "{place:?} is not told");
+            }
+            before = expected;
+        }
+        let mut mask = Mask::new(WIDTH as usize, HEIGHT as usize);
+        mask.set_runs(&kept.runs(WIDTH as usize));
+        prop_assert!(mask.cells.iter().zip(&before).all(|(floor, (expected, _))| floor == expected));
+        Ok(())
+    }
+
     proptest! {
-        #![proptest_config(ProptestConfig::with_cases(48))]
+        #![proptest_config(ProptestConfig::with_cases(512))]
         #[test]
         fn floor_that_is_kept_is_floor_that_is_made_at_once(
             pieces in prop::collection::vec(piece(), 1..12),
-            steps in prop::collection::vec(any::<u16>(), 1..8),
+            built_first in any::<u16>(),
+            changes in prop::collection::vec(0..12u32, 1..10),
             side in prop::sample::select(vec![7, 16, 64, 256]),
         ) {
-            let site = SiteBuilder::default().finish();
-            let site = Site::open(site.bytes()).unwrap();
-            let storey = storey(&pieces);
-            let robot = RobotProfile::DEFAULT;
-            let inputs = StoreyInputs { site: &site, robot: &robot, storey: &storey };
-            let mut kept = OutdoorFloor::in_tiles(&storey, side);
-            let mut patch_of = vec![LEVEL; storey.spec.n_cells()];
-            let mut before = vec![(false, LEVEL); storey.spec.n_cells()];
-            for step in steps {
-                let is_finished = |element: u32| step >> element & 1 == 1;
-                let mut finished = Vec::new();
-                for dependent in &storey.dependents {
-                    set_bit(&mut finished, dependent.floor_index.unwrap(), is_finished(dependent.element));
-                }
-                let mut differing = Vec::new();
-                kept.update(inputs, &finished, &mut patch_of, &mut differing);
-                let expected = at_once(&storey, &robot, is_finished);
-                for (cell, expected) in expected.iter().enumerate() {
-                    let place = storey.spec.cell_of(cell);
-                    prop_assert_eq!((place, (kept.is_floor(cell), patch_of[cell])), (place, *expected));
-                    let [x, y] = [place.column, place.row];
-                    let is_in = |rect: &CellRect| rect.meets(&CellRect { min: [x, y], max: [x + 1, y + 1] });
-                    prop_assert!(before[cell] == *expected || differing.iter().any(is_in), "{place:?} is not told");
-                }
-                before = expected;
-            }
-            let runs = kept.runs(WIDTH as usize);
-            let mut mask = Mask::new(WIDTH as usize, HEIGHT as usize);
-            mask.set_runs(&runs);
-            prop_assert!(mask.cells.iter().zip(&before).all(|(floor, (expected, _))| floor == expected));
+            check(&pieces, built_first, &changes, side)?;
         }
+    }
+
+    #[test]
+    fn a_hole_follows_earth_that_rises_and_falls_where_other_earth_stays() {
+        let piece = |min, size, z: i32, is_outdoors: bool| Piece {
+            min,
+            size,
+            z: [z; 2],
+            is_outdoors,
+            is_always_there: false,
+            body: None,
+        };
+        let pieces = [
+            piece([0, 0], [2_000, 5_000], 0, true),
+            piece([0, 0], [2_000, 5_000], 20_000, true),
+            piece([2_000, 1_000], [4_000, 2_000], 0, false),
+            piece([2_000, 1_000], [4_000, 2_000], 20_000, false),
+        ];
+        check(&pieces, 0b1101, &[1, 1, 0, 1, 0], 16).unwrap();
     }
 }
