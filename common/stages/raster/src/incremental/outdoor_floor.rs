@@ -5,10 +5,10 @@
 //! there before. After one pass through all states it allocates nothing.
 
 use crate::layers::floor::{bit_is_set, set_bit};
-use crate::layers::ground_floor::{LEVEL, SurfacesOfCells, breaks_off, holds, shown_surface, surface_z};
+use crate::layers::ground_floor::{FILLED, LEVEL, SurfacesOfCells, breaks_off, shown_surface, surface_z};
 use crate::model::cell_area::{slab_above_floor, to_tenths};
 use crate::model::gap::FLOOR_CRACK;
-use crate::model::ground_patch::GroundPatch;
+use crate::model::ground_patch::{GroundPatch, level_z};
 use crate::model::obstacle_squares::ObstacleSquares;
 use crate::model::storey_inputs::StoreyInputs;
 use crate::model::storey_slice::StoreySlice;
@@ -59,6 +59,8 @@ pub(crate) struct OutdoorFloor {
     index_of_patch: Vec<u32>,
     /// By patch: obstacles on it that are bodies of ground, and their floor index.
     bodies: Vec<Vec<(u32, u32)>>,
+    /// By patch: true if it is level.
+    is_level: Vec<bool>,
     /// By floor index: around its patches, and around its bodies on others.
     areas: Vec<[Option<CellRect>; 2]>,
     /// By floor index: true for terrain and roads.
@@ -83,9 +85,18 @@ struct Buffers {
     near: Vec<u32>,
     in_band: SurfacesOfCells,
     above: Vec<(f64, u32)>,
+    like: LikeCell,
     row: Vec<bool>,
     shown: Vec<u32>,
     holes: Holes,
+}
+
+/// A cell of level surfaces, like which the next ones often are.
+#[derive(Debug, Default)]
+struct LikeCell {
+    surfaces: Vec<u32>,
+    earth_beside: Option<f64>,
+    shown: u32,
 }
 
 /// The holes of the earth that are looked at.
@@ -108,7 +119,8 @@ struct Tile {
     patches: Vec<u32>,
     /// Floor indices of these.
     elements: Vec<u32>,
-    /// The bits of the finished ones of `elements`.
+    /// The bits of the finished ones of `elements`: those before, and those now; a word more, so that none is empty but before the first.
+    before: Vec<u64>,
     finished: Vec<u64>,
     covered: HashMap<Box<[u64]>, Vec<Run>>,
 }
@@ -116,10 +128,12 @@ struct Tile {
 impl Tile {
     /// Makes the covered cells for these finished elements, if they were not made before; returns the bytes that it keeps more.
     fn prepare(&mut self, storey: &StoreySlice, index_of_patch: &[u32], finished: &[u64]) -> usize {
-        let Self { rect, patches, elements, finished: own, covered } = self;
+        let Self { rect, patches, elements, before, finished: own, covered } = self;
+        std::mem::swap(before, own);
         own.clear();
+        own.push(0);
         for (k, index) in (0..).zip(&*elements) {
-            set_bit(own, k, bit_is_set(finished, *index));
+            set_bit(own, k + 64, bit_is_set(finished, *index));
         }
         if covered.contains_key(own.as_slice()) {
             return 0;
@@ -146,8 +160,9 @@ impl Tile {
         bytes
     }
 
-    fn covered(&self) -> &[Run] {
-        &self.covered[self.finished.as_slice()]
+    /// The covered cells before, of which none are known before the first, and those now.
+    fn covered(&self) -> [&[Run]; 2] {
+        [&self.before, &self.finished].map(|of| self.covered.get(of.as_slice()).map_or(&[][..], Vec::as_slice))
     }
 }
 
@@ -169,6 +184,7 @@ impl OutdoorFloor {
             bodies.filter(|(_, index)| *index != NONE).collect()
         };
         let bodies: Vec<Vec<(u32, u32)>> = storey.ground.iter().map(of_patch).collect();
+        let is_level = storey.ground.iter().map(|patch| level_z(&patch.plane).is_some()).collect();
         let (mut areas, mut is_earth) = (vec![[None; 2]; floors.len()], vec![false; floors.len()]);
         let mut add = |index: u32, kind: usize, rect: CellRect| {
             let around: &mut Option<CellRect> = &mut areas[index as usize][kind];
@@ -194,6 +210,7 @@ impl OutdoorFloor {
             patch_squares,
             index_of_patch,
             bodies,
+            is_level,
             areas,
             is_earth,
             finished: None,
@@ -264,10 +281,11 @@ impl OutdoorFloor {
     }
 
     /// Looks which cells are covered, in all tiles that meet what is dirty. What differs beside that is dirty, too.
+    #[inline(never)]
     fn cover(&mut self, storey: &StoreySlice) {
         let width = storey.spec.width as usize;
         let Self { tiles, index_of_patch, finished, cells, buffers, .. } = self;
-        let Buffers { dirty, of_holes, row: is_covered, .. } = buffers;
+        let Buffers { dirty, of_holes, .. } = buffers;
         let finished = finished.as_deref().unwrap_or_default();
         let is_dirty = |tile: &Tile| dirty.iter().any(|rect| rect.meets(&tile.rect));
         let prepare = |tile: &mut Tile| if is_dirty(tile) { tile.prepare(storey, index_of_patch, finished) } else { 0 };
@@ -276,23 +294,26 @@ impl OutdoorFloor {
         for tile in tiles.iter().filter(|tile| is_dirty(tile)) {
             let [mut around, mut around_holes]: [Option<CellRect>; 2] = [None; 2];
             let mut runs = tile.covered();
-            for (y, row) in (tile.rect.min[1]..).zip(tile.rect.rows(width)) {
-                is_covered.clear();
-                is_covered.resize(row.len(), false);
-                let (of_row, rest) = runs.split_at(runs.partition_point(|run| run.row <= y));
-                runs = rest;
-                for run in of_row {
-                    let [start, end] = [run.start, run.end].map(|column| (column - tile.rect.min[0]) as usize);
-                    is_covered[start..end].fill(true);
+            for row in tile.rect.min[1]..tile.rect.max[1] {
+                let [old, new] = runs.map(|runs| runs.split_at(runs.partition_point(|run| run.row <= row)));
+                runs = [old.1, new.1];
+                if old.0 == new.0 {
+                    continue;
                 }
-                let differs = |cell: &u8, is_covered: &bool| (*cell & bits::COVERED != 0) != *is_covered;
-                let changes = || cells[row.clone()].iter().zip(&*is_covered).map(|(a, b)| differs(a, b));
-                add_row(&mut around, changes, [tile.rect.min[0], y]);
+                let place = |run: &Run| row as usize * width + run.start as usize..row as usize * width + run.end as usize;
+                old.0.iter().for_each(|run| cells[place(run)].iter_mut().for_each(|cell| *cell &= !bits::COVERED));
+                new.0.iter().for_each(|run| cells[place(run)].iter_mut().for_each(|cell| *cell |= bits::COVERED));
+                let both = || old.0.iter().chain(new.0);
+                let (Some(start), Some(end)) = (both().map(|run| run.start).min(), both().map(|run| run.end).max())
+                else {
+                    continue;
+                };
+                let here = CellRect { min: [start, row], max: [end, row + 1] };
+                around = Some(around.map_or(here, |around| around.around_both(&here)));
                 let is_other = |cell: &u8| cell & (bits::EARTH | bits::OTHER) == bits::OTHER;
-                let of_hole = || changes().zip(&cells[row.clone()]).map(|(differs, cell)| differs && is_other(cell));
-                add_row(&mut around_holes, of_hole, [tile.rect.min[0], y]);
-                for (cell, &is_covered) in cells[row].iter_mut().zip(&*is_covered) {
-                    *cell = *cell & !bits::COVERED | if is_covered { bits::COVERED } else { 0 };
+                let of_row = || here.rows(width).flat_map(|row| &cells[row]);
+                if of_row().any(is_other) {
+                    around_holes = Some(around_holes.map_or(here, |around| around.around_both(&here)));
                 }
             }
             let is_within = |inner: &CellRect| {
@@ -321,6 +342,7 @@ impl OutdoorFloor {
     }
 
     /// Looks where earth and other ground is, in what is dirty.
+    #[inline(never)]
     fn find_ground(&mut self, storey: &StoreySlice) {
         let width = storey.spec.width as usize;
         let Self { patch_squares, index_of_patch, finished, cells, buffers, .. } = self;
@@ -350,6 +372,7 @@ impl OutdoorFloor {
 
     /// Finds the heights of the earth beside the holes that it has under other ground, such as houses: for each cell of a hole that of
     /// the nearest place beside it, along the cells of the hole. What differs is dirty, too.
+    #[inline(never)]
     fn fill_holes(&mut self, storey: &StoreySlice) {
         let width = storey.spec.width as usize;
         let whole = storey.whole();
@@ -403,33 +426,40 @@ impl OutdoorFloor {
     /// Chooses the surface that each dirty cell shows: of those above each other on which the robot fits the nearest to the highest
     /// terrain or road of the cell, in a hole of these to that beside the hole, and where nothing is beside it to the height of the map
     /// storey, the median of all ground.
+    #[inline(never)]
     fn choose(&mut self, inputs: StoreyInputs<'_>, patch_of: &mut [u32], differing: &mut Vec<CellRect>) {
         let StoreyInputs { robot, storey, .. } = inputs;
         let width = storey.spec.width as usize;
         let headroom = f64::from(slab_above_floor(robot)[1]);
-        let Self { patch_squares, index_of_patch, bodies, finished, cells, earth_beside, buffers, .. } = self;
+        let Self { patch_squares, index_of_patch, bodies, is_level, finished, cells, earth_beside, buffers, .. } = self;
         let finished = finished.as_deref().unwrap_or_default();
-        let Buffers { dirty, near, in_band, above, shown, .. } = buffers;
+        let Buffers { dirty, near, in_band, above, like, shown, .. } = buffers;
+        // What is finished may be other than at the last update.
+        like.surfaces.clear();
         let mut of_cell = |cell: usize, surfaces: &[u32]| {
             match surfaces {
                 _ if cells[cell] & bits::COVERED == 0 => return LEVEL,
                 [] => return LEVEL,
-                [only] => return *only,
+                [only] => return *only & !FILLED,
                 _ => {}
+            }
+            let beside = (cells[cell] & bits::HAS_EARTH_BESIDE != 0).then(|| earth_beside[cell]);
+            if like.surfaces == surfaces && like.earth_beside == beside {
+                return like.shown;
             }
             let (column, row) = ((cell % width) as u32, (cell / width) as u32);
             let middle = [f64::from(column) + 0.5, f64::from(row) + 0.5];
             above.clear();
-            above.extend(surfaces.iter().map(|&k| (surface_z(storey, k, middle), k)));
+            above.extend(surfaces.iter().map(|k| k & !FILLED).map(|k| (surface_z(storey, k, middle), k)));
             let earth = above.iter().filter(|(_, k)| storey.ground[*k as usize].is_outdoors).map(|(z, _)| *z);
-            let beside = || (cells[cell] & bits::HAS_EARTH_BESIDE != 0).then(|| earth_beside[cell]);
-            let reference = earth.reduce(f64::max).or_else(beside).unwrap_or(f64::from(storey.floor_z));
-            let is_filled = |k: u32| {
-                let there = bodies[k as usize].iter().filter(|(_, index)| bit_is_set(finished, *index));
-                let mut there = there.map(|(body, _)| &storey.ground[k as usize].obstacles[*body as usize]);
-                there.any(|body| body.rect.is_some_and(|rect| holds((&rect, &body.runs), column, row)))
-            };
-            shown_surface(above, reference, headroom, is_filled)
+            let reference = earth.reduce(f64::max).or(beside).unwrap_or(f64::from(storey.floor_z));
+            let shown = shown_surface(above, reference, headroom, |k| surfaces.contains(&(k | FILLED)));
+            if surfaces.iter().all(|k| is_level[(k & !FILLED) as usize]) {
+                like.surfaces.clear();
+                like.surfaces.extend_from_slice(surfaces);
+                (like.earth_beside, like.shown) = (beside, shown);
+            }
+            shown
         };
         for rect in dirty.iter() {
             for first in (rect.min[1]..rect.max[1]).step_by(BAND_ROWS as usize) {
@@ -437,6 +467,14 @@ impl OutdoorFloor {
                     CellRect { min: [rect.min[0], first], max: [rect.max[0], rect.max[1].min(first + BAND_ROWS)] };
                 find_near(near, &band, patch_squares, index_of_patch, finished);
                 in_band.load(storey, near, &band);
+                for &k in near.iter() {
+                    for (body, _) in bodies[k as usize].iter().filter(|(_, index)| bit_is_set(finished, *index)) {
+                        let body = &storey.ground[k as usize].obstacles[*body as usize];
+                        if body.rect.is_some_and(|rect| rect.meets(&band)) {
+                            in_band.fill(k, &body.runs, width, &band);
+                        }
+                    }
+                }
                 let mut around = None;
                 for ((y, row), place) in (first..).zip(band.rows(width)).zip((0..).step_by(band.width())) {
                     shown.clear();
@@ -451,6 +489,7 @@ impl OutdoorFloor {
     }
 
     /// Looks from which cells the ground breaks off, in what is dirty and the cells beside it.
+    #[inline(never)]
     fn find_breaks(&mut self, inputs: StoreyInputs<'_>, patch_of: &[u32], differing: &mut Vec<CellRect>) {
         let StoreyInputs { robot, storey, .. } = inputs;
         let (width, whole) = (storey.spec.width as usize, storey.whole());
@@ -555,7 +594,7 @@ fn tile(storey: &StoreySlice, squares: &ObstacleSquares, index_of_patch: &[u32],
     let mut elements: Vec<u32> = patches.iter().map(|&k| index_of_patch[k as usize]).filter(|k| *k != NONE).collect();
     elements.sort_unstable();
     elements.dedup();
-    Tile { rect, patches, elements, finished: Vec::new(), covered: HashMap::new() }
+    Tile { rect, patches, elements, before: Vec::new(), finished: Vec::new(), covered: HashMap::new() }
 }
 
 /// Finds the finished patches that may meet a rectangle, in their order.
@@ -718,7 +757,9 @@ mod tests {
             if ring.is_empty() {
                 break;
             }
-            ring.iter().for_each(|(cell, _)| drop(waiting.remove(cell)));
+            for (cell, _) in &ring {
+                waiting.remove(cell);
+            }
             heights.extend(ring);
         }
         let headroom = f64::from(slab_above_floor(robot)[1]);

@@ -20,7 +20,7 @@ use crate::layers::tile::TILE_CELLS;
 use crate::model::cell_area::{slab_above_floor, to_tenths};
 use crate::model::element_runs::ElementRuns;
 use crate::model::gap;
-use crate::model::ground_patch::{STEP_TOLERANCE, z_at};
+use crate::model::ground_patch::{STEP_TOLERANCE, level_z, z_at};
 use crate::model::presence::Presence;
 use crate::model::storey_inputs::StoreyInputs;
 use crate::model::storey_slice::StoreySlice;
@@ -387,10 +387,11 @@ impl DrawnHeights<'_> {
     /// Makes cells with floor as high as a plane where they are lower, of those that are wanted.
     fn raise(&mut self, plane: &Plane, cells: &[Run], wanted: impl Fn(usize) -> bool) {
         let slope = (plane.slope_rad() * 1_000.0).round() as u16;
+        let level = level_z(plane).map(|z| z.round() as i32);
         for cell in self.rect.clip(cells, self.width()).flatten() {
             if self.flags[cell] & FLOOR != 0 && wanted(cell) {
-                let middle = [(cell % self.width()) as f64 + 0.5, (cell / self.width()) as f64 + 0.5];
-                let height = z_at(plane, middle, &self.storey.spec).round() as i32;
+                let middle = || [(cell % self.width()) as f64 + 0.5, (cell / self.width()) as f64 + 0.5];
+                let height = level.unwrap_or_else(|| z_at(plane, middle(), &self.storey.spec).round() as i32);
                 if height > self.elevation[cell] {
                     (self.elevation[cell], self.slope[cell]) = (height, slope);
                 }

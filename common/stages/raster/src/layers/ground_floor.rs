@@ -13,6 +13,9 @@ use rustc_hash::FxHashMap;
 /// The surface of a cell that has no patch: the level of the storey's own floor.
 pub(crate) const LEVEL: u32 = u32::MAX;
 
+/// Marks one of the [`SurfacesOfCells`] on which a body of ground stands in the way.
+pub(crate) const FILLED: u32 = 1 << 31;
+
 /// Rows of cells whose surfaces are compared at once.
 const BAND_ROWS: u32 = 64;
 
@@ -135,6 +138,17 @@ impl SurfacesOfCells {
         let begin = place.checked_sub(1).map_or(0, |before| self.ends[before]);
         &self.patches[begin as usize..self.ends[place] as usize]
     }
+
+    /// Marks a patch as [`FILLED`] in cells of a band in which it is one of the surfaces.
+    pub(crate) fn fill(&mut self, patch: u32, cells: &[Run], width: usize, band: &CellRect) {
+        let first = band.min[1] as usize * width + band.min[0] as usize;
+        for cell in band.clip(cells, width).flatten() {
+            let place = (cell - first) / width * band.width() + (cell - first) % width;
+            let begin = place.checked_sub(1).map_or(0, |before| self.ends[before]);
+            let of_cell = &mut self.patches[begin as usize..self.ends[place] as usize];
+            of_cell.iter_mut().filter(|k| **k == patch).for_each(|k| *k |= FILLED);
+        }
+    }
 }
 
 /// Cells of bodies: the rectangle and the sorted runs of each.
@@ -146,16 +160,13 @@ impl<'a> BodyCells<'a> {
     }
 
     fn hold(&self, column: u32, row: u32) -> bool {
-        self.0.iter().any(|(rect, runs)| holds((rect, runs), column, row))
-    }
-}
-
-/// True if the cell lies in sorted runs, around which the rectangle is.
-pub(crate) fn holds((rect, runs): (&CellRect, &[Run]), column: u32, row: u32) -> bool {
-    let is_within = [(column, 0), (row, 1)].into_iter().all(|(at, k)| rect.min[k] <= at && at < rect.max[k]);
-    is_within && {
-        let at = runs.partition_point(|run| (run.row, run.end) <= (row, column));
-        runs.get(at).is_some_and(|run| run.row == row && run.start <= column)
+        let is_in = |rect: &CellRect| {
+            [column, row].iter().zip(rect.min.iter().zip(&rect.max)).all(|(at, (min, max))| min <= at && at < max)
+        };
+        self.0.iter().filter(|(rect, _)| is_in(rect)).any(|(_, runs)| {
+            let at = runs.partition_point(|run| (run.row, run.end) <= (row, column));
+            runs.get(at).is_some_and(|run| run.row == row && run.start <= column)
+        })
     }
 }
 
