@@ -5,14 +5,14 @@
 //! there before. After one pass through all states it allocates nothing.
 
 use crate::layers::floor::{bit_is_set, set_bit};
-use crate::layers::ground_floor::{FILLED, LEVEL, SurfacesOfCells, breaks_off, shown_surface, surface_z};
+use crate::layers::ground_floor::{FILLED, LEVEL, SurfacesOfCells, breaks_off, shown_surface};
 use crate::model::cell_area::{slab_above_floor, to_tenths};
 use crate::model::gap::FLOOR_CRACK;
-use crate::model::ground_patch::{GroundPatch, level_z};
+use crate::model::ground_patch::{GroundPatch, level_z, z_at};
 use crate::model::obstacle_squares::ObstacleSquares;
 use crate::model::storey_inputs::StoreyInputs;
 use crate::model::storey_slice::StoreySlice;
-use geometry::{close_gaps, union_of};
+use geometry::{Plane, close_gaps, union_of};
 use grid::{CellRect, GridSpec, Run, SparseCells, SparseLayer, covered_cells, join_rects};
 use messages::NONE;
 use rayon::prelude::*;
@@ -59,8 +59,7 @@ pub(crate) struct OutdoorFloor {
     index_of_patch: Vec<u32>,
     /// By patch: obstacles on it that are bodies of ground, and their floor index.
     bodies: Vec<Vec<(u32, u32)>>,
-    /// By patch: true if it is level.
-    is_level: Vec<bool>,
+    surfaces: Vec<Surface>,
     /// By floor index: around its patches, and around its bodies on others.
     areas: Vec<[Option<CellRect>; 2]>,
     /// By floor index: true for terrain and roads.
@@ -91,10 +90,20 @@ struct Buffers {
     holes: Holes,
 }
 
-/// A cell of level surfaces, like which the next ones often are.
+/// What is asked of a patch in each of its cells.
+#[derive(Debug)]
+struct Surface {
+    plane: Plane,
+    is_level: bool,
+    is_outdoors: bool,
+}
+
+/// The last cell of several surfaces: the next ones often have the same.
 #[derive(Debug, Default)]
 struct LikeCell {
     surfaces: Vec<u32>,
+    /// True if all of them are level: cells like it show the same.
+    is_level: bool,
     earth_beside: Option<f64>,
     shown: u32,
 }
@@ -184,7 +193,12 @@ impl OutdoorFloor {
             bodies.filter(|(_, index)| *index != NONE).collect()
         };
         let bodies: Vec<Vec<(u32, u32)>> = storey.ground.iter().map(of_patch).collect();
-        let is_level = storey.ground.iter().map(|patch| level_z(&patch.plane).is_some()).collect();
+        let surfaces = storey.ground.iter().map(|patch| Surface {
+            plane: patch.plane,
+            is_level: level_z(&patch.plane).is_some(),
+            is_outdoors: patch.is_outdoors,
+        });
+        let surfaces = surfaces.collect();
         let (mut areas, mut is_earth) = (vec![[None; 2]; floors.len()], vec![false; floors.len()]);
         let mut add = |index: u32, kind: usize, rect: CellRect| {
             let around: &mut Option<CellRect> = &mut areas[index as usize][kind];
@@ -210,7 +224,7 @@ impl OutdoorFloor {
             patch_squares,
             index_of_patch,
             bodies,
-            is_level,
+            surfaces,
             areas,
             is_earth,
             finished: None,
@@ -431,7 +445,7 @@ impl OutdoorFloor {
         let StoreyInputs { robot, storey, .. } = inputs;
         let width = storey.spec.width as usize;
         let headroom = f64::from(slab_above_floor(robot)[1]);
-        let Self { patch_squares, index_of_patch, bodies, is_level, finished, cells, earth_beside, buffers, .. } = self;
+        let Self { patch_squares, index_of_patch, bodies, surfaces: all, finished, cells, earth_beside, buffers, .. } = self;
         let finished = finished.as_deref().unwrap_or_default();
         let Buffers { dirty, near, in_band, above, like, shown, .. } = buffers;
         // What is finished may be other than at the last update.
@@ -444,21 +458,24 @@ impl OutdoorFloor {
                 _ => {}
             }
             let beside = (cells[cell] & bits::HAS_EARTH_BESIDE != 0).then(|| earth_beside[cell]);
-            if like.surfaces == surfaces && like.earth_beside == beside {
+            let is_alike = like.surfaces == surfaces;
+            if is_alike && like.is_level && like.earth_beside == beside {
                 return like.shown;
             }
-            let (column, row) = ((cell % width) as u32, (cell / width) as u32);
-            let middle = [f64::from(column) + 0.5, f64::from(row) + 0.5];
-            above.clear();
-            above.extend(surfaces.iter().map(|k| k & !FILLED).map(|k| (surface_z(storey, k, middle), k)));
-            let earth = above.iter().filter(|(_, k)| storey.ground[*k as usize].is_outdoors).map(|(z, _)| *z);
-            let reference = earth.reduce(f64::max).or(beside).unwrap_or(f64::from(storey.floor_z));
-            let shown = shown_surface(above, reference, headroom, |k| surfaces.contains(&(k | FILLED)));
-            if surfaces.iter().all(|k| is_level[(k & !FILLED) as usize]) {
+            if !is_alike {
                 like.surfaces.clear();
                 like.surfaces.extend_from_slice(surfaces);
-                (like.earth_beside, like.shown) = (beside, shown);
+                like.is_level = surfaces.iter().all(|k| all[(k & !FILLED) as usize].is_level);
+                above.clear();
+                above.extend(surfaces.iter().map(|k| (0.0, k & !FILLED)));
             }
+            let middle = [(cell % width) as f64 + 0.5, (cell / width) as f64 + 0.5];
+            // Of cells that are alike they are nearly sorted by height.
+            above.iter_mut().for_each(|(z, k)| *z = z_at(&all[*k as usize].plane, middle, &storey.spec));
+            let earth = above.iter().filter(|(_, k)| all[*k as usize].is_outdoors).map(|(z, _)| *z);
+            let reference = earth.reduce(f64::max).or(beside).unwrap_or(f64::from(storey.floor_z));
+            let shown = shown_surface(above, reference, headroom, |k| surfaces.contains(&(k | FILLED)));
+            (like.earth_beside, like.shown) = (beside, shown);
             shown
         };
         for rect in dirty.iter() {
@@ -639,7 +656,7 @@ mod tests {
     use super::*;
     use crate::model::element_runs::ElementRuns;
     use crate::model::storey_slice::Dependent;
-    use geometry::{FillRule, MultiPolygon, Plane, union};
+    use geometry::{FillRule, MultiPolygon, union};
     use grid::{Class, Mask, overlapped_cells};
     use messages::{FloorKind, MapStoreyRecord, RobotProfile, Site, SiteBuilder, Text};
     use proptest::prelude::*;
