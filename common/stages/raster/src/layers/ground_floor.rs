@@ -43,17 +43,18 @@ pub(crate) fn ground_floor(
 ) -> GroundFloor {
     let there: Vec<u32> = (0..).zip(&storey.ground).filter(|(_, p)| is_there(p)).map(|(k, _)| k).collect();
     let patches = || there.iter().map(|&k| &storey.ground[k as usize]);
-    let Some(rect) = patches().map(|p| p.rect).reduce(|a, b| a.around_both(&b)) else {
+    if there.is_empty() {
         return GroundFloor { floor: covered_cells(level, &storey.spec), patches: Vec::new() };
-    };
+    }
     let all = close_gaps(&union_of(patches().map(|p| &p.area).chain([level])), FLOOR_CRACK);
     let all = if storey.shafts.is_empty() { all } else { difference(&all, &storey.shafts) };
-    let mask = |area: &MultiPolygon| {
+    let mask = |runs: &[Run]| {
         let mut mask = Mask::new(storey.spec.width as usize, storey.spec.height as usize);
-        mask.set_runs(&covered_cells(area, &storey.spec));
+        mask.set_runs(runs);
         mask
     };
-    let mut floor = mask(&all);
+    let covered = covered_cells(&all, &storey.spec);
+    let floor = mask(&covered);
     let most = f64::from(to_tenths(robot.step_height_m)) + STEP_TOLERANCE;
     let headroom = f64::from(slab_above_floor(robot)[1]);
     let mut elements: Vec<u32> = patches().map(|patch| patch.element).collect();
@@ -61,24 +62,67 @@ pub(crate) fn ground_floor(
     elements.dedup();
     let of_ground = |o: &&ElementRuns| elements.binary_search(&o.element).is_ok();
     let bodies = |obstacles| BodyCells::of(Iterator::filter(<[ElementRuns]>::iter(obstacles), of_ground));
-    let mut surfaces = Surfaces {
-        storey,
-        rect,
-        of_cell: vec![LEVEL; rect.n_cells()],
-        above_level: bodies(&storey.obstacles),
-        above_patches: there.iter().map(|&k| (k, bodies(&storey.ground[k as usize].obstacles))).collect(),
-    };
-    let mut cells_of_level = mask(level);
+    let mut cells_of_level = mask(&covered_cells(level, &storey.spec));
     // Where a flight ends at the edge of the floor the higher of the two counts.
     if patches().any(|patch| patch.is_tread) {
         let rim = overlapped_cells(level, &[], &storey.spec);
         let treads = patches().filter(|patch| patch.is_tread);
         treads.for_each(|tread| cells_of_level.set_runs(&common_runs(&rim, &tread.cells)));
     }
-    surfaces.choose(&there, (&floor, &cells_of_level), [most, headroom]);
-    let (patches, breaks) = (surfaces.patches(&floor), surfaces.breaks(&floor, to_tenths(robot.step_height_m)));
-    breaks.into_iter().for_each(|cell| floor.cells[cell] = false);
-    GroundFloor { patches, floor: runs_of(&floor) }
+    let mut surfaces = Surfaces {
+        storey,
+        rect: CellRect { min: [0; 2], max: [0; 2] },
+        of_cell: Vec::new(),
+        above_level: bodies(&storey.obstacles),
+        above_patches: there.iter().map(|&k| (k, bodies(&storey.ground[k as usize].obstacles))).collect(),
+    };
+    let (mut found, mut breaks) = (Vec::new(), Vec::new());
+    for rect in apart(patches().map(|patch| patch.rect)) {
+        let there: Vec<u32> =
+            there.iter().copied().filter(|&k| storey.ground[k as usize].rect.meets(&rect)).collect();
+        surfaces.rect = rect;
+        surfaces.of_cell.clear();
+        surfaces.of_cell.resize(rect.n_cells(), LEVEL);
+        surfaces.choose(&there, (&floor, &cells_of_level), [most, headroom]);
+        found.extend(surfaces.patches(&floor));
+        breaks.extend(surfaces.breaks(&floor, to_tenths(robot.step_height_m)));
+    }
+    breaks.sort_unstable();
+    GroundFloor { patches: found, floor: without_cells(&covered, &breaks, storey.spec.width) }
+}
+
+/// Rectangles of which no two meet, around all of these.
+fn apart(rects: impl Iterator<Item = CellRect>) -> Vec<CellRect> {
+    let mut found: Vec<CellRect> = Vec::new();
+    for mut rect in rects {
+        while let Some(k) = found.iter().position(|other| other.meets(&rect)) {
+            rect = rect.around_both(&found.swap_remove(k));
+        }
+        found.push(rect);
+    }
+    found
+}
+
+/// Sorted runs that do not meet, without sorted cells that lie in them.
+fn without_cells(runs: &[Run], mut cells: &[usize], width: u32) -> Vec<Run> {
+    let mut found = Vec::with_capacity(runs.len() + cells.len());
+    for &Run { row, start, end } in runs {
+        let mut from = start;
+        let behind = row as usize * width as usize + end as usize;
+        let (inside, rest) = cells.split_at(cells.partition_point(|cell| *cell < behind));
+        cells = rest;
+        for cell in inside {
+            let column = (cell % width as usize) as u32;
+            if from < column {
+                found.push(Run { row, start: from, end: column });
+            }
+            from = column + 1;
+        }
+        if from < end {
+            found.push(Run { row, start: from, end });
+        }
+    }
+    found
 }
 
 /// The surface of each cell of a rectangle.
@@ -327,19 +371,4 @@ impl Surfaces<'_> {
         }
         found
     }
-}
-
-/// The cells of a mask as sorted runs.
-pub(crate) fn runs_of(mask: &Mask) -> Vec<Run> {
-    let mut runs = Vec::new();
-    for (row, cells) in (0..).zip(mask.cells.chunks_exact(mask.width.max(1))) {
-        let mut from = 0;
-        for same in cells.chunk_by(|a, b| a == b) {
-            if same[0] {
-                runs.push(Run { row, start: from as u32, end: (from + same.len()) as u32 });
-            }
-            from += same.len();
-        }
-    }
-    runs
 }
