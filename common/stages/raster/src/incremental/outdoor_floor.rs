@@ -80,6 +80,7 @@ struct Buffers {
     dirty: Vec<CellRect>,
     /// Of these, where holes of the earth may differ.
     of_holes: Vec<CellRect>,
+    beside: Vec<CellRect>,
     before: Vec<u8>,
     near: Vec<u32>,
     in_band: SurfacesOfCells,
@@ -124,6 +125,8 @@ struct Holes {
 #[derive(Debug)]
 struct Tile {
     rect: CellRect,
+    /// With what counts for it beside.
+    around: CellRect,
     /// Those that may cover cells of it.
     patches: Vec<u32>,
     /// Floor indices of these.
@@ -137,7 +140,7 @@ struct Tile {
 impl Tile {
     /// Makes the covered cells for these finished elements, if they were not made before; returns the bytes that it keeps more.
     fn prepare(&mut self, storey: &StoreySlice, index_of_patch: &[u32], finished: &[u64]) -> usize {
-        let Self { rect, patches, elements, before, finished: own, covered } = self;
+        let Self { rect, patches, elements, before, finished: own, covered, .. } = self;
         std::mem::swap(before, own);
         own.clear();
         own.push(0);
@@ -295,16 +298,15 @@ impl OutdoorFloor {
     }
 
     /// Looks which cells are covered, in all tiles that meet what is dirty. What differs beside that is dirty, too.
-    #[inline(never)]
     fn cover(&mut self, storey: &StoreySlice) {
         let width = storey.spec.width as usize;
         let Self { tiles, index_of_patch, finished, cells, buffers, .. } = self;
-        let Buffers { dirty, of_holes, .. } = buffers;
+        let Buffers { dirty, of_holes, beside, .. } = buffers;
         let finished = finished.as_deref().unwrap_or_default();
-        let is_dirty = |tile: &Tile| dirty.iter().any(|rect| rect.meets(&tile.rect));
+        let is_dirty = |tile: &Tile| dirty.iter().any(|rect| rect.meets(&tile.around));
         let prepare = |tile: &mut Tile| if is_dirty(tile) { tile.prepare(storey, index_of_patch, finished) } else { 0 };
         let bytes: usize = tiles.par_iter_mut().map(prepare).sum();
-        let mut beside = Vec::new();
+        beside.clear();
         for tile in tiles.iter().filter(|tile| is_dirty(tile)) {
             let [mut around, mut around_holes]: [Option<CellRect>; 2] = [None; 2];
             let mut runs = tile.covered();
@@ -336,7 +338,7 @@ impl OutdoorFloor {
             beside.extend(around.filter(|around| !is_within(around)));
             of_holes.extend(around_holes);
         }
-        dirty.extend(beside);
+        dirty.append(beside);
         join_rects(dirty);
         self.limit_cache(bytes);
     }
@@ -356,7 +358,6 @@ impl OutdoorFloor {
     }
 
     /// Looks where earth and other ground is, in what is dirty.
-    #[inline(never)]
     fn find_ground(&mut self, storey: &StoreySlice) {
         let width = storey.spec.width as usize;
         let Self { patch_squares, index_of_patch, finished, cells, buffers, .. } = self;
@@ -386,7 +387,6 @@ impl OutdoorFloor {
 
     /// Finds the heights of the earth beside the holes that it has under other ground, such as houses: for each cell of a hole that of
     /// the nearest place beside it, along the cells of the hole. What differs is dirty, too.
-    #[inline(never)]
     fn fill_holes(&mut self, storey: &StoreySlice) {
         let width = storey.spec.width as usize;
         let whole = storey.whole();
@@ -440,7 +440,6 @@ impl OutdoorFloor {
     /// Chooses the surface that each dirty cell shows: of those above each other on which the robot fits the nearest to the highest
     /// terrain or road of the cell, in a hole of these to that beside the hole, and where nothing is beside it to the height of the map
     /// storey, the median of all ground.
-    #[inline(never)]
     fn choose(&mut self, inputs: StoreyInputs<'_>, patch_of: &mut [u32], differing: &mut Vec<CellRect>) {
         let StoreyInputs { robot, storey, .. } = inputs;
         let width = storey.spec.width as usize;
@@ -485,11 +484,10 @@ impl OutdoorFloor {
                 find_near(near, &band, patch_squares, index_of_patch, finished);
                 in_band.load(storey, near, &band);
                 for &k in near.iter() {
-                    for (body, _) in bodies[k as usize].iter().filter(|(_, index)| bit_is_set(finished, *index)) {
-                        let body = &storey.ground[k as usize].obstacles[*body as usize];
-                        if body.rect.is_some_and(|rect| rect.meets(&band)) {
-                            in_band.fill(k, &body.runs, width, &band);
-                        }
+                    let there = bodies[k as usize].iter().filter(|(_, index)| bit_is_set(finished, *index));
+                    let there = there.map(|(body, _)| &storey.ground[k as usize].obstacles[*body as usize]);
+                    for body in there.filter(|body| body.rect.is_some_and(|rect| rect.meets(&band))) {
+                        in_band.fill(k, &body.runs, width, &band);
                     }
                 }
                 let mut around = None;
@@ -506,7 +504,6 @@ impl OutdoorFloor {
     }
 
     /// Looks from which cells the ground breaks off, in what is dirty and the cells beside it.
-    #[inline(never)]
     fn find_breaks(&mut self, inputs: StoreyInputs<'_>, patch_of: &[u32], differing: &mut Vec<CellRect>) {
         let StoreyInputs { robot, storey, .. } = inputs;
         let (width, whole) = (storey.spec.width as usize, storey.whole());
@@ -611,7 +608,7 @@ fn tile(storey: &StoreySlice, squares: &ObstacleSquares, index_of_patch: &[u32],
     let mut elements: Vec<u32> = patches.iter().map(|&k| index_of_patch[k as usize]).filter(|k| *k != NONE).collect();
     elements.sort_unstable();
     elements.dedup();
-    Tile { rect, patches, elements, before: Vec::new(), finished: Vec::new(), covered: HashMap::new() }
+    Tile { rect, around, patches, elements, before: Vec::new(), finished: Vec::new(), covered: HashMap::new() }
 }
 
 /// Finds the finished patches that may meet a rectangle, in their order.
