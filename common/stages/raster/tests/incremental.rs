@@ -204,10 +204,26 @@ fn work_that_ends_while_there_is_no_floor_leaves_no_margin_behind() {
 #[derive(Debug, Clone)]
 enum Outdoors {
     /// Terrain that is built and removed as an element.
-    Earth { min: [f64; 2], size: [f64; 2], z: [f64; 2] },
-    Floor { min: [f64; 2], size: [f64; 2], top: f64 },
-    Ramp { min: [f64; 2], size: [f64; 2], z: [f64; 2] },
-    Obstacle { class: Class, min: [f64; 3], size: [f64; 3] },
+    Earth {
+        min: [f64; 2],
+        size: [f64; 2],
+        z: [f64; 2],
+    },
+    Floor {
+        min: [f64; 2],
+        size: [f64; 2],
+        top: f64,
+    },
+    Ramp {
+        min: [f64; 2],
+        size: [f64; 2],
+        z: [f64; 2],
+    },
+    Obstacle {
+        class: Class,
+        min: [f64; 3],
+        size: [f64; 3],
+    },
 }
 
 fn outdoors() -> impl Strategy<Value = Outdoors> {

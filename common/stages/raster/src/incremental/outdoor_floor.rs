@@ -1,8 +1,8 @@
 //! The floor of the ground outdoors: kept from one schedule state to the next, and made anew where finished elements differ.
 //!
-//! Which cells floor covers is kept by tiles, each for the sets of finished elements that were met; the surface that a cell shows and
-//! where the ground breaks off are recomputed around what differs. All of it follows from the finished elements alone, not from what was
-//! there before. After one pass through all states it allocates nothing.
+//! Which cells floor covers is kept by tiles, each for the sets of finished elements that were met; the surface that a cell
+//! shows and where the ground breaks off are recomputed around what differs. All of it follows from the finished elements
+//! alone, not from what was there before. After one pass through all states it allocates nothing.
 
 use crate::layers::floor::{bit_is_set, set_bit};
 use crate::layers::ground_floor::{FILLED, LEVEL, SurfacesOfCells, breaks_off, shown_surface};
@@ -131,7 +131,8 @@ struct Tile {
     patches: Vec<u32>,
     /// Floor indices of these.
     elements: Vec<u32>,
-    /// The bits of the finished ones of `elements`: those before, and those now; a word more, so that none is empty but before the first.
+    /// The bits of the finished ones of `elements`: those before, and those now; behind a word of zeros, so that none is empty
+    /// but before the first.
     before: Vec<u64>,
     finished: Vec<u64>,
     covered: HashMap<Box<[u64]>, Vec<Run>>,
@@ -316,7 +317,8 @@ impl OutdoorFloor {
                 if old.0 == new.0 {
                     continue;
                 }
-                let place = |run: &Run| row as usize * width + run.start as usize..row as usize * width + run.end as usize;
+                let place =
+                    |run: &Run| row as usize * width + run.start as usize..row as usize * width + run.end as usize;
                 old.0.iter().for_each(|run| cells[place(run)].iter_mut().for_each(|cell| *cell &= !bits::COVERED));
                 new.0.iter().for_each(|run| cells[place(run)].iter_mut().for_each(|cell| *cell |= bits::COVERED));
                 let both = || old.0.iter().chain(new.0);
@@ -377,16 +379,15 @@ impl OutdoorFloor {
             let mut around = None;
             let rows = (rect.min[1]..).zip(rect.rows(width)).zip(before.chunks_exact(rect.width().max(1)));
             for ((y, row), before) in rows {
-                let differs =
-                    |(a, b): (&u8, &u8)| is_of_hole(*a) != is_of_hole(*b) || (a ^ b) & bits::EARTH != 0;
+                let differs = |(a, b): (&u8, &u8)| is_of_hole(*a) != is_of_hole(*b) || (a ^ b) & bits::EARTH != 0;
                 add_row(&mut around, || cells[row.clone()].iter().zip(before).map(differs), [rect.min[0], y]);
             }
             of_holes.extend(around);
         }
     }
 
-    /// Finds the heights of the earth beside the holes that it has under other ground, such as houses: for each cell of a hole that of
-    /// the nearest place beside it, along the cells of the hole. What differs is dirty, too.
+    /// Finds the heights of the earth beside the holes that it has under other ground, such as houses: for each cell of a hole
+    /// that of the nearest place beside it, along the cells of the hole. What differs is dirty, too.
     fn fill_holes(&mut self, storey: &StoreySlice) {
         let width = storey.spec.width as usize;
         let whole = storey.whole();
@@ -429,22 +430,23 @@ impl OutdoorFloor {
             let hole = &holes.cells[begin..end];
             begin = end;
             let now = |cell: usize| (cells[cell] & bits::HAS_EARTH_BESIDE != 0).then(|| earth_beside[cell]);
-            let differs = |(cell, before): &&(usize, Option<f64>)| {
-                cells[*cell] & bits::DIRTY == 0 && now(*cell) != *before
-            };
+            let differs =
+                |(cell, before): &&(usize, Option<f64>)| cells[*cell] & bits::DIRTY == 0 && now(*cell) != *before;
             dirty.extend(around_cells(hole.iter().filter(differs).map(|(cell, _)| *cell), width));
             hole.iter().for_each(|(cell, _)| cells[*cell] &= !(bits::OF_HOLE | bits::DIRTY));
         }
     }
 
-    /// Chooses the surface that each dirty cell shows: of those above each other on which the robot fits the nearest to the highest
-    /// terrain or road of the cell, in a hole of these to that beside the hole, and where nothing is beside it to the height of the map
-    /// storey, the median of all ground.
+    /// Chooses the surface that each dirty cell shows: of those above each other on which the robot fits the nearest to the
+    /// highest terrain or road of the cell, in a hole of these to that beside the hole, and where nothing is beside it to the
+    /// height of the map storey, the median of all ground.
     fn choose(&mut self, inputs: StoreyInputs<'_>, patch_of: &mut [u32], differing: &mut Vec<CellRect>) {
         let StoreyInputs { robot, storey, .. } = inputs;
         let width = storey.spec.width as usize;
         let headroom = f64::from(slab_above_floor(robot)[1]);
-        let Self { patch_squares, index_of_patch, bodies, surfaces: all, finished, cells, earth_beside, buffers, .. } = self;
+        let Self {
+            patch_squares, index_of_patch, bodies, surfaces: all, finished, cells, earth_beside, buffers, ..
+        } = self;
         let finished = finished.as_deref().unwrap_or_default();
         let Buffers { dirty, near, in_band, above, like, shown, .. } = buffers;
         // What is finished may be other than at the last update.
@@ -522,7 +524,8 @@ impl OutdoorFloor {
                         beside.iter().all(|beside| patch_of[*beside] == patch_of[cell])
                     };
                     is_covered(cell)
-                        && (is_inner && is_level() || !breaks_off(storey, step, cell, |cell| patch_of[cell], is_covered))
+                        && (is_inner && is_level()
+                            || !breaks_off(storey, step, cell, |cell| patch_of[cell], is_covered))
                 }));
                 let changes =
                     || cells[row.clone()].iter().zip(&*is_floor).map(|(cell, now)| (cell & bits::FLOOR != 0) != *now);
@@ -799,7 +802,8 @@ mod tests {
         cells.map(|cell| (covered.cells[cell] && !breaks(cell), shown[cell])).collect()
     }
 
-    /// Floor that is kept from one set of finished pieces to the next, of which each differs by one, against floor that is made at once.
+    /// Floor that is kept from one set of finished pieces to the next, of which each differs by one piece, against floor that is
+    /// made at once.
     fn check(pieces: &[Piece], built_first: u16, changes: &[u32], side: u32) -> Result<(), TestCaseError> {
         let site = SiteBuilder::default().finish();
         let site = Site::open(site.bytes()).unwrap();

@@ -78,8 +78,7 @@ pub(crate) fn ground_floor(
     };
     let (mut found, mut breaks) = (Vec::new(), Vec::new());
     for rect in apart(patches().map(|patch| patch.rect)) {
-        let there: Vec<u32> =
-            there.iter().copied().filter(|&k| storey.ground[k as usize].rect.meets(&rect)).collect();
+        let there: Vec<u32> = there.iter().copied().filter(|&k| storey.ground[k as usize].rect.meets(&rect)).collect();
         surfaces.rect = rect;
         surfaces.of_cell.clear();
         surfaces.of_cell.resize(rect.n_cells(), LEVEL);
