@@ -65,8 +65,7 @@
 //! # Where
 //!
 //! - floor: of a cell: `src/layers/floor.rs`
-//! - ground: which belongs to a storey, which surface a cell shows: `src/build/ground_patches.rs`, `src/layers/ground_floor.rs`,
-//!   outdoors `src/incremental/outdoor_floor.rs`
+//! - ground: which belongs to a storey, which surface a cell shows: `src/build/ground_patches.rs`, `src/layers/ground_floor.rs`
 //! - incremental redraw: elements that can change a grid: `src/build/dependents.rs`
 //! - keep-out mask: which cells are under work: `src/incremental/storey_grid.rs`, `src/build/slicing.rs`
 //! - localization layer: `src/layers/localization.rs`
