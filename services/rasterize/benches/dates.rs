@@ -8,7 +8,7 @@
 #![expect(clippy::unwrap_used, reason = "a benchmark stops where it fails")]
 
 use ingest::{IngestOptions, SourceFile};
-use messages::{ContentHash, RobotProfile, ScheduleState, Site};
+use messages::{ArchiveBuffer, ContentHash, RobotProfile, ScheduleState, Site};
 use raster::Rasterizer;
 use rustix::time::{ClockId, clock_gettime};
 use schedule::{Overrides, Rules};
@@ -128,7 +128,7 @@ fn report(when: &str, steps: &[Step], worst: usize) {
 /// What the bus would hold.
 struct Walk {
     /// Memory of the last two samples of each grid, used in turn.
-    memory: Vec<[Vec<u8>; 2]>,
+    memory: Vec<[ArchiveBuffer; 2]>,
     copies: Vec<Vec<u8>>,
     hashes: Vec<ContentHash>,
     states: Vec<u8>,
@@ -144,18 +144,18 @@ impl Walk {
             if self.hashes.len() <= k {
                 self.hashes.push(ContentHash::NONE);
                 self.copies.push(vec![0; grid.archive.len()]);
-                self.memory.push([vec![0; grid.archive.len()], vec![0; grid.archive.len()]]);
+                self.memory.push([0, 1].map(|_| ArchiveBuffer::copy_of(grid.archive)));
             }
             if std::mem::replace(&mut self.hashes[k], grid.content_hash) != grid.content_hash {
                 let [next, last] = &mut self.memory[k];
-                grid.copy_into(next);
+                grid.copy_into(next.bytes_mut());
                 std::mem::swap(next, last);
                 changed.push(k);
             }
         }
         let copied = cpu_ms();
         for &k in &changed {
-            self.copies[k].copy_from_slice(&self.memory[k][1]);
+            self.copies[k].copy_from_slice(self.memory[k][1].bytes());
         }
         let memcpy_ms = cpu_ms() - copied;
         let states: Vec<u8> = (0..state.n_elements()).map(|k| state.effective(k) as u8).collect();

@@ -57,8 +57,10 @@
 //! - Cells of a map storey where the floor of another one stands in the robot's way are keep-out, and have the colour of
 //!   another level on `semantic.png`.
 //! - A storey's outline is that of the complete model: what is not poured yet is a drop-off inside it.
-//! - An incremental redraw gives what a full draw gives; a property test (`common/stages/raster/tests/incremental.rs`) draws
-//!   sequences of states.
+//! - An incremental redraw gives what a full draw gives; property tests (`common/stages/raster/tests/incremental.rs`) draw
+//!   sequences of states, of buildings and of the ground outdoors.
+//! - The floor outdoors is united in tiles of 256 cells: a cell may differ from one of the union of all faces where an edge passes
+//!   within a tenth of a millimetre of its corner.
 //!
 //! # Where
 //!

@@ -200,7 +200,110 @@ fn work_that_ends_while_there_is_no_floor_leaves_no_margin_behind() {
     assert_eq!(index(&incremental).bytes(), index(&full).bytes());
 }
 
-/// Layer by layer, so that a failure names the first cell.
+/// A piece of a site outdoors.
+#[derive(Debug, Clone)]
+enum Outdoors {
+    /// Terrain that is built and removed as an element.
+    Earth {
+        min: [f64; 2],
+        size: [f64; 2],
+        z: [f64; 2],
+    },
+    Floor {
+        min: [f64; 2],
+        size: [f64; 2],
+        top: f64,
+    },
+    Ramp {
+        min: [f64; 2],
+        size: [f64; 2],
+        z: [f64; 2],
+    },
+    Obstacle {
+        class: Class,
+        min: [f64; 3],
+        size: [f64; 3],
+    },
+}
+
+fn outdoors() -> impl Strategy<Value = Outdoors> {
+    let place = || [-1.0..29.0f64, -1.0..13.0f64];
+    let size = || [1.0..16.0f64, 1.0..12.0f64];
+    let earth = (place(), size(), prop::sample::select(vec![[0.0, 0.0], [0.0, 0.3], [1.2, 1.2]]));
+    let floor = (place(), size(), prop::sample::select(vec![0.0, 0.03, 0.25, 1.2, 1.23, 2.7]));
+    let ramp =
+        (place(), 1.0..5.0f64, prop::sample::select(vec![[0.0, 1.2], [1.2, 0.0], [0.0, 2.7], [1.2, 2.7], [0.0, -0.5]]));
+    let class = prop::sample::select(vec![Class::Wall, Class::Furniture, Class::Slab, Class::Mep]);
+    let bottom = prop::sample::select(vec![0.0, 0.4, 1.2, 2.7]);
+    let obstacle = (class, place(), [0.1..4.0f64, 0.1..4.0f64], bottom);
+    prop_oneof![
+        2 => earth.prop_map(|(min, size, z)| Outdoors::Earth { min, size, z }),
+        4 => floor.prop_map(|(min, size, top)| Outdoors::Floor { min, size, top }),
+        2 => ramp.prop_map(|(min, depth, z)| Outdoors::Ramp { min, size: [12.0, depth], z }),
+        2 => obstacle.prop_map(|(class, [x, y], [w, d], z)| Outdoors::Obstacle {
+            class,
+            min: [x, y, z],
+            size: [w, d, 1.0]
+        }),
+    ]
+}
+
+/// A site outdoors: a strip of terrain that is always there, and pieces.
+fn outdoor_site(pieces: &[Outdoors]) -> ArchiveBuffer {
+    let mut house = House { floor: FloorKind::Ground, bounds_m: [0.0, 0.0, 30.0, 12.0], ..House::empty() };
+    house.terrain([0.0, 0.0], [30.0, 4.0], [0.0, 0.0]);
+    let end = |min: [f64; 2], size: [f64; 2]| [min[0] + size[0], min[1] + size[1]];
+    for piece in pieces {
+        match *piece {
+            Outdoors::Earth { min, size, z } => {
+                let element = house.ramp(min, end(min, size), z);
+                let element = &mut house.builder.elements[element];
+                (element.flags, element.ground) = (0, GroundClass::Terrain.into());
+            }
+            Outdoors::Floor { min, size, top } => {
+                house.slab(min, end(min, size), top);
+            }
+            Outdoors::Ramp { min, size, z } => {
+                house.ramp(min, end(min, size), z);
+            }
+            Outdoors::Obstacle { class, min, size } => {
+                house.add(class, min, [0, 1, 2].map(|k| min[k] + size[k]));
+            }
+        }
+    }
+    house.site()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(96))]
+    #[test]
+    fn incremental_draws_of_the_ground_outdoors_equal_full_draws(
+        pieces in prop::collection::vec(outdoors(), 3..14),
+        steps in prop::collection::vec(prop::collection::vec(any::<u8>(), 2..8), 2..7),
+    ) {
+        let site = outdoor_site(&pieces);
+        let site = Site::open(site.bytes()).unwrap();
+        let robot = RobotProfile { max_slope_rad: 0.3, ..RobotProfile::DEFAULT };
+        let mut incremental = Rasterizer::new(&site, &robot, 0.1).unwrap();
+        let mut memory: Option<ArchiveBuffer> = None;
+        let mut before: Option<ScheduleStateBuilder> = None;
+        for states in &steps {
+            let builder = schedule_state_of(&site, states, before.as_ref());
+            let schedule_state = builder.finish();
+            let schedule_state = ScheduleState::open(schedule_state.bytes()).unwrap();
+            incremental.draw(&site, &schedule_state);
+            let mut full = Rasterizer::new(&site, &robot, 0.1).unwrap();
+            full.draw(&site, &schedule_state);
+            compare(&incremental, &full)?;
+            let drawn = incremental.drawn().next().unwrap();
+            let memory = memory.get_or_insert(ArchiveBuffer::zeroed(drawn.archive.len()));
+            drawn.copy_into(memory.bytes_mut());
+            prop_assert!(memory.bytes() == drawn.archive, "a copy of the version before is one of this");
+            before = Some(builder);
+        }
+    }
+}
+
 /// The floor of a house in a hole of the terrain, and a passage below it that begins elsewhere.
 #[test]
 fn what_a_hole_of_the_terrain_shows_follows_the_terrain_beside_it_when_that_is_removed() {
@@ -242,6 +345,7 @@ fn what_a_hole_of_the_terrain_shows_follows_the_terrain_beside_it_when_that_is_r
     assert_eq!(heights, [Some(16_000), Some(0)]);
 }
 
+/// Layer by layer, so that a failure names the first cell.
 fn compare(incremental: &Rasterizer, full: &Rasterizer) -> Result<(), TestCaseError> {
     for (redrawn, drawn) in incremental.drawn().zip(full.drawn()) {
         let [a, b] = [redrawn, drawn].map(|d| Grid::open(d.archive).unwrap());

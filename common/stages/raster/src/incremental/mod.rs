@@ -1,6 +1,7 @@
 //! Incremental redraw: grids are kept, and only cells that differ are drawn again.
 
 mod flag_difference;
+mod outdoor_floor;
 mod state_difference;
 mod storey_floor;
 pub(crate) mod storey_grid;

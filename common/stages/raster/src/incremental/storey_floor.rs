@@ -1,17 +1,20 @@
 //! Updates the floor of a storey for a schedule state: finished floor, enclosed floor, open passages.
 
+use super::outdoor_floor::OutdoorFloor;
 use super::state_difference::StateDifference;
 use crate::layers::cell_flags::BASE_FLOOR;
-use crate::layers::floor::{BuiltFloorCache, enclosed_floor, sides_with_floor};
+use crate::layers::floor::{BuiltFloorCache, enclosed_floor, set_bit, sides_with_floor};
 use crate::layers::ground_floor::LEVEL;
 use crate::model::storey_inputs::StoreyInputs;
-use grid::join_rects;
+use grid::{Run, join_rects};
 use messages::{FloorKind, RegionRecord, ScheduleState};
 
 /// The floor of a storey as drawn last.
 #[derive(Debug)]
 pub(crate) struct StoreyFloor {
     floor_cache: BuiltFloorCache,
+    /// Of the ground outdoors, in the place of the cache.
+    outdoors: Option<OutdoorFloor>,
     /// True if any cell has [`BASE_FLOOR`].
     pub(crate) has_floor: bool,
     /// By passage of the storey: true if it is open, and therefore floor.
@@ -25,16 +28,29 @@ pub(crate) struct StoreyFloor {
 }
 
 impl StoreyFloor {
-    /// A storey without floor.
-    pub(crate) fn new(floor_cache: BuiltFloorCache) -> Self {
-        Self {
-            floor_cache,
+    /// A storey without floor, and the cells of its floor when everything is finished.
+    pub(crate) fn new(inputs: StoreyInputs<'_>) -> (Self, Vec<Run>) {
+        let StoreyInputs { site, robot, storey } = inputs;
+        let mut all = Vec::new();
+        storey.dependents.iter().filter_map(|n| n.floor_index).for_each(|index| set_bit(&mut all, index, true));
+        let is_outdoors = storey.floor_kind == FloorKind::Ground && !storey.ground.is_empty();
+        let mut floor = Self {
+            floor_cache: BuiltFloorCache::default(),
+            outdoors: is_outdoors.then(|| OutdoorFloor::new(storey)),
             has_floor: false,
             has_assumed: false,
             open_passages: Vec::new(),
-            patch_of: Vec::new(),
+            patch_of: if storey.ground.is_empty() { Vec::new() } else { vec![LEVEL; storey.spec.n_cells()] },
             regions: Vec::new(),
-        }
+        };
+        let complete = match &mut floor.outdoors {
+            Some(outdoors) => {
+                outdoors.update(inputs, &all, &mut floor.patch_of, &mut Vec::new());
+                outdoors.runs(storey.spec.width as usize)
+            }
+            None => floor.floor_cache.of(site, robot, storey, &all).runs.clone(),
+        };
+        (floor, complete)
     }
 
     /// Updates [`BASE_FLOOR`] for the finished floor elements.
@@ -46,38 +62,23 @@ impl StoreyFloor {
         (inputs, schedule_state): (StoreyInputs<'_>, &ScheduleState<'_>),
         is_first: bool,
     ) {
-        let StoreyInputs { site, robot, storey } = inputs;
+        let storey = inputs.storey;
         let whole = storey.whole();
         if is_first {
             difference.floor_cells.clear();
             difference.floor_cells.push(whole);
         }
         if is_first || difference.floor_differs {
-            let plan = self.floor_cache.of(site, robot, storey, finished_floors);
-            self.regions.clone_from(&plan.regions);
-            if std::mem::replace(&mut self.has_assumed, plan.has_assumed) != plan.has_assumed {
-                difference.floor_cells.push(whole);
-            }
-            if storey.floor_kind == FloorKind::Ground {
-                // What a hole of the terrain shows goes by the terrain beside it, wherever that is.
-                let others = storey.ground.iter().filter(|patch| !patch.is_outdoors);
-                difference.floor_cells.extend(others.map(|patch| patch.rect));
-            }
-            join_rects(&mut difference.floor_cells);
-            for rect in &difference.floor_cells {
-                rect.rows(whole.width()).for_each(|row| flags[row].iter_mut().for_each(|f| *f &= !BASE_FLOOR));
-                let covered = rect.clip(&plan.runs, whole.width());
-                covered.for_each(|cells| flags[cells].iter_mut().for_each(|f| *f |= BASE_FLOOR));
-            }
-            if !storey.ground.is_empty() {
-                self.patch_of.resize(flags.len(), LEVEL);
-                for rect in &difference.floor_cells {
-                    rect.rows(whole.width()).for_each(|row| self.patch_of[row].fill(LEVEL));
-                    for (run, patch) in &plan.patches {
-                        let cells = rect.clip(std::slice::from_ref(run), whole.width());
-                        cells.for_each(|cells| self.patch_of[cells].fill(*patch));
+            match &mut self.outdoors {
+                Some(outdoors) => {
+                    let floor_cells = &mut difference.floor_cells;
+                    outdoors.update(inputs, finished_floors, &mut self.patch_of, floor_cells);
+                    join_rects(floor_cells);
+                    for cell in floor_cells.iter().flat_map(|rect| rect.rows(whole.width())).flatten() {
+                        flags[cell] = flags[cell] & !BASE_FLOOR | if outdoors.is_floor(cell) { BASE_FLOOR } else { 0 };
                     }
                 }
+                None => self.update_level(flags, difference, finished_floors, inputs),
             }
         }
         if storey.floor_kind == FloorKind::AssumedFromEnclosure {
@@ -88,6 +89,37 @@ impl StoreyFloor {
         }
         let StateDifference { cells, floor_cells, .. } = difference;
         cells.extend_from_slice(floor_cells);
+    }
+
+    /// The same on a storey with a level.
+    fn update_level(
+        &mut self,
+        flags: &mut [u8],
+        difference: &mut StateDifference,
+        finished_floors: &[u64],
+        inputs: StoreyInputs<'_>,
+    ) {
+        let StoreyInputs { site, robot, storey } = inputs;
+        let whole = storey.whole();
+        let plan = self.floor_cache.of(site, robot, storey, finished_floors);
+        self.regions.clone_from(&plan.regions);
+        if std::mem::replace(&mut self.has_assumed, plan.has_assumed) != plan.has_assumed {
+            difference.floor_cells.push(whole);
+        }
+        join_rects(&mut difference.floor_cells);
+        for rect in &difference.floor_cells {
+            rect.rows(whole.width()).for_each(|row| flags[row].iter_mut().for_each(|f| *f &= !BASE_FLOOR));
+            let covered = rect.clip(&plan.runs, whole.width());
+            covered.for_each(|cells| flags[cells].iter_mut().for_each(|f| *f |= BASE_FLOOR));
+            if storey.ground.is_empty() {
+                continue;
+            }
+            rect.rows(whole.width()).for_each(|row| self.patch_of[row].fill(LEVEL));
+            for (run, patch) in &plan.patches {
+                let cells = rect.clip(std::slice::from_ref(run), whole.width());
+                cells.for_each(|cells| self.patch_of[cells].fill(*patch));
+            }
+        }
     }
 
     /// Opens the passages of standing walls with floor on both sides, and closes the others.

@@ -12,7 +12,7 @@ use crate::layers::cell_flags::{self, BASE_FLOOR, BLOCKED, DOOR, FLOOR, OCCUPIED
 use crate::layers::door_passage::{DoorLayers, door_passage};
 use crate::layers::doorway_clearance::CoveredSamples;
 use crate::layers::doorway_connection::SeenCells;
-use crate::layers::floor::{BuiltFloorCache, outline, set_bit};
+use crate::layers::floor::outline;
 use crate::layers::ground_floor::LEVEL;
 use crate::layers::keepout::{Keepout, Margins, keepout_value};
 use crate::layers::localization::{Localization, localization_value};
@@ -20,7 +20,7 @@ use crate::layers::tile::TILE_CELLS;
 use crate::model::cell_area::{slab_above_floor, to_tenths};
 use crate::model::element_runs::ElementRuns;
 use crate::model::gap;
-use crate::model::ground_patch::{STEP_TOLERANCE, z_at};
+use crate::model::ground_patch::{STEP_TOLERANCE, level_z, z_at};
 use crate::model::presence::Presence;
 use crate::model::storey_inputs::StoreyInputs;
 use crate::model::storey_slice::StoreySlice;
@@ -85,12 +85,9 @@ impl StoreyGrid {
                 writer.layers().space[cells].fill(space.space as u16 + 1);
             }
         }
-        let mut floor_cache = BuiltFloorCache::default();
-        let mut all = Vec::new();
-        storey.dependents.iter().filter_map(|n| n.floor_index).for_each(|index| set_bit(&mut all, index, true));
-        let complete = floor_cache.of(site, robot, storey, &all);
+        let (storey_floor, complete) = StoreyFloor::new(inputs);
         let flags: Vec<u8> =
-            outline(storey, complete).cells.iter().map(|&inside| if inside { OUTLINE } else { 0 }).collect();
+            outline(storey, &complete).cells.iter().map(|&inside| if inside { OUTLINE } else { 0 }).collect();
         Self {
             archive,
             content_hash: ContentHash::NONE,
@@ -99,7 +96,7 @@ impl StoreyGrid {
             margins: vec![0; flags.len()],
             flags,
             drawn_state: DrawnState::default(),
-            storey_floor: StoreyFloor::new(floor_cache),
+            storey_floor,
             has_no_floor_yet: false,
             doors: Vec::new(),
             nearby: CoveredSamples::new(),
@@ -390,10 +387,11 @@ impl DrawnHeights<'_> {
     /// Makes cells with floor as high as a plane where they are lower, of those that are wanted.
     fn raise(&mut self, plane: &Plane, cells: &[Run], wanted: impl Fn(usize) -> bool) {
         let slope = (plane.slope_rad() * 1_000.0).round() as u16;
+        let level = level_z(plane).map(|z| z.round() as i32);
         for cell in self.rect.clip(cells, self.width()).flatten() {
             if self.flags[cell] & FLOOR != 0 && wanted(cell) {
-                let middle = [(cell % self.width()) as f64 + 0.5, (cell / self.width()) as f64 + 0.5];
-                let height = z_at(plane, middle, &self.storey.spec).round() as i32;
+                let middle = || [(cell % self.width()) as f64 + 0.5, (cell / self.width()) as f64 + 0.5];
+                let height = level.unwrap_or_else(|| z_at(plane, middle(), &self.storey.spec).round() as i32);
                 if height > self.elevation[cell] {
                     (self.elevation[cell], self.slope[cell]) = (height, slope);
                 }

@@ -19,7 +19,7 @@ const ENCLOSING_GAP_M: f64 = 2.0;
 /// Limit of the cached runs of a storey; beyond it the cache is cleared.
 const MAX_CACHED_BYTES: usize = 32 << 20;
 
-/// The finished floor of a storey, in cells.
+/// The finished floor of a storey, in cells; not that of the ground outdoors.
 #[derive(Debug, Default)]
 pub(crate) struct BuiltFloor {
     /// Cells that floor covers whole, without passages through walls. Empty where the floor is assumed from what obstacles
@@ -90,8 +90,8 @@ fn built_floor(site: &Site<'_>, robot: &RobotProfile, storey: &StoreySlice, fini
     let has_assumed = is_begun && !storey.assumed_floor.is_empty();
     let is_there = |patch: &GroundPatch| patch.element == NONE || is_finished.binary_search(&patch.element).is_ok();
     let GroundFloor { floor: runs, patches } = match storey.floor_kind {
-        FloorKind::AssumedFromEnclosure | FloorKind::Missing => GroundFloor::default(),
-        FloorKind::Built | FloorKind::AssumedFromSpaces | FloorKind::Ground => {
+        FloorKind::AssumedFromEnclosure | FloorKind::Missing | FloorKind::Ground => GroundFloor::default(),
+        FloorKind::Built | FloorKind::AssumedFromSpaces => {
             ground_floor(storey, robot, &walked_on(storey, &built, &above, has_assumed), is_there)
         }
     };
@@ -141,9 +141,9 @@ pub(crate) fn enclosed_floor(storey: &StoreySlice, stands: impl Fn(u32) -> bool)
     inside
 }
 
-/// The outline of the complete storey; floor that is not built yet is a drop-off inside it. `complete` is the floor when
-/// everything is finished.
-pub(crate) fn outline(storey: &StoreySlice, complete: &BuiltFloor) -> Mask {
+/// The outline of the complete storey; floor that is not built yet is a drop-off inside it. `complete` are the cells of the floor
+/// when everything is finished.
+pub(crate) fn outline(storey: &StoreySlice, complete: &[Run]) -> Mask {
     let mut outline = match storey.floor_kind {
         FloorKind::AssumedFromEnclosure => enclosed_floor(storey, |_| true),
         FloorKind::Built | FloorKind::AssumedFromSpaces | FloorKind::Missing | FloorKind::Ground => {
@@ -151,7 +151,7 @@ pub(crate) fn outline(storey: &StoreySlice, complete: &BuiltFloor) -> Mask {
         }
     };
     storey.obstacles.iter().for_each(|o| outline.set_runs(&o.runs));
-    outline.set_runs(&complete.runs);
+    outline.set_runs(complete);
     storey.spaces.iter().for_each(|s| outline.set_runs(&s.runs));
     storey.passages.iter().for_each(|p| outline.set_runs(&p.runs));
     fill_holes(&outline)

@@ -7,12 +7,14 @@ use crate::model::ground_patch::{GroundPatch, STEP_TOLERANCE, z_at};
 use crate::model::storey_slice::StoreySlice;
 use geometry::{MultiPolygon, close_gaps, difference, union_of};
 use grid::{CellRect, Mask, Run, common_runs, covered_cells, overlapped_cells};
-use messages::{FloorKind, RobotProfile};
-use rustc_hash::{FxHashMap, FxHashSet};
-use std::collections::BTreeMap;
+use messages::RobotProfile;
+use rustc_hash::FxHashMap;
 
 /// The surface of a cell that has no patch: the level of the storey's own floor.
 pub(crate) const LEVEL: u32 = u32::MAX;
+
+/// Marks one of the [`SurfacesOfCells`] on which a body of ground stands in the way.
+pub(crate) const FILLED: u32 = 1 << 31;
 
 /// Rows of cells whose surfaces are compared at once.
 const BAND_ROWS: u32 = 64;
@@ -29,9 +31,10 @@ pub(crate) struct GroundFloor {
 /// The floor of the patches that are there and of the storey's own level, `level`.
 ///
 /// A cell shows one surface. Of surfaces above each other one counts only if the robot fits below the next, and below its body; of those
-/// that do it is the one nearest to the level of the storey: what lies deeper or higher belongs to the map of another one. Outdoors it
-/// is the one nearest to the highest terrain or road of the cell, and in a hole of these, as a house has, to that beside the hole. From a
+/// that do it is the one nearest to the level of the storey: what lies deeper or higher belongs to the map of another one. From a
 /// cell the ground breaks off where that beside it is lower by more than a step, on a stair by more than a riser.
+///
+/// The ground outdoors has no level; its floor is made in `incremental/outdoor_floor.rs`.
 pub(crate) fn ground_floor(
     storey: &StoreySlice,
     robot: &RobotProfile,
@@ -40,17 +43,18 @@ pub(crate) fn ground_floor(
 ) -> GroundFloor {
     let there: Vec<u32> = (0..).zip(&storey.ground).filter(|(_, p)| is_there(p)).map(|(k, _)| k).collect();
     let patches = || there.iter().map(|&k| &storey.ground[k as usize]);
-    let Some(rect) = patches().map(|p| p.rect).reduce(|a, b| a.around_both(&b)) else {
+    if there.is_empty() {
         return GroundFloor { floor: covered_cells(level, &storey.spec), patches: Vec::new() };
-    };
+    }
     let all = close_gaps(&union_of(patches().map(|p| &p.area).chain([level])), FLOOR_CRACK);
     let all = if storey.shafts.is_empty() { all } else { difference(&all, &storey.shafts) };
-    let mask = |area: &MultiPolygon| {
+    let mask = |runs: &[Run]| {
         let mut mask = Mask::new(storey.spec.width as usize, storey.spec.height as usize);
-        mask.set_runs(&covered_cells(area, &storey.spec));
+        mask.set_runs(runs);
         mask
     };
-    let mut floor = mask(&all);
+    let covered = covered_cells(&all, &storey.spec);
+    let floor = mask(&covered);
     let most = f64::from(to_tenths(robot.step_height_m)) + STEP_TOLERANCE;
     let headroom = f64::from(slab_above_floor(robot)[1]);
     let mut elements: Vec<u32> = patches().map(|patch| patch.element).collect();
@@ -58,41 +62,72 @@ pub(crate) fn ground_floor(
     elements.dedup();
     let of_ground = |o: &&ElementRuns| elements.binary_search(&o.element).is_ok();
     let bodies = |obstacles| BodyCells::of(Iterator::filter(<[ElementRuns]>::iter(obstacles), of_ground));
-    let holes = if storey.floor_kind == FloorKind::Ground {
-        earth_around_holes(storey, &there, &floor)
-    } else {
-        FxHashMap::default()
-    };
+    let mut cells_of_level = mask(&covered_cells(level, &storey.spec));
+    // Where a flight ends at the edge of the floor the higher of the two counts.
+    if patches().any(|patch| patch.is_tread) {
+        let rim = overlapped_cells(level, &[], &storey.spec);
+        let treads = patches().filter(|patch| patch.is_tread);
+        treads.for_each(|tread| cells_of_level.set_runs(&common_runs(&rim, &tread.cells)));
+    }
     let mut surfaces = Surfaces {
         storey,
-        rect,
-        holes,
-        of_cell: vec![LEVEL; rect.n_cells()],
+        rect: CellRect { min: [0; 2], max: [0; 2] },
+        of_cell: Vec::new(),
         above_level: bodies(&storey.obstacles),
         above_patches: there.iter().map(|&k| (k, bodies(&storey.ground[k as usize].obstacles))).collect(),
     };
-    let level = (storey.floor_kind != FloorKind::Ground).then(|| {
-        let mut cells = mask(level);
-        // Where a flight ends at the edge of the floor the higher of the two counts.
-        if patches().any(|patch| patch.is_tread) {
-            let rim = overlapped_cells(level, &[], &storey.spec);
-            let treads = patches().filter(|patch| patch.is_tread);
-            treads.for_each(|tread| cells.set_runs(&common_runs(&rim, &tread.cells)));
+    let (mut found, mut breaks) = (Vec::new(), Vec::new());
+    for rect in apart(patches().map(|patch| patch.rect)) {
+        let there: Vec<u32> = there.iter().copied().filter(|&k| storey.ground[k as usize].rect.meets(&rect)).collect();
+        surfaces.rect = rect;
+        surfaces.of_cell.clear();
+        surfaces.of_cell.resize(rect.n_cells(), LEVEL);
+        surfaces.choose(&there, (&floor, &cells_of_level), [most, headroom]);
+        found.extend(surfaces.patches(&floor));
+        breaks.extend(surfaces.breaks(&floor, to_tenths(robot.step_height_m)));
+    }
+    breaks.sort_unstable();
+    GroundFloor { patches: found, floor: without_cells(&covered, &breaks, storey.spec.width) }
+}
+
+/// Rectangles of which no two meet, around all of these.
+fn apart(rects: impl Iterator<Item = CellRect>) -> Vec<CellRect> {
+    let mut found: Vec<CellRect> = Vec::new();
+    for mut rect in rects {
+        while let Some(k) = found.iter().position(|other| other.meets(&rect)) {
+            rect = rect.around_both(&found.swap_remove(k));
         }
-        cells
-    });
-    surfaces.choose(&there, (&floor, level.as_ref()), [most, headroom]);
-    let (patches, breaks) = (surfaces.patches(&floor), surfaces.breaks(&floor, to_tenths(robot.step_height_m)));
-    breaks.into_iter().for_each(|cell| floor.cells[cell] = false);
-    GroundFloor { patches, floor: runs_of(&floor) }
+        found.push(rect);
+    }
+    found
+}
+
+/// Sorted runs that do not meet, without sorted cells that lie in them.
+fn without_cells(runs: &[Run], mut cells: &[usize], width: u32) -> Vec<Run> {
+    let mut found = Vec::with_capacity(runs.len() + cells.len());
+    for &Run { row, start, end } in runs {
+        let mut from = start;
+        let behind = row as usize * width as usize + end as usize;
+        let (inside, rest) = cells.split_at(cells.partition_point(|cell| *cell < behind));
+        cells = rest;
+        for cell in inside {
+            let column = (cell % width as usize) as u32;
+            if from < column {
+                found.push(Run { row, start: from, end: column });
+            }
+            from = column + 1;
+        }
+        if from < end {
+            found.push(Run { row, start: from, end });
+        }
+    }
+    found
 }
 
 /// The surface of each cell of a rectangle.
 struct Surfaces<'a> {
     storey: &'a StoreySlice,
     rect: CellRect,
-    /// Height of the earth beside the hole in which a cell lies, outdoors.
-    holes: FxHashMap<usize, f64>,
     of_cell: Vec<u32>,
     /// Where bodies of ground stand in the way on the storey's level, and on each patch.
     above_level: BodyCells<'a>,
@@ -100,8 +135,8 @@ struct Surfaces<'a> {
 }
 
 /// The patches of each cell of a band, in their order.
-#[derive(Default)]
-struct SurfacesOfCells {
+#[derive(Debug, Default)]
+pub(crate) struct SurfacesOfCells {
     /// Where those of a cell end, by its place in the band; those of the one before it end where they begin.
     ends: Vec<u32>,
     patches: Vec<u32>,
@@ -109,7 +144,7 @@ struct SurfacesOfCells {
 
 impl SurfacesOfCells {
     /// Finds the patches `there` of a storey in each cell of a band.
-    fn load(&mut self, storey: &StoreySlice, there: &[u32], band: &CellRect) {
+    pub(crate) fn load(&mut self, storey: &StoreySlice, there: &[u32], band: &CellRect) {
         let width = storey.spec.width as usize;
         let first = band.min[1] as usize * width + band.min[0] as usize;
         let place = |cell: usize| (cell - first) / width * band.width() + (cell - first) % width;
@@ -142,9 +177,20 @@ impl SurfacesOfCells {
     }
 
     /// Those of the cell at a place in the band, row by row.
-    fn of(&self, place: usize) -> &[u32] {
+    pub(crate) fn of(&self, place: usize) -> &[u32] {
         let begin = place.checked_sub(1).map_or(0, |before| self.ends[before]);
         &self.patches[begin as usize..self.ends[place] as usize]
+    }
+
+    /// Marks a patch as [`FILLED`] in cells of a band in which it is one of the surfaces.
+    pub(crate) fn fill(&mut self, patch: u32, cells: &[Run], width: usize, band: &CellRect) {
+        let first = band.min[1] as usize * width + band.min[0] as usize;
+        for cell in band.clip(cells, width).flatten() {
+            let place = (cell - first) / width * band.width() + (cell - first) % width;
+            let begin = place.checked_sub(1).map_or(0, |before| self.ends[before]);
+            let of_cell = &mut self.patches[begin as usize..self.ends[place] as usize];
+            of_cell.iter_mut().filter(|k| **k == patch).for_each(|k| *k |= FILLED);
+        }
     }
 }
 
@@ -167,6 +213,70 @@ impl<'a> BodyCells<'a> {
     }
 }
 
+/// Height of a surface, or of its continuation, at a place in columns and rows, in tenths of a millimetre.
+pub(crate) fn surface_z(storey: &StoreySlice, surface: u32, place: [f64; 2]) -> f64 {
+    match storey.ground.get(surface as usize) {
+        Some(patch) => z_at(&patch.plane, place, &storey.spec),
+        None => f64::from(storey.floor_z),
+    }
+}
+
+/// The one of several surfaces above each other that a cell shows: the nearest to a height of those below whose next one the robot
+/// fits, and on which no body of ground is in its way. They are sorted by height then.
+pub(crate) fn shown_surface(
+    above: &mut [(f64, u32)],
+    reference: f64,
+    headroom: f64,
+    is_filled: impl Fn(u32) -> bool,
+) -> u32 {
+    above.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    let is_roofed = |k: usize| above.get(k + 1).is_some_and(|next| next.0 - above[k].0 <= headroom);
+    let is_open = |k: usize| !is_roofed(k) && (above.len() == 1 || !is_filled(above[k].1));
+    // Where the robot fits below none, what is in its way there closes the cell.
+    let mut nearest: Option<(bool, f64, u32)> = None;
+    for (k, &(z, surface)) in above.iter().enumerate() {
+        let off = (z - reference).abs();
+        let is_better = |is_closed: bool| nearest.is_none_or(|(closed, least, _)| (is_closed, off) < (closed, least));
+        if is_better(false) {
+            let is_closed = !is_open(k);
+            if is_better(is_closed) {
+                nearest = Some((is_closed, off, surface));
+            }
+        }
+    }
+    nearest.map_or(LEVEL, |(_, _, surface)| surface)
+}
+
+/// True if the ground beside a cell of floor is lower by more than a step, or by more than one climbs on a patch. `surface` and
+/// `is_floor` tell of cells by index.
+pub(crate) fn breaks_off(
+    storey: &StoreySlice,
+    step: i32,
+    cell: usize,
+    surface: impl Fn(usize) -> u32,
+    is_floor: impl Fn(usize) -> bool,
+) -> bool {
+    let (width, height) = (storey.spec.width as usize, storey.spec.height as usize);
+    let climb = |surface: u32| storey.ground.get(surface as usize).map_or(step, |patch| patch.climb);
+    let own = surface(cell);
+    let (column, row) = (cell % width, cell / width);
+    let (x, y) = (column as f64 + 0.5, row as f64 + 0.5);
+    let neighbours = [
+        (column > 0).then(|| (cell - 1, [x - 0.5, y])),
+        (column + 1 < width).then(|| (cell + 1, [x + 0.5, y])),
+        (row > 0).then(|| (cell - width, [x, y - 0.5])),
+        (row + 1 < height).then(|| (cell + width, [x, y + 0.5])),
+    ];
+    let is_lower = |(other, middle): (usize, [f64; 2])| {
+        let beside = surface(other);
+        beside != own && is_floor(other) && {
+            let most = f64::from(climb(own).max(climb(beside))) + STEP_TOLERANCE;
+            surface_z(storey, own, middle) - surface_z(storey, beside, middle) > most
+        }
+    };
+    neighbours.into_iter().flatten().any(is_lower)
+}
+
 impl Surfaces<'_> {
     fn width(&self) -> usize {
         self.storey.spec.width as usize
@@ -178,22 +288,7 @@ impl Surfaces<'_> {
         (row - self.rect.min[1] as usize) * self.rect.width() + column - self.rect.min[0] as usize
     }
 
-    fn z(&self, surface: u32, middle: [f64; 2]) -> f64 {
-        match self.storey.ground.get(surface as usize) {
-            Some(patch) => z_at(&patch.plane, middle, &self.storey.spec),
-            None => f64::from(self.storey.floor_z),
-        }
-    }
-
-    /// Height of the highest terrain or road among the surfaces of a cell; without any that beside the hole in which it lies, and where
-    /// nothing is beside it that of the map storey, the median of all ground.
-    fn earth_z(&self, cell: usize, surfaces: &[(f64, u32)]) -> f64 {
-        let is_earth = |(_, surface): &&(f64, u32)| self.storey.ground[*surface as usize].is_outdoors;
-        let highest = surfaces.iter().filter(is_earth).map(|(z, _)| *z).reduce(f64::max);
-        highest.or_else(|| self.holes.get(&cell).copied()).unwrap_or(f64::from(self.storey.floor_z))
-    }
-
-    fn choose(&mut self, there: &[u32], (floor, level): (&Mask, Option<&Mask>), [step, headroom]: [f64; 2]) {
+    fn choose(&mut self, there: &[u32], (floor, level): (&Mask, &Mask), [step, headroom]: [f64; 2]) {
         let width = self.width();
         let mut in_band = SurfacesOfCells::default();
         let mut above: Vec<(f64, u32)> = Vec::new();
@@ -209,7 +304,7 @@ impl Surfaces<'_> {
                     continue;
                 }
                 let at = self.at(cell);
-                let is_of_level = level.is_some_and(|level| level.cells[cell]);
+                let is_of_level = level.cells[cell];
                 if let ([only], false) = (surfaces, is_of_level) {
                     self.of_cell[at] = *only;
                     continue;
@@ -217,40 +312,22 @@ impl Surfaces<'_> {
                 let (column, row) = ((cell % width) as u32, (cell / width) as u32);
                 let middle = [f64::from(column) + 0.5, f64::from(row) + 0.5];
                 above.clear();
-                above.extend(surfaces.iter().map(|&k| (self.z(k, middle), k)));
-                let reference = level.map_or_else(|| self.earth_z(cell, &above), |_| f64::from(self.storey.floor_z));
-                let off = |z: f64| (z - reference).abs();
+                above.extend(surfaces.iter().map(|&k| (surface_z(self.storey, k, middle), k)));
+                let reference = f64::from(self.storey.floor_z);
                 // A patch that begins here is the level floor of this place.
-                if is_of_level && above.iter().all(|(z, _)| off(*z) > step) {
-                    above.push((f64::from(self.storey.floor_z), LEVEL));
+                if is_of_level && above.iter().all(|(z, _)| (z - reference).abs() > step) {
+                    above.push((reference, LEVEL));
                 }
-                above.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-                let is_roofed = |k: usize| above.get(k + 1).is_some_and(|next| next.0 - above[k].0 <= headroom);
-                let is_filled =
-                    |surface: u32| self.above_patches.get(&surface).unwrap_or(&self.above_level).hold(column, row);
-                let is_open = |k: usize| !is_roofed(k) && (above.len() == 1 || !is_filled(above[k].1));
-                // Where the robot fits below none, what is in its way there closes the cell.
-                let mut nearest: Option<(bool, f64, u32)> = None;
-                for (k, &(z, surface)) in above.iter().enumerate() {
-                    let off = off(z);
-                    let is_better =
-                        |is_closed: bool| nearest.is_none_or(|(closed, least, _)| (is_closed, off) < (closed, least));
-                    if is_better(false) {
-                        let is_closed = !is_open(k);
-                        if is_better(is_closed) {
-                            nearest = Some((is_closed, off, surface));
-                        }
-                    }
-                }
-                self.of_cell[at] = nearest.map_or(LEVEL, |(_, _, surface)| surface);
+                let bodies = |surface: u32| self.above_patches.get(&surface).unwrap_or(&self.above_level);
+                self.of_cell[at] =
+                    shown_surface(&mut above, reference, headroom, |surface| bodies(surface).hold(column, row));
             }
         }
     }
 
     /// Cells beside which the ground is lower by more than a step, or by more than one climbs on a patch.
     fn breaks(&self, floor: &Mask, step: i32) -> Vec<usize> {
-        let climb = |surface: u32| self.storey.ground.get(surface as usize).map_or(step, |patch| patch.climb);
-        let (width, height) = (self.width(), self.storey.spec.height as usize);
+        let width = self.width();
         let surface = |cell: usize| {
             let place = [(cell % width) as u32, (cell / width) as u32];
             let is_in = (0..2).all(|k| self.rect.min[k] <= place[k] && place[k] < self.rect.max[k]);
@@ -267,19 +344,7 @@ impl Surfaces<'_> {
                 if is_inner && [at - 1, at + 1, at - across, at + across].iter().all(|at| self.of_cell[*at] == own) {
                     continue;
                 }
-                let (x, y) = (column as f64 + 0.5, row as f64 + 0.5);
-                let neighbours = [
-                    (column > 0).then(|| (cell - 1, [x - 0.5, y])),
-                    (column + 1 < width).then(|| (cell + 1, [x + 0.5, y])),
-                    (row > 0).then(|| (cell - width, [x, y - 0.5])),
-                    (row + 1 < height).then(|| (cell + width, [x, y + 0.5])),
-                ];
-                let is_lower = |(other, middle): (usize, [f64; 2])| {
-                    let beside = surface(other);
-                    let most = f64::from(climb(own).max(climb(beside))) + STEP_TOLERANCE;
-                    floor.cells[other] && beside != own && self.z(own, middle) - self.z(beside, middle) > most
-                };
-                if neighbours.into_iter().flatten().any(is_lower) {
+                if breaks_off(self.storey, step, cell, surface, |other| floor.cells[other]) {
                     found.push(cell);
                 }
             }
@@ -305,59 +370,4 @@ impl Surfaces<'_> {
         }
         found
     }
-}
-
-/// Heights of the terrain and roads beside the holes that these have under other ground, such as houses: for each cell of a hole that
-/// of the nearest place beside it, along the cells of the hole.
-fn earth_around_holes(storey: &StoreySlice, there: &[u32], floor: &Mask) -> FxHashMap<usize, f64> {
-    let patches = || there.iter().map(|&k| &storey.ground[k as usize]);
-    let (spec, width) = (&storey.spec, storey.spec.width as usize);
-    let whole = CellRect::whole(spec.width, spec.height);
-    let cells_of = |patch: &'_ GroundPatch| whole.clip(&patch.cells, width).flatten().collect::<Vec<usize>>();
-    if patches().all(|patch| patch.is_outdoors) {
-        return FxHashMap::default();
-    }
-    let mut earth = Mask::new(width, spec.height as usize);
-    patches().filter(|patch| patch.is_outdoors).for_each(|patch| earth.set_runs(&patch.cells));
-    let others = patches().filter(|patch| !patch.is_outdoors).flat_map(cells_of);
-    let mut waiting: FxHashSet<usize> = others.filter(|&cell| floor.cells[cell] && !earth.cells[cell]).collect();
-    let mut heights: FxHashMap<usize, f64> = FxHashMap::default();
-    let beside = waiting.iter().flat_map(|&cell| spec.beside(cell)).filter(|&cell| earth.cells[cell]);
-    let beside: FxHashSet<usize> = beside.collect();
-    for patch in patches().filter(|patch| patch.is_outdoors) {
-        for cell in whole.clip(&patch.cells, width).flatten().filter(|cell| beside.contains(cell)) {
-            let highest = heights.entry(cell).or_insert(f64::NEG_INFINITY);
-            *highest = highest.max(patch.z_of(cell, spec));
-        }
-    }
-    let mut rim: Vec<usize> = heights.keys().copied().collect();
-    while !rim.is_empty() {
-        let mut reached: BTreeMap<usize, f64> = BTreeMap::new();
-        for cell in rim {
-            for beside in spec.beside(cell).filter(|beside| waiting.contains(beside)) {
-                let highest = reached.entry(beside).or_insert(f64::NEG_INFINITY);
-                *highest = highest.max(heights[&cell]);
-            }
-        }
-        rim = reached.keys().copied().collect();
-        rim.iter().for_each(|cell| {
-            waiting.remove(cell);
-        });
-        heights.extend(reached);
-    }
-    heights
-}
-
-fn runs_of(mask: &Mask) -> Vec<Run> {
-    let mut runs = Vec::new();
-    for (row, cells) in (0..).zip(mask.cells.chunks_exact(mask.width.max(1))) {
-        let mut from = 0;
-        for same in cells.chunk_by(|a, b| a == b) {
-            if same[0] {
-                runs.push(Run { row, start: from as u32, end: (from + same.len()) as u32 });
-            }
-            from += same.len();
-        }
-    }
-    runs
 }

@@ -41,6 +41,11 @@ pub(crate) struct LevelFace {
 /// Heights that differ by more than a step and this are no step: vertices are whole tenths of a millimetre.
 pub(crate) const STEP_TOLERANCE: f64 = 5.0;
 
+/// Height of a plane that is level, everywhere.
+pub(crate) fn level_z(plane: &Plane) -> Option<f64> {
+    plane.gradient().iter().all(|gradient| *gradient == 0.0).then(|| plane.z([0.0; 2]))
+}
+
 /// Height of a plane at a place in columns and rows of a grid, in tenths of a millimetre.
 pub(crate) fn z_at(plane: &Plane, [column, row]: [f64; 2], spec: &GridSpec) -> f64 {
     let at = |cells: f64, first: i32| (cells + f64::from(first)) * f64::from(spec.cell_tenths);
@@ -51,6 +56,7 @@ impl GroundPatch {
     /// Height of the patch, or of its continuation, in the middle of a cell, by its index.
     pub(crate) fn z_of(&self, cell: usize, spec: &GridSpec) -> f64 {
         let width = spec.width as usize;
-        z_at(&self.plane, [(cell % width) as f64 + 0.5, (cell / width) as f64 + 0.5], spec)
+        let middle = || [(cell % width) as f64 + 0.5, (cell / width) as f64 + 0.5];
+        level_z(&self.plane).unwrap_or_else(|| z_at(&self.plane, middle(), spec))
     }
 }
