@@ -9,6 +9,8 @@
 //! - What may come later than it is in force is [pending](crate::OutputEnd::is_pending), and is published before the next look decides
 //!   anything: the site of `ifc-ingest`, observed progress for `schedule-eval`, all of a new generation of the bus, and what comes back.
 //! - The history loses a line, and the log says so; a heartbeat that finds no room is left out.
+//! - Of grids some may be out while the index is of those before: whoever reads them holds, and `rasterize` draws them again.
+//! - SLAM maps of `ros-bridge` are published outside of decisions: it warns, and sends the map again that comes next.
 
 use crate::decision::{AnswerTo, Decide, Decision, Now, Occasion, Outputs, PublicationsOf};
 use crate::failure::{Failure, chain};

@@ -2,57 +2,66 @@
 //! of the workspace looks after.
 //!
 //! Daemons of a robot with a name write theirs in the folder [`ROBOTS`]`/NAME` of it.
+//!
+//! # Damage
+//!
+//! Most files are kept twice, and what is left of one copy mends the other (`kept_file.rs`). Where both are damaged, or a file holds
+//! something else, its daemon does not start and names it, but for those below of which something else is said:
+//!
+//! - *anew*: it is made again, or nothing is kept of what it held, and the log or the status says so;
+//! - *read*: it is refused where it is read, each time, and what was in force stays;
+//! - *epochs* go on above all that can have been taken: from the microseconds since 1970.
 
 // ---- ifc-ingest.
 
 /// `ifc-ingest`: the revisions of the site, in force, refused and waiting.
 pub const REVISIONS: &str = "loaded.json";
-/// `ifc-ingest`: the outline of the site in force, with which a revision is compared.
+/// `ifc-ingest`: the outline of the site in force, with which a revision is compared; anew.
 pub const SITE_OUTLINE: &str = "site-outline.json";
-/// `ifc-ingest`: the map frame.
+/// `ifc-ingest`: the map frame; never another one in its place.
 pub const SITE_FRAME: &str = "site-frame.json";
-/// `ifc-ingest`: the site in force; a cache.
+/// `ifc-ingest`: the site in force; a cache: anew, of the models.
 pub const SITE_CACHE: &str = "site.gpar";
-/// `ifc-ingest`: meshes of the files that were read last; a cache.
+/// `ifc-ingest`: meshes of the files that were read last; a cache: anew.
 pub const MESH_CACHE: &str = "meshes.gpmesh";
-/// `ifc-ingest`: numbers of samples of the site.
+/// `ifc-ingest`: numbers of samples of the site; epochs.
 pub const SITE_EPOCHS: &str = "ifc-ingest-epochs.json";
-/// `ifc-ingest`: numbers of candidates for it.
+/// `ifc-ingest`: numbers of candidates for it; epochs.
 pub const CANDIDATE_EPOCHS: &str = "ifc-ingest-candidate-epochs.json";
 
 // ---- schedule-eval.
 
 /// `schedule-eval`: names and contents of the schedule files in force.
 pub const SCHEDULE_FILES: &str = "schedule-files.bin";
-/// `schedule-eval`: the rules of the last schedule that could be evaluated.
+/// `schedule-eval`: the rules of the last schedule that could be evaluated; anew.
 pub const EVALUATED_RULES: &str = "evaluated-rules.json";
-/// `schedule-eval`: the folder of tables of reported progress.
+/// `schedule-eval`: the folder of tables of reported progress; read.
 pub const PROGRESS: &str = "progress";
-/// `schedule-eval`: the table of observed progress of a site whose robot has no name.
+/// `schedule-eval`: the table of observed progress of a site whose robot has no name; read.
 pub const OBSERVED: &str = "observed.csv";
 /// `schedule-eval`: the tables of observed progress of robots with names.
 pub const OBSERVED_BY_ROBOTS: &str = "observed-robots.json";
-/// `schedule-eval`: numbers of samples.
+/// `schedule-eval`: numbers of samples; epochs.
 pub const SCHEDULE_EPOCHS: &str = "schedule-eval-epochs.json";
 
 // ---- rasterize and waypoint-gen.
 
-/// `rasterize`: numbers of samples.
+/// `rasterize`: numbers of samples; epochs.
 pub const GRID_EPOCHS: &str = "rasterize-epochs.json";
-/// `waypoint-gen`: numbers of samples.
+/// `waypoint-gen`: numbers of samples; epochs.
 pub const MISSION_PLAN_EPOCHS: &str = "waypoint-gen-epochs.json";
 
 // ---- slam-align.
 
 /// `slam-align`: the pose, what was confirmed, observations that are applied.
 pub const ALIGNMENT: &str = "alignment.json";
-/// `slam-align`: evidence over looks; an archive.
+/// `slam-align`: evidence over looks; an archive: anew, the next look is worth less.
 pub const ALIGNMENT_EVIDENCE: &str = "alignment-evidence.gpar";
 /// `slam-align`: copies of map files begin so; what follows is the hash of their content.
 pub const SLAM_MAP_COPIES: &str = "slam-map-";
 /// `slam-align`: the table of observed progress that it gave last.
 pub const OBSERVED_BY_ALIGNMENT: &str = "slam-align-observed.csv";
-/// `slam-align`: numbers of samples.
+/// `slam-align`: numbers of samples; epochs.
 pub const ALIGNMENT_EPOCHS: &str = "slam-align-epochs.json";
 
 // ---- ros-bridge.
@@ -61,7 +70,7 @@ pub const ALIGNMENT_EPOCHS: &str = "slam-align-epochs.json";
 pub const ROBOT_STOREY: &str = "ros-bridge-robot-storey.json";
 /// `ros-bridge`: the folder of maps for Nav2.
 pub const ROS_MAPS: &str = "ros";
-/// `ros-bridge`: numbers of samples of the robot's map.
+/// `ros-bridge`: numbers of samples of the robot's map; epochs.
 pub const SLAM_MAP_EPOCHS: &str = "ros-bridge-slam-map-epochs.json";
 
 // ---- site-server.
@@ -70,7 +79,7 @@ pub const SLAM_MAP_EPOCHS: &str = "ros-bridge-slam-map-epochs.json";
 pub fn published_epoch(site: &str) -> String {
     format!("site-server-{site}.json")
 }
-/// `site-server`: the folder of what robots told.
+/// `site-server`: the folder of what robots told; anew, they tell it again.
 pub const TOLD: &str = "fleet";
 /// `site-server`: what it knows of the robots, as a document.
 pub const FLEET: &str = "fleet.json";
@@ -79,13 +88,13 @@ pub const FLEET: &str = "fleet.json";
 
 /// `site-follow`: what was acknowledged, and how far the plan time got.
 pub const FOLLOWED: &str = "site-follow.json";
-/// `site-follow`: the index that is shown.
+/// `site-follow`: the index that is shown; anew, it is fetched.
 pub const FOLLOWED_INDEX: &str = "site-follow-index.jsonl";
-/// `site-follow`: the folder of archives; a cache.
+/// `site-follow`: the folder of archives; a cache: anew, they are fetched.
 pub const FOLLOWED_ARCHIVES: &str = "followed-archives";
-/// `site-follow`: the table of progress that the robot observed.
+/// `site-follow`: the table of progress that the robot observed; anew.
 pub const OBSERVED_BY_FOLLOWER: &str = "follow-observed.csv";
-/// `site-follow`: numbers of samples.
+/// `site-follow`: numbers of samples; epochs.
 pub const FOLLOW_EPOCHS: &str = "site-follow-epochs.json";
 
 // ---- Page, answers, client.

@@ -45,6 +45,10 @@ pub struct MeshCacheCounts {
     pub bytes: usize,
 }
 
+/// Most bytes of a cache that is kept as a file: the meshes of a model of 700 MB or so. While files are read they take as much memory,
+/// and as much again for those that are made anew and for the file that is written.
+pub const MAX_MESH_CACHE_BYTES: usize = 512 << 20;
+
 /// Meshes of the last reading, and those of this one.
 #[derive(Debug)]
 pub struct MeshCache {

@@ -6,7 +6,8 @@ use crate::local_poses::{LocalPoseRecord, LocalPosesHead, part_at};
 use frames::{BentMotion, Map, PoseCovariance, Rigid2, Slam};
 
 /// See [`SlamFrame::is_known_at`]: robots leave so much room anyway, and walls farther than that from where they are expected are others.
-const KNOWN_M: f64 = 0.2;
+/// The validity of a pose asks for more, 0.1 m (`pose_field.rs` of `alignment`).
+const USABLE_WITHIN_M: f64 = 0.2;
 
 /// Where a robot's map, which bends, lies in the model's map.
 #[derive(Debug)]
@@ -82,7 +83,7 @@ impl SlamFrame {
 }
 
 fn is_known(part: &LocalPoseRecord) -> bool {
-    part.pose_covariance().worst_m() <= KNOWN_M
+    part.pose_covariance().worst_m() <= USABLE_WITHIN_M
 }
 
 /// Square of the distance of two places.

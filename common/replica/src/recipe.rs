@@ -23,8 +23,8 @@ const MAX_GAP: u64 = 16 << 10;
 /// Most bytes of one fetch, so that one that breaks off loses little.
 const MAX_FETCH: u64 = 8 << 20;
 
-/// Largest archive that is followed, as `messages` bounds it for a bus.
-const MAX_ARCHIVE: u64 = 64 << 30;
+/// Largest archive that is followed: the largest sample of a bus, on which a robot publishes it.
+const MAX_ARCHIVE: u64 = 8 << 30;
 
 /// Longest file of a recipe: an archive of the largest size has some 32,000 blocks, and at most four times as many.
 pub const MAX_RECIPE_BYTES: u64 = 16 << 20;

@@ -2,14 +2,10 @@
 //! changes no site.
 
 use daemon::{SiteConfig, program_hash, replace_file, state_files};
-use ingest::{MeshCache, MeshCacheCounts};
+use ingest::{MAX_MESH_CACHE_BYTES, MeshCache, MeshCacheCounts};
 use std::io::ErrorKind;
 use std::path::PathBuf;
 use tracing::{info, warn};
-
-/// Most bytes of the file: the meshes of a model of 700 MB or so. While files are read they take as much memory, and as much again
-/// for those that are made anew and for the file that is written.
-const MAX_BYTES: usize = 512 << 20;
 
 /// Where meshes are kept from revision to revision.
 #[derive(Debug, Clone)]
@@ -27,14 +23,14 @@ impl MeshStore {
     pub(crate) fn load(&self) -> Option<MeshCache> {
         let program = program_hash()?;
         let read = match std::fs::read(&self.path) {
-            Ok(bytes) => MeshCache::read(bytes, program, MAX_BYTES).map_err(|why| why.to_string()),
-            Err(why) if why.kind() == ErrorKind::NotFound => Ok(MeshCache::new(program, MAX_BYTES)),
+            Ok(bytes) => MeshCache::read(bytes, program, MAX_MESH_CACHE_BYTES).map_err(|why| why.to_string()),
+            Err(why) if why.kind() == ErrorKind::NotFound => Ok(MeshCache::new(program, MAX_MESH_CACHE_BYTES)),
             Err(why) => Err(why.to_string()),
         };
         Some(read.unwrap_or_else(|error| {
             let path = self.path.display();
             warn!(service = "ifc-ingest", %path, error, "the cache of meshes cannot be used; all is meshed anew");
-            MeshCache::new(program, MAX_BYTES)
+            MeshCache::new(program, MAX_MESH_CACHE_BYTES)
         }))
     }
 

@@ -1,4 +1,18 @@
 //! The requests of each daemon, with their answers.
+//!
+//! # Which may be sent twice
+//!
+//! Where a daemon dies before it has answered, [`crate::ask`] sends a request once more if
+//! [`Request::may_be_sent_twice`](crate::Request::may_be_sent_twice): the second then does nothing that the first did not, since it
+//! names all that it changes, or what the client saw.
+//!
+//! | daemon | may not be sent twice | because |
+//! |---|---|---|
+//! | `ifc-ingest` | [`IngestRequest::Load`] | the files may be what it died of |
+//! | `ifc-ingest` | [`IngestRequest::Discard`] | another revision may wait by then |
+//! | `schedule-eval` | [`ScheduleRequest::Simulate`] without `from_s` | it starts where the plan time is when it comes |
+//!
+//! All others may be. What daemons send each other without being asked is sent again until it is in force.
 
 mod align;
 mod ask;
@@ -36,6 +50,25 @@ mod tests {
 
     fn refusal<R: Request>(bytes: &[u8]) -> String {
         chain(&parse_request::<R>(bytes).unwrap_err())
+    }
+
+    #[test]
+    fn only_what_names_neither_its_files_nor_its_instant_for_sure_is_not_sent_twice() {
+        let load = IngestRequest::Load { models: Vec::new(), dry_run: false, force: false };
+        let simulate = |from_s| ScheduleRequest::Simulate { rate: 1.0, from_s };
+        assert!(![&load, &IngestRequest::Discard].iter().any(|request| request.may_be_sent_twice()));
+        assert!(!simulate(None).may_be_sent_twice() && simulate(Some(0)).may_be_sent_twice());
+        let confirm = IngestRequest::Confirm { sha256: Vec::new() };
+        assert!([confirm, IngestRequest::GetRevision].iter().all(Request::may_be_sent_twice));
+        let schedule = [
+            ScheduleRequest::SetPlanTime { at_s: 0 },
+            ScheduleRequest::NextChange { after_s: None },
+            ScheduleRequest::FollowWallClock,
+            ScheduleRequest::GetPlanTime,
+            ScheduleRequest::GetVerdict,
+            ScheduleRequest::UndoActuals { table: String::new() },
+        ];
+        assert!(schedule.iter().all(Request::may_be_sent_twice));
     }
 
     #[test]

@@ -2,15 +2,13 @@
 
 use crate::failure::Failure;
 use daemon::{program_hash, replace_file};
-use ingest::MeshCache;
+use ingest::{MAX_MESH_CACHE_BYTES, MeshCache};
 use std::fs;
 use std::io::ErrorKind;
 use std::path::PathBuf;
 
 /// Name of the file in the folder.
 const FILE: &str = "meshes.gpmesh";
-/// Most bytes of it; see `ifc-ingest`, which has as many.
-const MAX_BYTES: usize = 512 << 20;
 
 /// Where meshes are kept.
 #[derive(Debug, Clone, clap::Args)]
@@ -37,13 +35,13 @@ impl MeshCacheArgs {
         };
         let path = folder.join(FILE);
         let read = match fs::read(&path) {
-            Ok(bytes) => MeshCache::read(bytes, program, MAX_BYTES).map_err(|why| why.to_string()),
-            Err(why) if why.kind() == ErrorKind::NotFound => Ok(MeshCache::new(program, MAX_BYTES)),
+            Ok(bytes) => MeshCache::read(bytes, program, MAX_MESH_CACHE_BYTES).map_err(|why| why.to_string()),
+            Err(why) if why.kind() == ErrorKind::NotFound => Ok(MeshCache::new(program, MAX_MESH_CACHE_BYTES)),
             Err(why) => Err(why.to_string()),
         };
         Ok(Some(read.unwrap_or_else(|error| {
             eprintln!("groundplan: {} is not used, and all is meshed anew: {error}", path.display());
-            MeshCache::new(program, MAX_BYTES)
+            MeshCache::new(program, MAX_MESH_CACHE_BYTES)
         })))
     }
 
