@@ -61,8 +61,8 @@
 //!
 //! # Guarantees
 //!
-//! - `each_file` gives each file away as soon as it is made, and `each_file_while_writing` makes the next one meanwhile, so that the output of a large site is never in memory as a
-//!   whole.
+//! - `each_file` gives each file away as soon as it is made, and `each_file_while_writing` makes the next one meanwhile, so that the
+//!   output of a large site is never in memory as a whole.
 //! - Of finished output only files that a manifest lists, with the content that it lists, are ever deleted; unfinished output
 //!   is a folder beside it with a mark of its own, and is removed as a whole.
 //! - Footprints in `semantic.json` are within a tolerance that the document says (`src/outlines.rs`): exact for doors and
