@@ -18,7 +18,7 @@
 pub const REVISIONS: &str = "loaded.json";
 /// `ifc-ingest`: the outline of the site in force, with which a revision is compared; anew.
 pub const SITE_OUTLINE: &str = "site-outline.json";
-/// `ifc-ingest`: the map frame; never another one in its place.
+/// `ifc-ingest`: the map frame; read, and never another one in its place.
 pub const SITE_FRAME: &str = "site-frame.json";
 /// `ifc-ingest`: the site in force; a cache: anew, of the models.
 pub const SITE_CACHE: &str = "site.gpar";
