@@ -208,7 +208,7 @@ impl LineOfSight {
             let first_step = (range / f64::from(1u32 << k.trailing_zeros().min(16))) as i64;
             let [along, across] = [cos, sin].map(|d| (d / 2.0 * FINE_ONE) as i64);
             for step in if k == 0 { 0 } else { first_step }..=n_steps {
-                let (column, row) = (start[0] + step * along >> FINE_BITS, start[1] + step * across >> FINE_BITS);
+                let (column, row) = ((start[0] + step * along) >> FINE_BITS, (start[1] + step * across) >> FINE_BITS);
                 // A line that ends on a border ends before an opaque cell or at the border of the grid.
                 if (0..width).contains(&column) && row >= 0 {
                     let cell = row as usize * self.width + column as usize;
