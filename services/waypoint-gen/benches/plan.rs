@@ -56,6 +56,7 @@ fn measure(model: &Path, repeat: usize) {
         allow_boxes: true,
         isolation: None,
         pool: None,
+        cache: None,
         progress: &|_| {},
     };
     let site = ingest::ingest(&files, &options).unwrap();
