@@ -1,5 +1,5 @@
-//! How many may use the bus, and how large a sample and a command may be. Who is one too many gets an error that says so; nobody
-//! else notices. Bounds of single frames and of files of the bus are beside what reads them.
+//! Bounds of the bus: processes and clients on it, bytes of a sample and of a command. Who is one too many gets an error that says
+//! so; nobody else notices. Bounds of single frames and of files of the bus are beside what reads them.
 //!
 //! | of | at most |
 //! |---|---|
