@@ -4,7 +4,7 @@
 //! shows and where the ground breaks off are recomputed around what differs. All of it follows from the finished elements
 //! alone, not from what was there before. After one pass through all states it allocates nothing.
 
-use crate::layers::floor::{bit_is_set, set_bit};
+use crate::layers::floor::{MAX_CACHED_BYTES, bit_is_set, set_bit};
 use crate::layers::ground_floor::{FILLED, LEVEL, SurfacesOfCells, breaks_off, shown_surface};
 use crate::model::cell_area::{slab_above_floor, to_tenths};
 use crate::model::gap::FLOOR_CRACK;
@@ -26,9 +26,6 @@ const BESIDE_TILE: i32 = 500;
 
 /// Rows of cells whose surfaces are compared at once.
 const BAND_ROWS: u32 = 64;
-
-/// Limit of the cached runs of a storey; beyond it the cache is cleared.
-const MAX_CACHED_BYTES: usize = 32 << 20;
 
 /// What is known of a cell.
 mod bits {

@@ -17,7 +17,7 @@ use std::collections::HashMap;
 const ENCLOSING_GAP_M: f64 = 2.0;
 
 /// Limit of the cached runs of a storey; beyond it the cache is cleared.
-const MAX_CACHED_BYTES: usize = 32 << 20;
+pub(crate) const MAX_CACHED_BYTES: usize = 32 << 20;
 
 /// The finished floor of a storey, in cells; not that of the ground outdoors.
 #[derive(Debug, Default)]
