@@ -114,7 +114,7 @@ pub use error::ReadError;
 pub use georeference::MAP_CONVERSION_SETS;
 pub use kernel::{MeshPool, Record, Value, mesh_task};
 pub use memberships::MEMBERSHIP_SETS;
-pub use mesh_cache::{MAX_MESH_CACHE_BYTES, MeshCache, MeshCacheCounts, MeshCacheError};
+pub use mesh_cache::{MeshCache, MeshCacheCounts, MeshCacheError};
 pub use model::{
     CutPath, Door, DoorPanel, Element, Geometry, GeometryStatus, Georeference, MapConversion, MeshPart, Model, Opening,
     Placement, Property, PropertyValue, Source, Space, SpaceBoundary, Stair, Storey, Terrain,

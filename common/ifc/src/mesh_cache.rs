@@ -9,6 +9,7 @@ use rustc_hash::FxHashMap;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::collections::BTreeMap;
+use std::io;
 use std::ops::Range;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use thiserror::Error;
@@ -47,7 +48,7 @@ pub struct MeshCacheCounts {
 
 /// Most bytes of a cache that is kept as a file: the meshes of a model of 700 MB or so. While files are read they take as much memory,
 /// and as much again for those that are made anew and for the file that is written.
-pub const MAX_MESH_CACHE_BYTES: usize = 512 << 20;
+const MAX_MESH_CACHE_BYTES: usize = 512 << 20;
 
 /// Meshes of the last reading, and those of this one.
 #[derive(Debug)]
@@ -113,6 +114,19 @@ impl MeshCache {
         Ok(Self { program, max_bytes, last: bytes, index, next: Mutex::default() })
     }
 
+    /// The cache in a file, as it was read: an empty one if there is none, or with the reason if it cannot be used.
+    pub fn of_file(read: io::Result<Vec<u8>>, program: u128) -> (Self, Option<String>) {
+        let cache = match read {
+            Ok(bytes) => Self::read(bytes, program, MAX_MESH_CACHE_BYTES).map_err(|why| why.to_string()),
+            Err(why) if why.kind() == io::ErrorKind::NotFound => Ok(Self::new(program, MAX_MESH_CACHE_BYTES)),
+            Err(why) => Err(why.to_string()),
+        };
+        match cache {
+            Ok(cache) => (cache, None),
+            Err(why) => (Self::new(program, MAX_MESH_CACHE_BYTES), Some(why)),
+        }
+    }
+
     /// The bytes to read the next time from: what this reading needed.
     pub fn finish(&self) -> Vec<u8> {
         let next = self.next();
@@ -140,9 +154,10 @@ impl MeshCache {
         self.next().counts
     }
 
-    /// True if all entries of the earlier reading were needed.
-    pub fn is_needed_whole(&self) -> bool {
-        self.next().entries.len() == self.index.len()
+    /// True if this reading made something, or did not need all that the earlier one kept.
+    pub fn has_changed(&self) -> bool {
+        let next = self.next();
+        next.counts.made > 0 || next.entries.len() != self.index.len()
     }
 
     /// True if there is an entry of this key.

@@ -2,8 +2,7 @@
 //! changes no site.
 
 use daemon::{SiteConfig, program_hash, replace_file, state_files};
-use ingest::{MAX_MESH_CACHE_BYTES, MeshCache, MeshCacheCounts};
-use std::io::ErrorKind;
+use ingest::{MeshCache, MeshCacheCounts};
 use std::path::PathBuf;
 use tracing::{info, warn};
 
@@ -22,23 +21,19 @@ impl MeshStore {
     /// The meshes of the last reading, none if there are none that can be used; `None` if the program does not know itself.
     pub(crate) fn load(&self) -> Option<MeshCache> {
         let program = program_hash()?;
-        let read = match std::fs::read(&self.path) {
-            Ok(bytes) => MeshCache::read(bytes, program, MAX_MESH_CACHE_BYTES).map_err(|why| why.to_string()),
-            Err(why) if why.kind() == ErrorKind::NotFound => Ok(MeshCache::new(program, MAX_MESH_CACHE_BYTES)),
-            Err(why) => Err(why.to_string()),
-        };
-        Some(read.unwrap_or_else(|error| {
+        let (cache, unusable) = MeshCache::of_file(std::fs::read(&self.path), program);
+        if let Some(error) = unusable {
             let path = self.path.display();
             warn!(service = "ifc-ingest", %path, error, "the cache of meshes cannot be used; all is meshed anew");
-            MeshCache::new(program, MAX_MESH_CACHE_BYTES)
-        }))
+        }
+        Some(cache)
     }
 
     /// Writes the meshes of this reading. A file that cannot be written is told, and costs time alone.
     pub(crate) fn save(&self, cache: &MeshCache) {
         let MeshCacheCounts { found, made, bytes } = cache.counts();
         info!(service = "ifc-ingest", found, made, bytes, "meshes");
-        if made == 0 && cache.is_needed_whole() {
+        if !cache.has_changed() {
             return;
         }
         if let Err(why) = replace_file(&self.path, &cache.finish()) {

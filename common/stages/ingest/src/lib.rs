@@ -89,7 +89,7 @@ mod walkable;
 pub use doors::operation_is_known;
 pub use error::IngestError;
 pub use ground_class::{EARTH as EARTH_ENTITIES, FLOORS as FLOOR_ENTITIES};
-pub use ifc::{Isolation, MAX_MESH_CACHE_BYTES, MeshCache, MeshCacheCounts, MeshCacheError, MeshPool, mesh_task};
+pub use ifc::{Isolation, MeshCache, MeshCacheCounts, MeshCacheError, MeshPool, mesh_task};
 pub use input::{FilePlacement, IngestOptions, MAX_MODEL_BYTES, MAX_SPACES, SourceFile};
 pub use progress::{Progress, Stage};
 pub use site_frame::SiteFrame;

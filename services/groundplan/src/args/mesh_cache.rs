@@ -1,14 +1,11 @@
 //! `--cache`: a folder that keeps meshes from one conversion to the next.
 
 use crate::failure::Failure;
+use daemon::state_files::MESH_CACHE;
 use daemon::{program_hash, replace_file};
-use ingest::{MAX_MESH_CACHE_BYTES, MeshCache};
+use ingest::MeshCache;
 use std::fs;
-use std::io::ErrorKind;
 use std::path::PathBuf;
-
-/// Name of the file in the folder.
-const FILE: &str = "meshes.gpmesh";
 
 /// Where meshes are kept.
 #[derive(Debug, Clone, clap::Args)]
@@ -33,25 +30,21 @@ impl MeshCacheArgs {
             eprintln!("groundplan: the program cannot read its own file, by which it knows its meshes: none are kept");
             return Ok(None);
         };
-        let path = folder.join(FILE);
-        let read = match fs::read(&path) {
-            Ok(bytes) => MeshCache::read(bytes, program, MAX_MESH_CACHE_BYTES).map_err(|why| why.to_string()),
-            Err(why) if why.kind() == ErrorKind::NotFound => Ok(MeshCache::new(program, MAX_MESH_CACHE_BYTES)),
-            Err(why) => Err(why.to_string()),
-        };
-        Ok(Some(read.unwrap_or_else(|error| {
+        let path = folder.join(MESH_CACHE);
+        let (cache, unusable) = MeshCache::of_file(fs::read(&path), program);
+        if let Some(error) = unusable {
             eprintln!("groundplan: {} is not used, and all is meshed anew: {error}", path.display());
-            MeshCache::new(program, MAX_MESH_CACHE_BYTES)
-        })))
+        }
+        Ok(Some(cache))
     }
 
     /// Writes the meshes of this conversion.
     pub(crate) fn save(&self, cache: &MeshCache) {
         let Some(folder) = &self.cache else { return };
-        if cache.is_needed_whole() && cache.counts().made == 0 {
+        if !cache.has_changed() {
             return;
         }
-        let path = folder.join(FILE);
+        let path = folder.join(MESH_CACHE);
         if let Err(why) = replace_file(&path, &cache.finish()) {
             eprintln!(
                 "groundplan: {} cannot be written, and the next conversion meshes all anew: {why}",
