@@ -42,18 +42,7 @@ fn main() {
 fn measure(arguments: &Arguments, model: &Path) {
     let files = [SourceFile { path: model.to_owned(), bytes: std::fs::read(model).expect("the model can be read") }];
     let name = files[0].name();
-    let ingest = IngestOptions {
-        frame: None,
-        frame_of: None,
-        frame_epoch: 1,
-        places: &[],
-        prefer_last: true,
-        allow_boxes: true,
-        isolation: None,
-        cache: None,
-        pool: None,
-        progress: &|_| {},
-    };
+    let ingest = IngestOptions { prefer_last: true, allow_boxes: true, ..IngestOptions::default() };
     let Ok(site) = ingest::ingest(&files, &ingest) else { return };
     let site = Site::open(site.bytes()).expect("a site");
     let schedule_state =

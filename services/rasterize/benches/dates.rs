@@ -64,18 +64,7 @@ fn tiled(home: &Path) -> PathBuf {
 
 fn measure(model: &Path, worst: usize) {
     let files = [SourceFile { path: model.to_owned(), bytes: std::fs::read(model).unwrap() }];
-    let options = IngestOptions {
-        frame: None,
-        frame_of: None,
-        frame_epoch: 1,
-        places: &[],
-        prefer_last: true,
-        allow_boxes: true,
-        isolation: None,
-        cache: None,
-        pool: None,
-        progress: &|_| {},
-    };
+    let options = IngestOptions { prefer_last: true, allow_boxes: true, ..IngestOptions::default() };
     let site = ingest::ingest(&files, &options).unwrap();
     let site = Site::open(site.bytes()).unwrap();
     let timeline = schedule::evaluate(&site, &Rules::default(), &Overrides::default()).unwrap();

@@ -47,18 +47,7 @@ fn office(home: &Path) -> PathBuf {
 
 fn measure(model: &Path, repeat: usize) {
     let files = [SourceFile { path: model.to_owned(), bytes: std::fs::read(model).unwrap() }];
-    let options = IngestOptions {
-        frame: None,
-        frame_of: None,
-        frame_epoch: 1,
-        places: &[],
-        prefer_last: true,
-        allow_boxes: true,
-        isolation: None,
-        pool: None,
-        cache: None,
-        progress: &|_| {},
-    };
+    let options = IngestOptions { prefer_last: true, allow_boxes: true, ..IngestOptions::default() };
     let site = ingest::ingest(&files, &options).unwrap();
     let site = Site::open(site.bytes()).unwrap();
     let built =

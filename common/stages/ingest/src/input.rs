@@ -51,6 +51,24 @@ pub struct IngestOptions<'a> {
     pub progress: &'a (dyn Fn(Progress<'_>) + Sync),
 }
 
+/// Those of a model alone: a frame of its own, no placements, the strictest checks; all is meshed here and anew.
+impl Default for IngestOptions<'_> {
+    fn default() -> Self {
+        Self {
+            frame: None,
+            frame_of: None,
+            frame_epoch: 1,
+            places: &[],
+            prefer_last: false,
+            allow_boxes: false,
+            isolation: None,
+            cache: None,
+            pool: None,
+            progress: &|_| {},
+        }
+    }
+}
+
 /// Placement of a file's world in the site's world, given by the user.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FilePlacement {

@@ -46,18 +46,7 @@ fn conversion(eastings: f64, northings: f64, x_axis: &str, scale: &str, in_metre
 
 fn site(files: &[&File], places: &[Option<FilePlacement>]) -> Result<ArchiveBuffer, IngestError> {
     let sources: Vec<SourceFile> = files.iter().map(|f| f.source()).collect();
-    let options = IngestOptions {
-        frame: None,
-        frame_of: None,
-        frame_epoch: 1,
-        places,
-        prefer_last: false,
-        allow_boxes: false,
-        isolation: None,
-        cache: None,
-        pool: None,
-        progress: &|_| {},
-    };
+    let options = IngestOptions { places, ..IngestOptions::default() };
     ingest(&sources, &options)
 }
 
@@ -189,18 +178,7 @@ fn walls(n: usize, n_broken: usize) -> SourceFile {
 
 #[test]
 fn a_file_of_whose_bodies_most_cannot_be_meshed_is_refused_unless_boxes_are_allowed() {
-    let options = |allow_boxes| IngestOptions {
-        frame: None,
-        frame_of: None,
-        frame_epoch: 1,
-        places: &[],
-        prefer_last: false,
-        allow_boxes,
-        isolation: None,
-        cache: None,
-        pool: None,
-        progress: &|_| {},
-    };
+    let options = |allow_boxes| IngestOptions { allow_boxes, ..IngestOptions::default() };
     assert!(ingest(&[walls(4, 2)], &options(false)).is_ok(), "half is not most");
     let error = ingest(&[walls(3, 2)], &options(false)).err().unwrap().to_string();
     for word in
@@ -215,18 +193,7 @@ fn a_file_of_whose_bodies_most_cannot_be_meshed_is_refused_unless_boxes_are_allo
 fn a_frame_is_kept_for_revisions_of_its_building_alone() {
     let site_of = |frame_of: Option<&SiteOutline>| {
         let frame = SiteFrame { map_from_world: frames::UprightRigid3::new([0.0; 3], 0.3), frame_epoch: 5 };
-        let options = IngestOptions {
-            frame: Some(frame),
-            frame_of,
-            frame_epoch: 6,
-            places: &[],
-            prefer_last: false,
-            allow_boxes: false,
-            isolation: None,
-            cache: None,
-            pool: None,
-            progress: &|_| {},
-        };
+        let options = IngestOptions { frame: Some(frame), frame_of, frame_epoch: 6, ..IngestOptions::default() };
         ingest(&[walls(4, 0)], &options).unwrap()
     };
     let epoch_of = |site: &ArchiveBuffer| Site::open(site.bytes()).unwrap().head.frame_epoch;

@@ -13,18 +13,7 @@ const LOSS_M: f64 = 0.000_5;
 
 fn site(file: &TerrainFile) -> ArchiveBuffer {
     let source = SourceFile { path: "terrain.ifc".into(), bytes: file.text().into_bytes() };
-    let options = IngestOptions {
-        frame: None,
-        frame_of: None,
-        frame_epoch: 1,
-        places: &[],
-        prefer_last: false,
-        allow_boxes: true,
-        isolation: None,
-        cache: None,
-        pool: None,
-        progress: &|_| {},
-    };
+    let options = IngestOptions { allow_boxes: true, ..IngestOptions::default() };
     ingest(&[source], &options).unwrap()
 }
 

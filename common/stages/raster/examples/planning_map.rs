@@ -18,18 +18,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     // IFC bytes to the site archive.
     let file = SourceFile { path: model.clone(), bytes: std::fs::read(model)? };
-    let options = IngestOptions {
-        frame: None,
-        frame_of: None,
-        frame_epoch: 1,
-        places: &[],
-        prefer_last: false,
-        allow_boxes: false,
-        isolation: None,
-        cache: None,
-        pool: None,
-        progress: &|_| (),
-    };
+    let options = IngestOptions::default();
     let site = ingest::ingest(&[file], &options)?;
     let site = Site::open(site.bytes())?;
 

@@ -6,18 +6,7 @@ use messages::ArchiveBuffer;
 /// The site of one file.
 pub(super) fn of_bytes(bytes: &[u8]) -> Result<ArchiveBuffer, IngestError> {
     let file = SourceFile { path: "fuzzed.ifc".into(), bytes: bytes.to_vec() };
-    let options = IngestOptions {
-        frame: None,
-        frame_of: None,
-        frame_epoch: 1,
-        places: &[],
-        prefer_last: false,
-        allow_boxes: true,
-        isolation: None,
-        cache: None,
-        pool: None,
-        progress: &|_| {},
-    };
+    let options = IngestOptions { allow_boxes: true, ..IngestOptions::default() };
     ingest::ingest(&[file], &options)
 }
 
