@@ -4,10 +4,13 @@
 
 #[path = "support/imports.rs"]
 mod imports;
+#[path = "support/limit_table.rs"]
+mod limit_table;
 #[path = "support/page_imports.rs"]
 mod page_imports;
 
 use imports::{circles, imports, modules, named_paths as paths_of_code, names};
+use limit_table::{declared_value, limits_in_bytes, limits_of, product_source};
 use page_imports::{page_imports, page_modules};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -568,4 +571,44 @@ fn files_of_the_state_folder_are_named_in_one_place() {
         }
     }
     assert!(n_openers > 20, "{n_openers}");
+}
+
+#[test]
+fn limits_have_the_values_that_the_page_shows() {
+    let limits = limits_of(&std::fs::read_to_string(root().join("docs/limits.md")).unwrap());
+    assert!(limits.len() > 70, "{} limits", limits.len());
+    for limit in &limits {
+        let declared = declared_value(&product_source(&root().join(&limit.file)), &limit.constant);
+        assert_eq!(declared, Some(limit.value), "{} of {}", limit.constant, limit.file);
+    }
+    let is_on_page = |file: &str, name: &str| limits.iter().any(|limit| limit.file == file && limit.constant == name);
+    for folder in crates().iter().filter(|folder| !folder.starts_with(root().join("tests"))) {
+        for path in files_below(&folder.join("src")) {
+            let file = path.strip_prefix(root()).unwrap().display().to_string();
+            for name in limits_in_bytes(&product_source(&path)) {
+                assert!(is_on_page(&file, name), "docs/limits.md does not have {name} of {file}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_limit_that_changed_is_noticed() {
+    let source = "pub const MAX_A_BYTES: u64 = 4 << 30;\nconst MAX_B: usize = 8_000 - 24;\nconst MAX_C: usize = f();";
+    let check = |constant, expected| assert_eq!(declared_value(source, constant), expected, "{constant}");
+    check("MAX_A_BYTES", Some(4 << 30));
+    check("MAX_B", Some(7_976));
+    check("MAX_C", None);
+    check("MAX_D", None);
+    assert_eq!(limits_in_bytes(source).collect::<Vec<_>>(), ["MAX_A_BYTES"]);
+    let row = |value: &str| limits_of(&format!("| a file | {value} | [`MAX_A_BYTES`](../a.rs) |")).remove(0).value;
+    assert_eq!([row("4 GiB"), row("7,976"), row("2 KiB"), row("94 bytes")], [4 << 30, 7_976, 2_048, 94]);
+}
+
+/// Rust files of a folder and its folders.
+fn files_below(folder: &Path) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    let (folders, files): (Vec<_>, Vec<_>) = entries.partition(|path| path.is_dir());
+    let own = files.into_iter().filter(|path| path.extension().is_some_and(|end| end == "rs"));
+    own.chain(folders.iter().flat_map(|folder| files_below(folder))).collect()
 }
