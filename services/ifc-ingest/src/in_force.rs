@@ -1,12 +1,14 @@
 //! The state in force of ifc-ingest: revisions of the site, their reader, and the outline that they are compared with.
 
 use crate::model_files::names_of;
-use crate::revision_reader::{ReadRevision, RevisionReader};
+use crate::proposal::{Intent, Proposal};
+use crate::revision_reader::RevisionReader;
+use crate::revision_verdict::Refusal;
 use crate::revisions::{Refused, Revisions};
 use daemon::facts::MeshFacts;
-use daemon::{Asked, Failure, FileStamp, FileWatch, MachineTime, SiteConfig};
+use daemon::{Failure, FileStamp, FileWatch, MachineTime, SiteConfig};
 use ingest::SiteFrame;
-use messages::{Checked, ContentId, SiteOutline, payload};
+use messages::{Checked, SiteOutline, payload};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
@@ -36,32 +38,6 @@ pub struct InForce {
     pub(crate) read: Option<ReadFiles>,
     /// A revision that is on the bus as a candidate until schedule-eval has judged it.
     pub(crate) proposal: Option<Proposal>,
-}
-
-/// What is to become of a revision that could take effect.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) enum Intent {
-    /// It is compared only.
-    Compare,
-    /// It takes effect, or waits for an operator.
-    Load,
-    /// It takes effect.
-    Force,
-    /// It takes effect if its files are those with these hashes; else as with `Load`.
-    Confirm(Vec<ContentId>),
-}
-
-/// A revision that can be read, and what is to become of it once it is known to have a schedule.
-#[derive(Clone)]
-pub(crate) struct Proposal {
-    pub(crate) revision: Arc<ReadRevision>,
-    pub(crate) intent: Intent,
-    /// The client that waits for it; `None` for files that nobody asked for.
-    pub(crate) asked: Option<Asked>,
-    /// Since when it is on the bus, by the machine's count since its boot, in milliseconds.
-    pub(crate) since_boot_ms: i64,
-    /// Why it has no schedule with the rules, files and progress that were in force; it takes effect once it has one.
-    pub(crate) refused: Option<String>,
 }
 
 /// Files that were read for a decision.
@@ -105,12 +81,10 @@ impl InForce {
         }
     }
 
-    /// Takes why a revision cannot take effect; the error for who asked, and what the history says of it. Of files that a client asked
-    /// for, and that are not those in force, it is the answer alone.
-    pub(crate) fn refuse(&mut self, refused: Refused, is_asked: bool) -> (Failure, Option<String>) {
+    /// Takes why a revision cannot take effect; the error for who asked, and what the history says of it.
+    pub(crate) fn refuse(&mut self, refused: Refused, refusal: Refusal) -> (Failure, Option<String>) {
         let told = format!("{} refused: {}", names_of(&refused.models), refused.why);
-        let is_of_site = self.revisions.is_without_site() || self.revisions.models == refused.models;
-        if is_asked && !is_of_site {
+        if refusal != Refusal::Kept {
             return (self.revisions.stays(&refused.why).into(), Some(told));
         }
         self.revisions.see(&refused.models, &refused.stamps);
@@ -129,7 +103,8 @@ impl InForce {
             return;
         }
         self.next_try = Some(NextTry::after(self.next_try, now));
-        self.refuse(Refused { models, stamps, why: why.to_owned() }, is_asked);
+        let refusal = Refusal::of(&models, &Intent::Load, is_asked, &self.revisions);
+        self.refuse(Refused { models, stamps, why: why.to_owned() }, refusal);
     }
 }
 

@@ -4,11 +4,13 @@
 //! candidate on the bus, to schedule-eval, which says whether it has a schedule; one that is refused, or that waits for an operator,
 //! changes nothing.
 
-use crate::in_force::{InForce, Intent, Proposal, ReadFiles, frame_of, is_same_frame};
+use crate::in_force::{InForce, ReadFiles, frame_of, is_same_frame};
 use crate::judge::{Judge, ScheduleEval};
 use crate::model_files::{ModelFiles, names_of};
 use crate::output::{SiteOutput, SiteSample};
+use crate::proposal::{Intent, Proposal};
 use crate::revision_reader::{Compared, ReadRevision, RevisionReader};
+use crate::revision_verdict::{Refusal, Verdict, verdict_on};
 use crate::revisions::{Refused, Revisions, Waiting};
 use crate::site_store::SiteStore;
 use bus::Bus;
@@ -39,8 +41,7 @@ pub struct Ingest {
     verdict: Option<ScheduleVerdict>,
 }
 
-/// How long a client waits for schedule-eval to judge a revision, and when an operator is told that it has not.
-const MAX_WAIT_MS: i64 = 30_000;
+/// When an operator is told that schedule-eval has not judged a revision.
 const LONG_WAIT_MS: i64 = 5_000;
 /// Interval of looks at a candidate.
 const POLL: Duration = Duration::from_millis(10);
@@ -189,83 +190,70 @@ impl Ingest {
                 decision.wake_in = Some(POLL);
                 Ok(None)
             }
-            Err(why) if intent == Intent::Compare => Ok(Some(Err(why))),
-            Err(why) => self.refuse(decision, Refused { models, stamps, why: chain(why.as_ref()) }, asked).map(Some),
+            Err(why) => {
+                let refused = Refused { models, stamps, why: chain(why.as_ref()) };
+                self.refuse(decision, refused, &intent, asked).map(Some)
+            }
         }
     }
 
-    /// Keeps why a revision cannot take effect.
-    fn refuse(&self, decision: &mut Decision<Self>, refused: Refused, asked: Option<&Asked>) -> Result<Told, Failure> {
+    /// Tells why a revision cannot take effect, and keeps what is to be kept of it.
+    fn refuse(
+        &self,
+        decision: &mut Decision<Self>,
+        refused: Refused,
+        intent: &Intent,
+        asked: Option<&Asked>,
+    ) -> Result<Told, Failure> {
+        let refusal = Refusal::of(&refused.models, intent, asked.is_some(), &self.in_force.revisions);
+        if refusal == Refusal::Told {
+            return Ok(Err(refused.why.into()));
+        }
         decision.next.next_try = None;
-        let (why, told) = decision.next.refuse(refused, asked.is_some());
+        let (why, told) = decision.next.refuse(refused, refusal);
         let by = asked.map(|asked| asked.by);
         decision.history.extend(told.map(|told| HistoryEvent::new(HistoryKind::Revision, by, told)));
         decision.save.push(self.store.saving_revisions(&decision.next.revisions)?);
         Ok(Err(why))
     }
 
-    /// Does with a proposal as is intended once it is judged; the client that waits for it is told.
+    /// Does with a proposal as the verdict is; the client that waits for it is told.
     fn look_at_proposal(
         &self,
         decision: &mut Decision<Self>,
         proposal: &Proposal,
         now: &Now<'_, Self>,
     ) -> Result<(), Failure> {
-        let Proposal { revision, asked, since_boot_ms, .. } = proposal;
-        let names = names_of(&revision.models);
-        let refused = match &self.verdict {
-            Some(ScheduleVerdict { refused: Some(why), .. }) => {
-                Some(format!("the schedule of {names} cannot be used: {why}"))
-            }
-            Some(_) => None,
-            None if proposal.refused.is_some() => return self.reload_if_changed(decision, now),
-            None if asked.is_some() && now.machine.since_boot_ms - since_boot_ms >= MAX_WAIT_MS => {
-                Some(format!("schedule-eval has not said whether {names} has a schedule: does it run?"))
-            }
-            None => {
+        let Proposal { revision, intent, asked, .. } = proposal;
+        let (revisions, since_boot_ms) = (&self.in_force.revisions, now.machine.since_boot_ms);
+        let (models, stamps) = (revision.models.clone(), revision.stamps.clone());
+        let read = ReadFiles { models: models.clone(), stamps: stamps.clone(), is_asked: asked.is_some() };
+        let asked = asked.as_ref();
+        let mut later = None;
+        let told = match verdict_on(proposal, self.verdict.as_ref(), revisions, since_boot_ms) {
+            Verdict::Open => {
                 decision.wake_in = Some(POLL);
                 return Ok(());
             }
+            Verdict::StaysRefused => return self.reload_if_changed(decision, now),
+            Verdict::Refused(why) => {
+                let refused = Refused { models, stamps, why: why.clone() };
+                let told = self.refuse(decision, refused, intent, asked)?;
+                // Other rules, files or progress may be in force one day.
+                let is_kept = decision.next.revisions.refused.as_ref().is_some_and(|kept| kept.why == why);
+                let again = Proposal { intent: Intent::Load, asked: None, refused: Some(why), ..proposal.clone() };
+                later = is_kept.then_some(again);
+                told
+            }
+            Verdict::Compared => Ok((RevisionEffect::DryRun, Some(revision.described()))),
+            Verdict::WaitsForOperator => Ok(self.wait_for_operator(decision, revision, asked.map(|asked| asked.by))?),
+            Verdict::TakesEffect => Ok(self.take_effect(decision, revision, asked, now.outputs)?),
         };
-        if refused.is_some() && refused == proposal.refused {
-            return self.reload_if_changed(decision, now);
-        }
-        decision.next.proposal = None;
-        let told = self.judged(decision, proposal, refused, now)?;
+        (decision.next.proposal, decision.next.read) = (later, Some(read));
         if let Some(asked) = asked {
             Self::tell(decision, told, asked);
         }
         Ok(())
-    }
-
-    /// Does with a proposal as is intended, or refuses it.
-    fn judged(
-        &self,
-        decision: &mut Decision<Self>,
-        proposal: &Proposal,
-        refused: Option<String>,
-        now: &Now<'_, Self>,
-    ) -> Result<Told, Failure> {
-        let Proposal { revision, intent, asked, .. } = proposal;
-        let (models, stamps) = (revision.models.clone(), revision.stamps.clone());
-        decision.next.read =
-            Some(ReadFiles { models: models.clone(), stamps: stamps.clone(), is_asked: asked.is_some() });
-        match refused {
-            Some(why) if *intent == Intent::Compare => Ok(Err(why.into())),
-            Some(why) => {
-                let told = self.refuse(decision, Refused { models, stamps, why: why.clone() }, asked.as_ref())?;
-                // Other rules, files or progress may be in force one day.
-                let is_kept = decision.next.revisions.refused.as_ref().is_some_and(|kept| kept.why == why);
-                let later = Proposal { intent: Intent::Load, asked: None, refused: Some(why), ..proposal.clone() };
-                decision.next.proposal = is_kept.then_some(later);
-                Ok(told)
-            }
-            None if *intent == Intent::Compare => Ok(Ok((RevisionEffect::DryRun, Some(revision.described())))),
-            None if self.waits(revision, intent) => {
-                self.wait_for_operator(decision, revision, asked.as_ref().map(|asked| asked.by)).map(Ok)
-            }
-            None => self.take_effect(decision, revision, asked.as_ref(), now.outputs).map(Ok),
-        }
     }
 
     /// Tells a client what came of its request once that is committed.
@@ -277,18 +265,6 @@ impl Ingest {
             reporter.iter().for_each(|reporter| reporter.report("site published", 1.0));
             Ok(IngestAnswer { site: now.outputs.published(), effect, revision })
         }));
-    }
-
-    /// True if a revision needs an operator.
-    fn waits(&self, revision: &ReadRevision, intent: &Intent) -> bool {
-        let is_confirmed = match intent {
-            Intent::Force => true,
-            Intent::Confirm(sha256) => *sha256 == revision.sha256(),
-            Intent::Load | Intent::Compare => false,
-        };
-        // The cache was lost: the files are those in force.
-        let is_in_force = self.in_force.revisions.are_in_force(&revision.models, &revision.stamps);
-        !(is_confirmed || is_in_force || revision.comparison.objections.is_empty())
     }
 
     /// Keeps a revision until an operator confirms it.
