@@ -1,4 +1,17 @@
 //! Acceptance of an index by a robot: nothing older than what it acknowledged, nothing that its keys do not say.
+//!
+//! An index is refused, in this order:
+//!
+//! 1. while it is fetched: more than [`MAX_INDEX_BYTES`](crate::MAX_INDEX_BYTES);
+//! 2. before a line is read ([`SignedIndex::parse`]): not four lines of the expected form, a list of keys that no root key of the
+//!    robot's configuration signed, an index that no key of that list signed;
+//! 3. what is signed, but is no index: unknown fields, a list of another site, no sets or sets out of order ([`Refusal::Signed`]);
+//! 4. another site than the robot follows, an older list, an older epoch, other content under the epoch that was acknowledged;
+//! 5. another layout of archives;
+//! 6. by `site-follow`, a zone of the site's clock that its machine does not know.
+//!
+//! The rest is believed, but for the time of publication, which decides nothing. Number of the list and epoch are on disk before
+//! anything of an index is shown.
 
 use crate::keys::PublicKey;
 use crate::objects::SiteName;

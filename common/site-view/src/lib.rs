@@ -9,15 +9,15 @@
 //!
 //! [`MapRule`] is the one rule. It hears heartbeats, schedule states and indices, and says whether maps may be used:
 //!
-//! | what is known | verdict |
-//! |---|---|
-//! | one of the [`WATCHED`] daemons, or the [`FOLLOWER`] in their place, was not heard for [`SILENT_AFTER`] | no map: silent |
-//! | the plan time moves, but does not follow the machine's clock ([`NextState::Unknown`]) | no map: the clock is not to be trusted |
-//! | the next schedule state has been due for [`FRESH_TOLERANCE`] ([`NextState::Due`]), or the consumer's own plan time is past the newest one ([`ClockTime::Plan`]) | no map: past its validity |
-//! | no schedule state, index and grids that match have come yet | no map: incomplete |
-//! | the newest index is of the newest schedule state, and its grids are there | current |
-//! | they are not, for less than [`GRIDS_LATE`] since a newer schedule state, and for less than [`FRESH_TOLERANCE`] in all | overtaken |
-//! | they are not for longer | hold |
+//! | what is known | verdict | the robot |
+//! |---|---|---|
+//! | one of the [`WATCHED`] daemons, or the [`FOLLOWER`] in their place, was not heard for [`SILENT_AFTER`], 3 s | no map: silent | stands still |
+//! | the plan time moves, but does not follow the machine's clock ([`NextState::Unknown`]) | no map: the clock is not to be trusted | stands still |
+//! | the next schedule state has been due for [`FRESH_TOLERANCE`], 3 s, by the machine's clock ([`NextState::Due`]), or the consumer's own plan time is past the end of the newest one, at once ([`ClockTime::Plan`]); never for a consumer without a clock | no map: past its validity | stands still |
+//! | no schedule state, index and grids that match have come yet | no map: incomplete | stands still |
+//! | the newest index is of the newest schedule state, and its grids are there | current | uses the maps |
+//! | they are not, for less than [`GRIDS_LATE`], 1 s, since a newer schedule state, and for less than [`FRESH_TOLERANCE`] in all | overtaken | uses the maps, and enters nothing that the newer state blocks |
+//! | they are not for longer | hold | stands still |
 //!
 //! Two consumers are built on it, and none decides by itself:
 //!

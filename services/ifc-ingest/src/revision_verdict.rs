@@ -11,8 +11,10 @@
 //! | it can be used | has no objections; is forced; is confirmed by the hashes of its files; is of the very files in force | takes effect |
 //! | it can be used | any other | waits for an operator |
 //!
-//! Objections are those of [`messages::SiteComparison`]. A revision whose files cannot be read, or for which there is no map frame, is
-//! refused before it is proposed. [`Refusal`] says what is kept of one that is refused.
+//! Objections, with their limits in `messages::SiteComparison`: less than half of the elements are shared; most bodies moved; the
+//! georeference is another; a storey loses most of its elements or bodies, or its map; many more warnings, or more damaged records.
+//! A revision whose files cannot be read, or for which there is no map frame, is refused before it is proposed. [`Refusal`] says what is
+//! kept of one that is refused.
 
 use crate::model_files::names_of;
 use crate::proposal::{Intent, Proposal};
@@ -87,7 +89,8 @@ pub(crate) enum Refusal {
     Told,
     /// It is told, and stands in the history: a client asked for other files than those of the site.
     Recorded,
-    /// It stands in the status, over restarts, until its files change, it can be used, or it is discarded.
+    /// It stands in the status, over restarts, until its files change, it can be used, it is discarded, or another revision takes effect
+    /// or waits. Where it could not be written, it stands there until the daemon ends.
     Kept,
 }
 

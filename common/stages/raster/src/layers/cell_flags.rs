@@ -1,4 +1,16 @@
 //! Per-cell flags (obstacle, door, floor, blocked, structure, work, outline) from which all layers are computed.
+//!
+//! The planning layer of a cell, the first row that fits:
+//!
+//! | flag | set where | planning |
+//! |---|---|---|
+//! | [`OCCUPIED`] | an element that is built, worked on or being removed overlaps the cell within the slab (`RobotProfile::slab_m`: from the step that the robot takes up to its clearance); a door with its host wall that this robot cannot open or pass, or that is being hung or removed, and fixed parts of one that it passes | 100 |
+//! | [`BLOCKED`] | the cell is of a space that the schedule closes | 100 |
+//! | [`FLOOR`] | floor that is there (`floor.rs`): built, of ground, assumed, or of an open passage | 0 |
+//! | [`DOOR`] | the passage of a door that this robot opens and passes, and the rest of its body where floor is | 0 |
+//! | none of these | | -1 |
+//!
+//! A storey before its first slab is unknown as a whole ([`fill_without_floor`]).
 
 use grid::CellRect;
 use messages::GridLayers;
