@@ -1,5 +1,7 @@
 //! The ROS 2 library in this process: whether it still works.
 
+use rustix::io::Errno;
+
 /// The library keeps up to 8192 messages for a reader that does not acknowledge them; this is a hundred sets of large maps. Pages that
 /// are shared with others, such as the grids of the bus, do not count.
 const MAX_OWN_BYTES: u64 = 3 << 30;
@@ -36,8 +38,8 @@ fn n_threads() -> Option<usize> {
     for thread in std::fs::read_dir("/proc/self/task").ok()? {
         match std::fs::read_to_string(thread.ok()?.path().join("comm")) {
             Ok(name) => n_threads += usize::from(name.starts_with("RustDDS")),
-            // It has ended meanwhile.
-            Err(why) if why.kind() == std::io::ErrorKind::NotFound => {}
+            // It has ended meanwhile: before the file was opened, or after that.
+            Err(why) if [Errno::NOENT, Errno::SRCH].map(|e| Some(e.raw_os_error())).contains(&why.raw_os_error()) => {}
             Err(_) => return None,
         }
     }
