@@ -20,9 +20,9 @@ pub fn squared_distances(marked: &[bool], width: usize) -> Vec<u32> {
     for cell in (0..out.len() - width).rev() {
         out[cell] = out[cell].min(out[cell + width].saturating_add(1));
     }
-    let mut line = Line::new(width);
+    let mut envelope = Envelope::default();
     for row in out.chunks_exact_mut(width) {
-        line.square(row);
+        envelope.square(row);
     }
     out
 }
@@ -39,20 +39,20 @@ pub fn sparse_distances(marked: &[bool], width: usize) -> SparseLayer<u32> {
     let firsts = (0..marked.len()).step_by(width.max(1));
     // Along columns: cells to the next marked one below.
     for first in firsts.clone() {
-        squared.read(first, &mut row);
+        squared.read(first, &mut row, |cells| cells);
         add_step(&mut row, &beside);
         squared.write(first, &row);
         std::mem::swap(&mut row, &mut beside);
     }
     // Above too; then along rows.
-    let mut line = Line::new(width);
+    let mut envelope = Envelope::default();
     beside.fill(u32::MAX);
     for first in firsts.rev() {
-        squared.read(first, &mut row);
+        squared.read(first, &mut row, |cells| cells);
         add_step(&mut row, &beside);
         beside.copy_from_slice(&row);
         if row.iter().any(|cells| *cells != 0) {
-            line.square(&mut row);
+            envelope.square(&mut row);
             squared.write(first, &row);
         }
     }
@@ -72,83 +72,91 @@ pub fn nearest_marked(marked: &[bool], width: usize) -> Vec<u32> {
     if squared.is_empty() {
         return in_row;
     }
-    let mut line = Line::new(width.max(height));
+    let mut envelope = Envelope::default();
     for (row, cells) in squared.chunks_exact_mut(width).enumerate() {
         let first = row * width;
-        line.transform(cells, 1, |cell, nearest| in_row[first + cell] = (first + nearest) as u32);
+        envelope.of(cells);
+        envelope.draw(cells, |cell, nearest| in_row[first + cell] = (first + nearest) as u32);
     }
     let mut out = vec![u32::MAX; squared.len()];
+    let mut line = vec![0; height];
     for column in 0..width {
-        line.transform(&mut squared[column..], width, |row, nearest| {
-            out[row * width + column] = in_row[nearest * width + column];
-        });
+        line.iter_mut().zip(squared[column..].iter().step_by(width)).for_each(|(to, from)| *to = *from);
+        envelope.of(&line);
+        envelope.draw(&mut line, |row, nearest| out[row * width + column] = in_row[nearest * width + column]);
     }
     out
 }
 
-/// Buffers for one pass over a row or a column.
-struct Line {
-    values: Vec<u32>,
-    /// Columns of the parabolas of the lower envelope, and the start of each.
-    vertex: Vec<usize>,
-    from: Vec<f64>,
+/// The lower envelope of the squared distances along a line of cells; its buffer serves for many.
+#[derive(Default)]
+struct Envelope {
+    parabolas: Vec<Parabola>,
 }
 
-impl Line {
-    fn new(length: usize) -> Self {
-        Self {
-            values: Vec::with_capacity(length),
-            vertex: Vec::with_capacity(length),
-            from: Vec::with_capacity(length),
+/// Squared distances to a marked cell beside the line.
+#[derive(Clone, Copy)]
+struct Parabola {
+    /// Where the envelope begins to be this one.
+    from: f64,
+    /// Its cell on the line, and the squared distance there.
+    at: u32,
+    value: u32,
+    /// That distance and the square of the cell's number: what parabolas are compared by.
+    height: f64,
+}
+
+impl Envelope {
+    /// Makes squared distances in two dimensions of a row of distances along columns: between two marked cells nothing beyond them is
+    /// nearer.
+    fn square(&mut self, row: &mut [u32]) {
+        let mut from = 0;
+        while let Some(first) = row[from..].iter().position(|cells| *cells != 0) {
+            let first = from + first;
+            let end = row[first..].iter().position(|cells| *cells == 0).map_or(row.len(), |n| first + n);
+            let last = (end + 1).min(row.len());
+            let gap = &mut row[first.saturating_sub(1)..last];
+            gap.iter_mut().filter(|cells| **cells != u32::MAX).for_each(|cells| *cells = cells.saturating_mul(*cells));
+            self.of(gap);
+            self.draw(gap, |_, _| {});
+            from = end;
         }
     }
 
-    /// Makes squared distances in two dimensions of a row of distances along columns.
-    fn square(&mut self, row: &mut [u32]) {
-        row.iter_mut().filter(|cells| **cells != u32::MAX).for_each(|cells| *cells = cells.saturating_mul(*cells));
-        self.transform(row, 1, |_, _| {});
-    }
-
-    /// Adds squared distances along the line; calls `tell` with every cell and the nearest one to it.
-    fn transform(&mut self, cells: &mut [u32], step: usize, mut tell: impl FnMut(usize, usize)) {
-        self.values.clear();
-        self.values.extend(cells.iter().step_by(step));
-        self.vertex.clear();
-        self.from.clear();
-        for (q, &f) in self.values.iter().enumerate().filter(|(_, f)| **f != u32::MAX) {
-            // Of neighbours that are both marked the parabolas meet halfway: no need to compute it.
-            if f == 0 && 0 < q && self.values[q - 1] == 0 {
-                self.vertex.push(q);
-                self.from.push(q as f64 - 0.5);
-                continue;
-            }
-            let height = |p: usize| f64::from(self.values[p]) + (p * p) as f64;
-            let mut begin = f64::NEG_INFINITY;
-            while let Some(&p) = self.vertex.last() {
-                let above = f64::from(f) + (q * q) as f64 - height(p);
+    /// Takes the envelope of squared distances beside a line.
+    fn of(&mut self, values: &[u32]) {
+        self.parabolas.clear();
+        for (at, &value) in (0..).zip(values).filter(|(_, value)| **value != u32::MAX) {
+            let number = f64::from(at);
+            let height = f64::from(value) + number * number;
+            let mut from = f64::NEG_INFINITY;
+            while let Some(before) = self.parabolas.last() {
+                let above = height - before.height;
                 // Mostly the parabola before is that of the cell before: a division less.
-                begin = if q - p == 1 { above * 0.5 } else { above / (2 * (q - p)) as f64 };
-                if begin > self.from[self.from.len() - 1] {
+                let n = at - before.at;
+                from = if n == 1 { above * 0.5 } else { above / (2.0 * f64::from(n)) };
+                if from > before.from {
                     break;
                 }
-                self.vertex.pop();
-                self.from.pop();
-                begin = f64::NEG_INFINITY;
+                self.parabolas.pop();
+                from = f64::NEG_INFINITY;
             }
-            self.vertex.push(q);
-            self.from.push(begin);
+            self.parabolas.push(Parabola { from, at, value, height });
         }
-        if self.vertex.is_empty() {
-            return;
-        }
-        let mut k = 0;
-        for (q, cell) in cells.iter_mut().step_by(step).enumerate() {
-            while k + 1 < self.vertex.len() && self.from[k + 1] < q as f64 {
-                k += 1;
+    }
+
+    /// Writes the squared distances along the line; calls `tell` with every cell and the nearest one to it.
+    fn draw(&self, cells: &mut [u32], mut tell: impl FnMut(usize, usize)) {
+        let mut done = 0;
+        for (k, parabola) in self.parabolas.iter().enumerate() {
+            let next = self.parabolas.get(k + 1).filter(|next| next.from < cells.len() as f64);
+            let end = next.map_or(cells.len(), |next| if next.from < 0.0 { 0 } else { next.from as usize + 1 });
+            let Parabola { at, value, .. } = *parabola;
+            for (q, cell) in (done as u32..).zip(cells.get_mut(done..end).unwrap_or_default()) {
+                tell(q as usize, at as usize);
+                *cell = value.saturating_add(q.abs_diff(at).wrapping_mul(q.abs_diff(at)));
             }
-            let p = self.vertex[k];
-            tell(q, p);
-            *cell = self.values[p].saturating_add((q.abs_diff(p) * q.abs_diff(p)) as u32);
+            done = done.max(end);
         }
     }
 }

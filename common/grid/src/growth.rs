@@ -31,7 +31,7 @@ pub struct Growth {
     cost: Vec<u16>,
     /// Cells by cost.
     buckets: Vec<Vec<u32>>,
-    /// Buffers for one row: whether a cell or those above and below are a target, and whether it is a seed beside one.
+    /// Buffers of [`Self::find_beside`], for one row.
     column: Vec<u8>,
     front: Vec<u8>,
 }
@@ -93,14 +93,19 @@ impl Growth {
     /// a column or a diagonal, with at most `max_cells` cells of neither region between them, on a diagonal correspondingly
     /// fewer.
     ///
-    /// Regions are bits. A diagonal step between two cells of `to` is closed, so that a gap never leads through a wall.
+    /// Regions are bits, and `region` is none of the others. A diagonal step between two cells of `to` is closed, so that a gap never
+    /// leads through a wall.
     pub fn bridge(&mut self, [from, to]: [u8; 2], region: u8, max_cells: usize) {
         let padded = self.width + 2;
         let n_rows = self.cells.len() / padded - 2;
         let max_on_diagonal = (max_cells * usize::from(SIDE)).div_ceil(usize::from(CORNER));
         for row in 1..=n_rows {
+            // A gap begins with a cell of neither.
+            if !self.find_beside(row * padded, |cell| cell & to != 0, |cell| cell & (from | to) == 0) {
+                continue;
+            }
             for column in 1..=self.width {
-                if self.cells[row * padded + column] & to == 0 {
+                if self.front[column - 1] == 0 {
                     continue;
                 }
                 for [dx, dy] in DIRECTIONS {
@@ -120,34 +125,40 @@ impl Growth {
         self.cells.chunks_exact(self.width + 2).skip(1).take(inner).map(|row| &row[1..row.len() - 1])
     }
 
-    /// Finds seeds with a neighbour to grow into. Written so that the compiler vectorises it.
+    /// Finds seeds with a neighbour to grow into.
     fn find_front(&mut self, seeds: u8, through: u8) {
         let padded = self.width + 2;
-        let Self { cells, buckets, column, front, .. } = self;
-        let target = |cell: u8| u8::from(cell & (seeds | through) == through);
-        column.resize(padded, 0);
-        front.resize(self.width, 0);
-        for row in (padded..cells.len() - padded).step_by(padded) {
-            let below = &cells[row - padded..row];
-            let (here, above) = (&cells[row..row + padded], &cells[row + padded..row + 2 * padded]);
-            if here.iter().fold(0, |all, cell| all | cell) & seeds == 0 {
-                continue;
-            }
-            // A seed is no target, so a cell may be counted among its own neighbours.
-            for (((column, &below), &here), &above) in column.iter_mut().zip(below).zip(here).zip(above) {
-                *column = target(below) | target(here) | target(above);
-            }
-            let beside = column.iter().zip(&column[1..]).zip(&column[2..]);
-            let mut any = 0;
-            for ((front, &here), ((&left, &middle), &right)) in front.iter_mut().zip(&here[1..]).zip(beside) {
-                *front = (left | middle | right) & u8::from(here & seeds != 0);
-                any |= *front;
-            }
-            if any != 0 {
-                let on = front.iter().enumerate().filter(|(_, on)| **on != 0);
-                buckets[0].extend(on.map(|(k, _)| (row + k + 1) as u32));
+        for row in (padded..self.cells.len() - padded).step_by(padded) {
+            if self.find_beside(row, |cell| cell & seeds != 0, |cell| cell & (seeds | through) == through) {
+                let on = self.front.iter().enumerate().filter(|(_, on)| **on != 0);
+                self.buckets[0].extend(on.map(|(k, _)| (row + k + 1) as u32));
             }
         }
+    }
+
+    /// Sets `front` for the cells of a row that fit and have a neighbour among the targets, none of which fits itself; false if there
+    /// are none. Written so that the compiler vectorises it.
+    fn find_beside(&mut self, row: usize, fits: impl Fn(u8) -> bool, is_target: impl Fn(u8) -> bool) -> bool {
+        let padded = self.width + 2;
+        let Self { cells, column, front, .. } = self;
+        let (below, here) = (&cells[row - padded..row], &cells[row..row + padded]);
+        let above = &cells[row + padded..row + 2 * padded];
+        if !here.iter().fold(false, |any, &cell| any | fits(cell)) {
+            return false;
+        }
+        column.resize(padded, 0);
+        front.resize(self.width, 0);
+        // No target fits, so a cell may be counted among its own neighbours.
+        for (((column, &below), &here), &above) in column.iter_mut().zip(below).zip(here).zip(above) {
+            *column = u8::from(is_target(below) | is_target(here) | is_target(above));
+        }
+        let beside = column.iter().zip(&column[1..]).zip(&column[2..]);
+        let mut any = 0;
+        for ((front, &here), ((&left, &middle), &right)) in front.iter_mut().zip(&here[1..]).zip(beside) {
+            *front = (left | middle | right) & u8::from(fits(here));
+            any |= *front;
+        }
+        any != 0
     }
 
     /// Follows a line from a cell of `to` over at most `max_cells` cells of neither region, and marks them if a cell of

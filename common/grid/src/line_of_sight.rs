@@ -80,7 +80,7 @@ impl LineOfSight {
         let mut leap = vec![0; n_cells];
         let mut distances = vec![0; width];
         for (row, leaps) in leap.chunks_exact_mut(width.max(1)).enumerate() {
-            squared.read(row * width, &mut distances);
+            squared.read(row * width, &mut distances, |cells| cells);
             let left_of_row = row.min(height - 1 - row).min(usize::from(MAX_LEAP));
             for (column, (leap, &squared)) in leaps.iter_mut().zip(&distances).enumerate().filter(|(_, at)| *at.1 != 0)
             {

@@ -106,18 +106,43 @@ impl<T> SparseLayer<T> {
 }
 
 impl<T: Copy> SparseLayer<T> {
-    /// Copies the values of a stretch of cells.
-    pub(crate) fn read(&self, first: usize, out: &mut [T]) {
+    /// The cells with values of their own, each with its value, in their order; fastest where it is folded, as by `for_each`.
+    pub fn iter(&self) -> impl DoubleEndedIterator<Item = (usize, T)> + '_ {
+        self.chunks().flat_map(|(first, values)| values.iter().enumerate().map(move |(k, &value)| (first + k, value)))
+    }
+
+    /// The same by stretches of consecutive cells: the first of them, and their values.
+    pub fn chunks(&self) -> impl DoubleEndedIterator<Item = (usize, &[T])> + '_ {
+        self.cells.chunks().map(|cells| {
+            let place = self.cells.place(cells.start);
+            (cells.start, &self.values[place..place + cells.len()])
+        })
+    }
+
+    /// Gives consecutive cells one value; those without values of their own stay.
+    pub fn fill(&mut self, cells: Range<usize>, value: T) {
+        for (cells, place) in self.cells.places(cells.start, cells.len()) {
+            if let Some(place) = place {
+                self.values[place..place + cells.len()].fill(value);
+            }
+        }
+    }
+
+    /// Copies what is wanted of the values of a stretch of cells.
+    pub fn read<U: Copy>(&self, first: usize, out: &mut [U], wanted: impl Fn(T) -> U) {
         for (cells, place) in self.cells.places(first, out.len()) {
             match place {
-                Some(place) => out[cells.clone()].copy_from_slice(&self.values[place..place + cells.len()]),
-                None => out[cells].fill(self.values[0]),
+                Some(place) => {
+                    let values = &self.values[place..place + cells.len()];
+                    out[cells].iter_mut().zip(values).for_each(|(out, value)| *out = wanted(*value));
+                }
+                None => out[cells].fill(wanted(self.values[0])),
             }
         }
     }
 
     /// Sets the values of a stretch of cells; those of cells without values of their own stay.
-    pub(crate) fn write(&mut self, first: usize, values: &[T]) {
+    pub fn write(&mut self, first: usize, values: &[T]) {
         for (cells, place) in self.cells.places(first, values.len()) {
             if let Some(place) = place {
                 self.values[place..place + cells.len()].copy_from_slice(&values[cells]);
@@ -168,6 +193,16 @@ mod tests {
                 prop_assert_eq!(layer[cell], number);
                 let is_own = numbers.chunks(CHUNK_CELLS).nth(cell / CHUNK_CELLS).is_some_and(has_values);
                 prop_assert_eq!(written[cell], if is_own { u64::from(number) } else { 9 });
+            }
+            let own: Vec<(usize, u64)> = cells.iter().map(|cell| (cell, u64::from(numbers[cell]))).collect();
+            prop_assert_eq!(written.iter().collect::<Vec<_>>(), &own[..]);
+            prop_assert_eq!(written.iter().rev().collect::<Vec<_>>(), own.iter().rev().copied().collect::<Vec<_>>());
+            let (from, to) = (numbers.len() / 3, numbers.len() / 2);
+            let mut filled = layer.clone();
+            filled.fill(from..to, 8);
+            for (cell, &number) in numbers.iter().enumerate() {
+                let is_filled = (from..to).contains(&cell) && written[cell] != 9;
+                prop_assert_eq!(filled[cell], if is_filled { 8 } else { number });
             }
             prop_assert_eq!(layer.get(numbers.len()), None);
             prop_assert_eq!(written.cells().n_cells(), numbers.len());

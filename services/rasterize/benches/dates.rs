@@ -1,9 +1,9 @@
 //! CPU time of drawing dates, against that of copying the grids that change: what `live` measures, on one thread, without daemons and bus.
 //!
-//! usage: cargo bench -p rasterize --bench dates -- [--worst N] [MODEL.ifc]
+//! usage: cargo bench -p rasterize --bench dates -- [--worst N] [--dates FIRST..END] [MODEL.ifc]
 //!
 //! Without a model the site is the demo building 60 times, as in `live`. Each date is drawn on grids of the one before, as rasterize
-//! does; the first 24 dates are walked through twice.
+//! does; all of them, or some by their numbers, are walked through twice.
 #![expect(clippy::print_stdout, reason = "figures are what it is for")]
 #![expect(clippy::unwrap_used, reason = "a benchmark stops where it fails")]
 
@@ -12,10 +12,9 @@ use messages::{ArchiveBuffer, ContentHash, RobotProfile, ScheduleState, Site};
 use raster::Rasterizer;
 use rustix::time::{ClockId, clock_gettime};
 use schedule::{Overrides, Rules};
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::process::Command;
-
-const DATES: usize = 24;
 
 fn cpu_ms() -> f64 {
     let time = clock_gettime(ClockId::ThreadCPUTime);
@@ -39,17 +38,22 @@ impl Step {
 }
 
 fn main() {
-    let (mut worst, mut model) = (5, None);
+    let (mut worst, mut model, mut dates) = (5, None, 0..usize::MAX);
     let mut words = std::env::args().skip(1).filter(|a| a != "--bench");
     while let Some(word) = words.next() {
         match word.as_str() {
             "--worst" => worst = words.next().unwrap().parse().unwrap(),
+            "--dates" => {
+                let text = words.next().unwrap();
+                let (first, end) = text.split_once("..").unwrap();
+                dates = first.parse().unwrap()..end.parse().unwrap();
+            }
             _ => model = Some(PathBuf::from(word)),
         }
     }
     let home = tempfile::tempdir().unwrap();
     let model = model.unwrap_or_else(|| tiled(home.path()));
-    rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap().install(|| measure(&model, worst));
+    rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap().install(|| measure(&model, worst, &dates));
 }
 
 fn tiled(home: &Path) -> PathBuf {
@@ -62,7 +66,7 @@ fn tiled(home: &Path) -> PathBuf {
     model
 }
 
-fn measure(model: &Path, worst: usize) {
+fn measure(model: &Path, worst: usize, wanted: &Range<usize>) {
     let files = [SourceFile { path: model.to_owned(), bytes: std::fs::read(model).unwrap() }];
     let options = IngestOptions { prefer_last: true, allow_boxes: true, ..IngestOptions::default() };
     let site = ingest::ingest(&files, &options).unwrap();
@@ -71,7 +75,7 @@ fn measure(model: &Path, worst: usize) {
     let mut rasterizer = Rasterizer::new(&site, &RobotProfile::DEFAULT, 0.05).unwrap();
     let mut walk = Walk { copies: Vec::new(), memory: Vec::new(), hashes: Vec::new(), states: Vec::new() };
     let dates = timeline.instants_s();
-    let dates = &dates[..dates.len().min(DATES)];
+    let dates = &dates[wanted.start..wanted.end.min(dates.len())];
     let mut pass = || -> Vec<Step> {
         let draw = |&at_s: &i64| {
             let state = timeline.schedule_state_at(Some(at_s)).finish();

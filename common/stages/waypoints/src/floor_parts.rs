@@ -40,8 +40,9 @@ pub(crate) fn part_properties(
     let of_spaces = site.spaces.iter().map(|s| !s.has(space_flags::EXTERNAL) && !s.has(space_flags::METADATA_ONLY));
     let is_room: Vec<bool> = std::iter::once(false).chain(of_spaces).collect();
     let has_rooms = grid.space.iter().any(|&space| is_room[usize::from(space)]);
-    for cell in free_space.cells().filter(|&cell| !has_rooms || is_room[usize::from(grid.space[cell])]) {
-        properties[free_space.part(cell) as usize].room_cells += 1;
+    let in_room = |space: &&u16| !has_rooms || is_room[usize::from(**space)];
+    for run in free_space.runs() {
+        properties[run.part as usize].room_cells += grid.space[run.cells()].iter().filter(in_room).count() as u32;
     }
     for end in portals.iter().flat_map(|p| p.ends).filter(|end| end.storey == storey) {
         properties[end.part as usize].has_way_in = true;
@@ -116,13 +117,15 @@ pub(crate) fn floor_parts(
     for (storey, free_space) in free_spaces.iter().enumerate() {
         let cell_m2 = free_space.spec.resolution_m().powi(2);
         let mut middles = vec![0; free_space.n_parts() as usize + 1];
-        for cell in free_space.cells().rev() {
-            let middle = &mut middles[free_space.part(cell) as usize];
-            // Of equals the cell with the lowest index.
-            if free_space.part(cell) != free_space.part(*middle)
-                || free_space.clearance_of(cell) >= free_space.clearance_of(*middle)
-            {
-                *middle = cell;
+        let mut farthest = vec![0; middles.len()];
+        for run in free_space.runs() {
+            let part = run.part as usize;
+            for cell in run.cells() {
+                // Of equals the cell with the lowest index.
+                let squared = free_space.squared_clearance(cell);
+                if squared > farthest[part] {
+                    (farthest[part], middles[part]) = (squared, cell);
+                }
             }
         }
         let record = |part: u32| {

@@ -5,6 +5,7 @@ use grid::{Cell, GridSpec, LineOfSight, SparseCells, SparseLayer, sparse_distanc
 use messages::{ContentHash, FloorKind, Grid, GridHead};
 use safety::SafetyLayer;
 use std::collections::BTreeSet;
+use std::ops::Range;
 
 /// The free space of a storey for a robot of one radius.
 ///
@@ -16,6 +17,8 @@ pub(crate) struct FreeSpace {
     squared: SparseLayer<u32>,
     /// Part of each cell, from 1; 0 outside of the free space.
     part: SparseLayer<u32>,
+    /// The cells of the free space, row by row.
+    runs: Vec<Run>,
     /// Number of cells of each part; 0 for part 0.
     sizes: Vec<u32>,
     /// Cells within distances that the robot keeps from elements, if it does.
@@ -24,6 +27,22 @@ pub(crate) struct FreeSpace {
     floor_z_tenths: i32,
     /// Height and slope of each cell of a storey that is not level.
     relief: Option<SparseLayer<GroundOfCell>>,
+}
+
+/// Neighbouring cells of a row, as many as there are, in one part of the free space.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Run {
+    first: u32,
+    length: u32,
+    /// The part.
+    pub(crate) part: u32,
+}
+
+impl Run {
+    /// The cells.
+    pub(crate) fn cells(self) -> Range<usize> {
+        self.first as usize..(self.first + self.length) as usize
+    }
 }
 
 /// Height, and slope in thousandths of a radian, of the ground of a cell.
@@ -58,10 +77,12 @@ impl FreeSpace {
         let needed = (radius_m * f64::from(TENTHS_PER_M) - 1.0) / f64::from(spec.cell_tenths);
         let needed = (needed.max(0.0) * needed.max(0.0)).ceil() as u32;
         let stands = |cell: usize| !grid.is_keepout(cell) && squared[cell] >= needed.max(1);
-        let mut part = squared.cells().layer_of(0, |cell| if stands(cell) { UNLABELLED } else { 0 });
-        let sizes = label(&mut part, &spec);
+        let mut part = squared.cells().layer_of(0, |cell| u32::from(stands(cell)));
+        let mut runs = runs_of(&part, spec.width as usize);
+        let sizes = label(&mut runs, spec.width);
+        runs.iter().filter(|run| run.part != 1).for_each(|run| part.fill(run.cells(), run.part));
         let relief = (is_planned && !grid.elevation.is_empty()).then(|| relief_of(grid, squared.cells()));
-        Self { spec, squared, part, sizes, kept_off: None, floor_z_tenths: grid.head.floor_z_tenths, relief }
+        Self { spec, squared, part, runs, sizes, kept_off: None, floor_z_tenths: grid.head.floor_z_tenths, relief }
     }
 
     /// Height of the ground of a cell, in tenths of a millimetre; that of the floor where none is known.
@@ -143,7 +164,12 @@ impl FreeSpace {
 
     /// The cells of the free space, in their order.
     pub(crate) fn cells(&self) -> impl DoubleEndedIterator<Item = usize> {
-        self.part.cells().iter().filter(|&cell| self.part[cell] != 0)
+        self.runs.iter().flat_map(|run| run.cells())
+    }
+
+    /// The same by runs of neighbouring cells.
+    pub(crate) fn runs(&self) -> impl DoubleEndedIterator<Item = Run> + '_ {
+        self.runs.iter().copied()
     }
 
     /// Part of a cell, from 1; 0 outside of the free space.
@@ -205,7 +231,12 @@ impl FreeSpace {
         nearest
     }
 
-    /// Distance in metres from the middle of a cell to that of the nearest cell that is not free.
+    /// Squared distance from the middle of a cell to that of the nearest cell that is not free, in cells.
+    pub(crate) fn squared_clearance(&self, cell: usize) -> u32 {
+        self.squared[cell]
+    }
+
+    /// The same distance in metres.
     pub(crate) fn clearance_of(&self, cell: usize) -> f64 {
         f64::from(self.squared[cell]).sqrt() * self.spec.resolution_m()
     }
@@ -249,30 +280,69 @@ fn relief_of(grid: &Grid<'_>, cells: &SparseCells) -> SparseLayer<GroundOfCell> 
     }
 }
 
-const UNLABELLED: u32 = u32::MAX;
-
-/// Labels the connected components of the [`UNLABELLED`] cells, from 1; returns their sizes, beginning with number 0.
-fn label(part: &mut SparseLayer<u32>, spec: &GridSpec) -> Vec<u32> {
-    let cells = part.cells().clone();
-    let mut sizes = vec![0];
-    let mut waiting = Vec::new();
-    for start in cells.iter() {
-        if part[start] != UNLABELLED {
-            continue;
-        }
-        let number = sizes.len() as u32;
-        sizes.push(0);
-        part[start] = number;
-        waiting.push(start);
-        while let Some(cell) = waiting.pop() {
-            sizes[number as usize] += 1;
-            for next in spec.beside(cell) {
-                if part[next] == UNLABELLED {
-                    part[next] = number;
-                    waiting.push(next);
+/// The runs of cells that are not 0, each as part 0 so far.
+fn runs_of(part: &SparseLayer<u32>, width: usize) -> Vec<Run> {
+    let mut runs: Vec<Run> = Vec::new();
+    for (start, values) in part.chunks() {
+        let mut at = 0;
+        while let Some(n) = values[at..].iter().position(|&value| value != 0) {
+            let end = values[at + n..].iter().position(|&value| value == 0).map_or(values.len(), |n_on| at + n + n_on);
+            let (mut first, last) = (start + at + n, start + end);
+            // A chunk may go on in the next row, or begin in the middle of a run.
+            while first < last {
+                let row_end = (first / width + 1) * width;
+                let length = last.min(row_end) - first;
+                match runs.last_mut() {
+                    Some(before) if before.cells().end == first && first % width != 0 => before.length += length as u32,
+                    _ => runs.push(Run { first: first as u32, length: length as u32, part: 0 }),
                 }
+                first += length;
             }
+            at = end;
         }
+    }
+    runs
+}
+
+/// Numbers the parts of runs that touch along sides, from 1, by their lowest cells; returns the number of cells of each,
+/// beginning with number 0.
+///
+/// # Source
+/// Two passes with a table of equivalent labels: Rosenfeld, Pfaltz, "Sequential operations in digital picture processing",
+/// Journal of the ACM 13, 1966.
+fn label(runs: &mut [Run], width: u32) -> Vec<u32> {
+    // The lowest run of each tree is its root.
+    let mut parents: Vec<u32> = (0..runs.len() as u32).collect();
+    let root = |parents: &mut [u32], of: u32| {
+        let mut at = of;
+        while parents[at as usize] != at {
+            parents[at as usize] = parents[parents[at as usize] as usize];
+            at = parents[at as usize];
+        }
+        at
+    };
+    let end = |run: &Run| run.first + run.length;
+    let mut below = 0;
+    for at in 0..runs.len() {
+        let run = runs[at];
+        while end(&runs[below]) + width <= run.first {
+            below += 1;
+        }
+        let over = runs[below..at].iter().take_while(|other| other.first + width < end(&run)).count();
+        for other in below..below + over {
+            let [a, b] = [other, at].map(|k| root(&mut parents, k as u32));
+            parents[a.max(b) as usize] = a.min(b);
+        }
+    }
+    let mut sizes = vec![0];
+    for at in 0..runs.len() {
+        let root = root(&mut parents, at as u32) as usize;
+        if root == at {
+            runs[at].part = sizes.len() as u32;
+            sizes.push(0);
+        }
+        runs[at].part = runs[root].part;
+        sizes[runs[at].part as usize] += runs[at].length;
     }
     sizes
 }

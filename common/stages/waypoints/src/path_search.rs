@@ -1,8 +1,8 @@
 //! Shortest paths over reachable cells, with string pulling.
 
-use crate::free_space::FreeSpace;
+use crate::free_space::{FreeSpace, Run};
 use frames::{Map, Point2};
-use grid::{GridSpec, LineOfSight, SparseLayer, sparse_distances};
+use grid::{GridSpec, LineOfSight, SparseCells, SparseLayer, sparse_distances};
 
 /// The reachable cells of a storey: a section of the grid with a border of unreachable cells. Cells are indices in the
 /// section.
@@ -11,6 +11,8 @@ pub(crate) struct PathGrid {
     pub(crate) width: usize,
     /// True for reachable cells.
     pub(crate) open: SparseLayer<bool>,
+    /// Reachable neighbours of each reachable cell, as bits of [`Self::neighbours`].
+    pub(crate) open_around: SparseLayer<u8>,
     /// Squared distance to the nearest unreachable cell, in cells.
     pub(crate) squared: SparseLayer<u32>,
     /// Lines of sight over reachable cells.
@@ -52,34 +54,37 @@ impl PathGrid {
     /// The parts of a storey for which `is_reached` is true; `None` if there are none.
     pub(crate) fn of(free_space: &FreeSpace, is_reached: impl Fn(u32) -> bool) -> Option<Self> {
         let width = free_space.spec.width as usize;
-        let reached = || free_space.cells().filter(|&cell| is_reached(free_space.part(cell)));
+        let reached = || free_space.runs().filter(|run| is_reached(run.part));
         let (mut lo, mut hi) = ([usize::MAX; 2], [0; 2]);
-        for cell in reached() {
-            let at = [cell % width, cell / width];
-            for k in 0..2 {
-                (lo[k], hi[k]) = (lo[k].min(at[k]), hi[k].max(at[k]));
-            }
+        for run in reached() {
+            let (cells, row) = (run.cells(), run.cells().start / width);
+            let columns = [cells.start - row * width, cells.end - 1 - row * width];
+            lo = [lo[0].min(columns[0]), lo[1].min(row)];
+            hi = [hi[0].max(columns[1]), hi[1].max(row)];
         }
         if lo[0] > hi[0] {
             return None;
         }
         let size = [hi[0] - lo[0] + 3, hi[1] - lo[1] + 3];
         let mut closed = vec![true; size[0] * size[1]];
-        for cell in reached() {
-            closed[(cell / width - lo[1] + 1) * size[0] + cell % width - lo[0] + 1] = false;
+        let inside = |cell: usize| (cell / width - lo[1] + 1) * size[0] + cell % width - lo[0] + 1;
+        for run in reached() {
+            let first = inside(run.cells().start);
+            closed[first..first + run.cells().len()].fill(false);
         }
         let first = [0, 1].map(|k| free_space.spec.first_cell[k] + lo[k] as i32 - 1);
         let spec = GridSpec { first_cell: first, width: size[0] as u32, height: size[1] as u32, ..free_space.spec };
         let squared = sparse_distances(&closed, size[0]);
+        let open_around = open_around(squared.cells(), &closed, size[0]);
         let kept_off = free_space.kept_off_hash().map(|_| {
-            let inside = |cell: usize| (cell / width - lo[1] + 1) * size[0] + cell % width - lo[0] + 1;
-            let kept: Vec<usize> = reached().filter(|&cell| free_space.is_kept_off(cell)).map(inside).collect();
+            let cells = reached().flat_map(Run::cells).filter(|&cell| free_space.is_kept_off(cell));
+            let kept: Vec<usize> = cells.map(inside).collect();
             KeptOff::of(&mut closed, &kept, &squared, size[0])
         });
         drop(closed);
         let open = squared.cells().layer_of(false, |cell| squared[cell] != 0);
         let sight = LineOfSight::from_distances(&squared, size[0]);
-        Some(Self { spec, width: size[0], open, squared, sight, kept_off })
+        Some(Self { spec, width: size[0], open, open_around, squared, sight, kept_off })
     }
 
     /// Side of a cell in metres.
@@ -136,22 +141,25 @@ impl PathGrid {
         self.kept_off.as_ref().map_or(self.squared[cell], |kept_off| kept_off.rank[cell])
     }
 
+    /// The eight cells around a cell, counter-clockwise from the right.
+    pub(crate) fn neighbours(&self, cell: usize) -> [usize; 8] {
+        around(cell, self.width)
+    }
+
     /// Calls `visit` with every cell to which a step leads from a cell, and the cost of the step.
     pub(crate) fn steps_from(&self, cell: usize, mut visit: impl FnMut(usize, u32)) {
-        let w = self.width;
-        let [left, right, down, up] = [cell - 1, cell + 1, cell - w, cell + w];
-        let [l, r, d, u] = [left, right, down, up].map(|c| self.open[c]);
-        // No path passes between two blocked cells that meet at a corner.
-        let corners = [(down - 1, d && l), (down + 1, d && r), (up - 1, u && l), (up + 1, u && r)];
+        let steps = STEPS[usize::from(self.open_around[cell])];
+        let around = self.neighbours(cell);
         let is_dear = self.is_kept_off(cell);
         let cost = |next: usize, step: u32| {
             if is_dear || self.is_kept_off(next) { KEPT_OFF_FACTOR * step } else { step }
         };
-        for (next, _) in [(left, l), (right, r), (down, d), (up, u)].into_iter().filter(|side| side.1) {
-            visit(next, cost(next, SIDE));
-        }
-        for (next, _) in corners.into_iter().filter(|corner| corner.1 && self.open[corner.0]) {
-            visit(next, cost(next, CORNER));
+        for (bit, step) in
+            [(4, SIDE), (0, SIDE), (6, SIDE), (2, SIDE), (5, CORNER), (7, CORNER), (3, CORNER), (1, CORNER)]
+        {
+            if steps & 1 << bit != 0 {
+                visit(around[bit], cost(around[bit], step));
+            }
         }
     }
 
@@ -258,6 +266,54 @@ impl PathGrid {
         [(cell % self.width) as f64 + 0.5, (cell / self.width) as f64 + 0.5]
     }
 }
+
+/// The eight cells around a cell of a grid, counter-clockwise from the right.
+fn around(cell: usize, width: usize) -> [usize; 8] {
+    let (up, down) = (cell + width, cell - width);
+    [cell + 1, up + 1, up, up - 1, cell - 1, down - 1, down, down + 1]
+}
+
+/// For each cell that is not closed those around it that are not, as bits, counter-clockwise from the right. The cells at the rim are
+/// closed. Written so that the compiler vectorises it.
+fn open_around(cells: &SparseCells, closed: &[bool], width: usize) -> SparseLayer<u8> {
+    let mut layer = cells.layer(0);
+    let mut bits = vec![0; width - 2];
+    for row in (width..closed.len() - width).step_by(width) {
+        let open = |cell: usize| &closed[cell..cell + width - 2];
+        let sides = [
+            row + 2,
+            row + width + 2,
+            row + width + 1,
+            row + width,
+            row,
+            row - width,
+            row - width + 1,
+            row - width + 2,
+        ];
+        let own = open(row + 1);
+        bits.iter_mut().zip(own).for_each(|(bits, closed)| *bits = u8::from(*closed).wrapping_sub(1));
+        for (k, side) in sides.into_iter().enumerate() {
+            let clear = |(bits, closed): (&mut u8, &bool)| *bits &= !(u8::from(*closed) << k);
+            bits.iter_mut().zip(open(side)).for_each(clear);
+        }
+        layer.write(row + 1, &bits);
+    }
+    layer
+}
+
+/// The steps that lead from a cell, as bits, by its reachable neighbours: no path passes between two blocked cells that meet at a
+/// corner, nor past one.
+static STEPS: [u8; 256] = {
+    let mut table = [0; 256];
+    let mut open = 0;
+    while open < 256 {
+        let sides = open as u8 & 0b0101_0101;
+        // A corner is between the sides before and after it.
+        table[open] = sides | (open as u8 & 0b1010_1010 & sides.rotate_left(1) & sides.rotate_right(1));
+        open += 1;
+    }
+    table
+};
 
 impl KeptOff {
     /// Of cells of a section of a grid; `closed` are its unreachable ones, and these afterwards.

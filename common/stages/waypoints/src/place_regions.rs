@@ -11,12 +11,20 @@ use grid::SparseLayer;
 
 /// Regions of places, given by the cells in which they lie.
 pub(crate) struct PlaceRegions {
-    /// Place of each cell; `NONE` where none can be reached from.
-    region: SparseLayer<u32>,
-    /// Next cell towards the place of the region.
-    from: SparseLayer<u32>,
+    cells: SparseLayer<Reached>,
     /// Pairs of places with neighbouring regions, ascending.
     pub(crate) borders: Vec<Border>,
+}
+
+/// How a cell is reached from the place of its region.
+#[derive(Debug, Clone, Copy)]
+struct Reached {
+    /// The place; `NONE` where none can be reached from.
+    region: u32,
+    /// Next cell towards it; `NONE` for its own.
+    from: u32,
+    /// Cost of the path from it.
+    cost: u32,
 }
 
 /// Where the path between the places of two neighbouring regions crosses their border.
@@ -38,14 +46,12 @@ const N_BUCKETS: usize = 64;
 impl PlaceRegions {
     /// Of places in the same cell the first one has the region, the others have none.
     pub(crate) fn of(path_grid: &PathGrid, cells: &[usize]) -> Self {
-        let floor = path_grid.open.cells();
-        let mut cost = floor.layer(NO_PATH);
-        let mut regions = Self { region: floor.layer(NONE), from: floor.layer(NONE), borders: Vec::new() };
+        let mut reached = path_grid.open.cells().layer(Reached { region: NONE, from: NONE, cost: NO_PATH });
         let mut buckets = vec![Vec::new(); N_BUCKETS];
         let (mut n_waiting, mut now) = (0usize, 0u32);
         for (&cell, place) in cells.iter().zip(0..) {
-            if path_grid.open[cell] && regions.region[cell] == NONE {
-                (cost[cell], regions.region[cell]) = (0, place);
+            if path_grid.open[cell] && reached[cell].region == NONE {
+                reached[cell] = Reached { region: place, from: NONE, cost: 0 };
                 buckets[0].push(cell as u32);
                 n_waiting += 1;
             }
@@ -54,13 +60,14 @@ impl PlaceRegions {
             while let Some(cell) = buckets[now as usize % N_BUCKETS].pop() {
                 n_waiting -= 1;
                 let cell = cell as usize;
-                if cost[cell] != now {
+                let Reached { region, cost, .. } = reached[cell];
+                if cost != now {
                     continue;
                 }
-                let place = regions.region[cell];
                 path_grid.steps_from(cell, |next, step| {
-                    if now + step < cost[next] {
-                        (cost[next], regions.region[next], regions.from[next]) = (now + step, place, cell as u32);
+                    let next_reached = &mut reached[next];
+                    if now + step < next_reached.cost {
+                        *next_reached = Reached { region, from: cell as u32, cost: now + step };
                         buckets[(now + step) as usize % N_BUCKETS].push(next as u32);
                         n_waiting += 1;
                     }
@@ -68,41 +75,14 @@ impl PlaceRegions {
             }
             now += 1;
         }
-        regions.borders = regions.find_borders(path_grid, &cost);
-        regions
-    }
-
-    /// The shortest path between each two neighbouring regions.
-    fn find_borders(&self, path_grid: &PathGrid, cost: &SparseLayer<u32>) -> Vec<Border> {
-        let mut borders = Vec::new();
-        let w = path_grid.width;
-        // Steps lead both ways: those to later cells are all.
-        for cell in cost.cells().iter().filter(|&cell| self.region[cell] != NONE) {
-            let region = self.region[cell];
-            if [cell + 1, cell + w - 1, cell + w, cell + w + 1].iter().all(|&next| self.region[next] == region) {
-                continue;
-            }
-            path_grid.steps_from(cell, |next, step| {
-                if next < cell || self.region[next] == region {
-                    return;
-                }
-                let [a, b] = if region < self.region[next] { [cell, next] } else { [next, cell] };
-                borders.push(Border {
-                    places: [self.region[a], self.region[b]],
-                    cost: cost[cell] + step + cost[next],
-                    cells: [a as u32, b as u32],
-                });
-            });
-        }
-        borders.sort_unstable();
-        borders.dedup_by_key(|border| border.places);
-        borders
+        let borders = find_borders(path_grid, &reached);
+        Self { cells: reached, borders }
     }
 
     /// The cells of the path between two places, the first one's first.
     pub(crate) fn path(&self, border: &Border) -> Vec<usize> {
         let towards = |cell: u32| {
-            let next = |&cell: &u32| Some(self.from[cell as usize]).filter(|next| *next != NONE);
+            let next = |&cell: &u32| Some(self.cells[cell as usize].from).filter(|next| *next != NONE);
             std::iter::successors(Some(cell), next).map(|cell| cell as usize)
         };
         let mut path: Vec<usize> = towards(border.cells[0]).collect();
@@ -110,6 +90,43 @@ impl PlaceRegions {
         path.extend(towards(border.cells[1]));
         path
     }
+}
+
+/// The shortest path between each two neighbouring regions.
+fn find_borders(path_grid: &PathGrid, reached: &SparseLayer<Reached>) -> Vec<Border> {
+    let mut borders = Vec::new();
+    let w = path_grid.width;
+    let (mut here, mut above) = (vec![NONE; w], vec![NONE; w]);
+    let read = |row: usize, out: &mut [u32]| reached.read(row, out, |reached| reached.region);
+    read(w, &mut above);
+    // Steps lead both ways: those to later cells are all. No step leads from the border of unreachable cells.
+    for row in (w..reached.cells().n_cells() - w).step_by(w) {
+        std::mem::swap(&mut here, &mut above);
+        read(row + w, &mut above);
+        for column in 1..w - 1 {
+            let region = here[column];
+            let beside = [here[column + 1], above[column - 1], above[column], above[column + 1]];
+            if region == NONE || beside == [region; 4] {
+                continue;
+            }
+            let cell = row + column;
+            path_grid.steps_from(cell, |next, step| {
+                let [own, other] = [reached[cell], reached[next]];
+                if next < cell || other.region == region {
+                    return;
+                }
+                let [a, b] = if region < other.region { [cell, next] } else { [next, cell] };
+                borders.push(Border {
+                    places: [region.min(other.region), region.max(other.region)],
+                    cost: own.cost + step + other.cost,
+                    cells: [a as u32, b as u32],
+                });
+            });
+        }
+    }
+    borders.sort_unstable();
+    borders.dedup_by_key(|border| border.places);
+    borders
 }
 
 #[cfg(test)]

@@ -3,6 +3,48 @@
 use crate::path_search::PathGrid;
 use grid::SparseLayer;
 
+/// A line of cells on the reachable free space.
+pub(crate) struct Line {
+    is_on: SparseLayer<bool>,
+    /// Neighbours on the line of each cell on it, as bits, without those across a corner between two unreachable cells.
+    around: SparseLayer<u8>,
+}
+
+impl Line {
+    /// All reachable cells.
+    fn of_all(path_grid: &PathGrid) -> Self {
+        let open = &path_grid.open_around;
+        let around = open.cells().layer_of(0, |cell| NEAR[usize::from(open[cell])]);
+        Self { is_on: path_grid.open.clone(), around }
+    }
+
+    /// Takes a cell off; calls `tell` with its neighbours.
+    fn remove(&mut self, path_grid: &PathGrid, cell: usize, mut tell: impl FnMut(usize)) {
+        self.is_on[cell] = false;
+        let (bits, around) = (self.around[cell], path_grid.neighbours(cell));
+        for k in (0..8).filter(|k| bits & 1 << k != 0) {
+            self.around[around[k]] &= !(1 << ((k + 4) % 8));
+            tell(around[k]);
+        }
+    }
+
+    /// The neighbours on the line, counter-clockwise from the right.
+    fn neighbours(&self, path_grid: &PathGrid, cell: usize) -> impl Iterator<Item = usize> + use<> {
+        let bits = self.around[cell];
+        path_grid.neighbours(cell).into_iter().enumerate().filter(move |(k, _)| bits & 1 << k != 0).map(|(_, c)| c)
+    }
+
+    /// True if taking a cell off changes neither connectivity nor holes: for a simple point.
+    fn is_simple(&self, cell: usize) -> bool {
+        SIMPLE[usize::from(self.around[cell])]
+    }
+
+    /// Its cells, in their order.
+    fn cells(&self) -> Vec<usize> {
+        self.is_on.iter().filter(|(_, is_on)| *is_on).map(|(cell, _)| cell).collect()
+    }
+}
+
 /// The skeleton cells after removing cells from the border inwards, while connectivity and holes are preserved. `anchors`
 /// stay. Cells are connected along sides, and across corners that are not between two unreachable cells.
 ///
@@ -11,10 +53,10 @@ use grid::SparseLayer;
 /// # Source
 /// Distance-ordered homotopic thinning: Pudney, "Distance-Ordered Homotopic Thinning", Computer Vision and Image
 /// Understanding 72(3), 1998, with anchors in the place of end points.
-pub(crate) fn skeleton(path_grid: &PathGrid, anchors: &[usize]) -> SparseLayer<bool> {
-    let mut stays = path_grid.open.cells().layer(false);
-    anchors.iter().for_each(|&cell| stays[cell] = true);
-    let mut line = path_grid.open.clone();
+pub(crate) fn skeleton(path_grid: &PathGrid, anchors: &[usize]) -> Line {
+    let mut line = Line::of_all(path_grid);
+    // Neighbours of cells as before, but never taken off.
+    anchors.iter().for_each(|&cell| line.is_on[cell] = false);
     let rank = |cell: usize| (path_grid.rank(cell), cell);
     let mut again = Vec::new();
     for at in by_distance(path_grid) {
@@ -22,20 +64,24 @@ pub(crate) fn skeleton(path_grid: &PathGrid, anchors: &[usize]) -> SparseLayer<b
         let now = rank(at);
         again.push(at);
         while let Some(cell) = again.pop() {
-            if !line[cell] || stays[cell] || !is_simple(path_grid, &line, cell) {
+            if !line.is_on[cell] || !line.is_simple(cell) {
                 continue;
             }
-            line[cell] = false;
-            // A cell that was needed before may have become removable.
-            again.extend(neighbours(path_grid, &line, cell).filter(|&c| rank(c) < now));
+            line.remove(path_grid, cell, |beside| {
+                // A cell that was needed before may have become removable.
+                if rank(beside) < now {
+                    again.push(beside);
+                }
+            });
         }
     }
+    anchors.iter().for_each(|&cell| line.is_on[cell] = true);
     line
 }
 
 /// The reachable cells by their distance from what is not, then by number.
 fn by_distance(path_grid: &PathGrid) -> Vec<u32> {
-    let cells = || path_grid.open.cells().iter().filter(|&cell| path_grid.open[cell]);
+    let cells = || path_grid.open.iter().filter(|(_, is_open)| *is_open).map(|(cell, _)| cell);
     let farthest = cells().map(|cell| path_grid.rank(cell)).max().unwrap_or(0) as usize;
     // Counted, not compared: most of many cells share a few distances.
     let mut next = vec![0u32; farthest + 2];
@@ -44,11 +90,11 @@ fn by_distance(path_grid: &PathGrid) -> Vec<u32> {
         next[k] += next[k - 1];
     }
     let mut order = vec![0; next[farthest + 1] as usize];
-    for cell in cells() {
+    cells().for_each(|cell| {
         let place = &mut next[path_grid.rank(cell) as usize];
         order[*place as usize] = cell as u32;
         *place += 1;
-    }
+    });
     order
 }
 
@@ -65,21 +111,20 @@ pub(crate) struct Chain {
 
 /// Nodes and chains of a skeleton. The nodes are the anchors, in their order, then the junctions. A loop at one node is cut
 /// into three chains.
-pub(crate) fn trace(path_grid: &PathGrid, line: &SparseLayer<bool>, anchors: &[usize]) -> (Vec<usize>, Vec<Chain>) {
-    let floor = line.cells();
+pub(crate) fn trace(path_grid: &PathGrid, line: &Line, anchors: &[usize]) -> (Vec<usize>, Vec<Chain>) {
+    let (floor, on_line) = (line.is_on.cells(), line.cells());
     let node = floor.layer(NO_NODE);
     let mut tracer = LineTracer { path_grid, line, node, nodes: anchors.to_vec(), chains: Vec::new() };
     anchors.iter().zip(0..).for_each(|(&cell, number)| tracer.node[cell] = number);
-    tracer.find_junctions();
+    tracer.find_junctions(&on_line);
     let mut walked = floor.layer(false);
-    let on_line = || floor.iter().filter(|&cell| line[cell]);
-    for cell in on_line() {
+    for &cell in &on_line {
         if tracer.node[cell] != NO_NODE {
             tracer.trace_from(cell, &mut walked);
         }
     }
     // Closed loops without a node.
-    for cell in on_line() {
+    for &cell in &on_line {
         if tracer.node[cell] == NO_NODE && !walked[cell] {
             tracer.add_node(cell);
             tracer.trace_from(cell, &mut walked);
@@ -95,7 +140,7 @@ const NO_NODE: u32 = u32::MAX;
 
 struct LineTracer<'a> {
     path_grid: &'a PathGrid,
-    line: &'a SparseLayer<bool>,
+    line: &'a Line,
     /// Node of each cell.
     node: SparseLayer<u32>,
     nodes: Vec<usize>,
@@ -103,8 +148,8 @@ struct LineTracer<'a> {
 }
 
 impl LineTracer<'_> {
-    fn neighbours(&self, cell: usize) -> impl Iterator<Item = usize> {
-        neighbours(self.path_grid, self.line, cell)
+    fn neighbours(&self, cell: usize) -> impl Iterator<Item = usize> + use<> {
+        self.line.neighbours(self.path_grid, cell)
     }
 
     fn add_node(&mut self, cell: usize) {
@@ -113,10 +158,10 @@ impl LineTracer<'_> {
     }
 
     /// Makes nodes of cells with other than two neighbours; those that touch each other or an anchor are one node.
-    fn find_junctions(&mut self) {
-        for cell in self.line.cells().iter() {
+    fn find_junctions(&mut self, on_line: &[usize]) {
+        for &cell in on_line {
             let is_junction = |tracer: &Self, c: usize| tracer.node[c] == NO_NODE && tracer.neighbours(c).count() != 2;
-            if !self.line[cell] || !is_junction(self, cell) {
+            if !is_junction(self, cell) {
                 continue;
             }
             let mut cluster = vec![cell];
@@ -219,30 +264,18 @@ impl LineTracer<'_> {
     }
 }
 
-/// Neighbours counter-clockwise from the right.
-fn around(cell: usize, width: usize) -> [usize; 8] {
-    let (up, down) = (cell + width, cell - width);
-    [cell + 1, up + 1, up, up - 1, cell - 1, down - 1, down, down + 1]
-}
-
-/// The neighbours on the skeleton.
-fn neighbours(path_grid: &PathGrid, line: &SparseLayer<bool>, cell: usize) -> impl Iterator<Item = usize> {
-    let bits = bits_around(path_grid, line, cell);
-    around(cell, path_grid.width).into_iter().enumerate().filter(move |(k, _)| bits & (1 << k) != 0).map(|(_, c)| c)
-}
-
-/// Neighbours on the skeleton as bits, without those across a corner between two unreachable cells.
-fn bits_around(path_grid: &PathGrid, line: &SparseLayer<bool>, cell: usize) -> u8 {
-    let around = around(cell, path_grid.width);
-    let is_near =
-        |k: usize| k.is_multiple_of(2) || path_grid.open[around[k - 1]] || path_grid.open[around[(k + 1) % 8]];
-    (0..8).fold(0, |bits, k| bits | u8::from(line[around[k]] && is_near(k)) << k)
-}
-
-/// True for a simple point: removing it changes neither connectivity nor holes.
-fn is_simple(path_grid: &PathGrid, line: &SparseLayer<bool>, cell: usize) -> bool {
-    SIMPLE[bits_around(path_grid, line, cell) as usize]
-}
+/// Of the reachable neighbours of a cell, as bits, those with which it is connected: along sides, and across corners that are not
+/// between two unreachable cells.
+static NEAR: [u8; 256] = {
+    let mut table = [0; 256];
+    let mut open = 0;
+    while open < 256 {
+        let sides = open as u8 & 0b0101_0101;
+        table[open] = sides | (open as u8 & 0b1010_1010 & (sides.rotate_left(1) | sides.rotate_right(1)));
+        open += 1;
+    }
+    table
+};
 
 static SIMPLE: [bool; 256] = simple_table();
 
@@ -292,7 +325,7 @@ mod tests {
         (path_grid, anchors.into_iter().map(|a| a.1).collect())
     }
 
-    fn lines_of(text: &str) -> (PathGrid, SparseLayer<bool>, Vec<usize>, Vec<Chain>) {
+    fn lines_of(text: &str) -> (PathGrid, Line, Vec<usize>, Vec<Chain>) {
         let (path_grid, anchors) = path_grid(text);
         let line = skeleton(&path_grid, &anchors);
         let (nodes, chains) = trace(&path_grid, &line, &anchors);
@@ -302,15 +335,15 @@ mod tests {
     }
 
     /// A chain leads from the cell of its one node to that of the other, from neighbour to neighbour.
-    fn assert_whole(path_grid: &PathGrid, line: &SparseLayer<bool>, nodes: &[usize], chain: &Chain) {
+    fn assert_whole(path_grid: &PathGrid, line: &Line, nodes: &[usize], chain: &Chain) {
         assert_eq!(chain.nodes.map(|n| nodes[n]), [chain.cells[0], *chain.cells.last().unwrap()]);
         for pair in chain.cells.windows(2) {
-            assert!(line[pair[0]] && neighbours(path_grid, line, pair[0]).any(|c| c == pair[1]), "{pair:?}");
+            assert!(line.is_on[pair[0]] && line.neighbours(path_grid, pair[0]).any(|c| c == pair[1]), "{pair:?}");
         }
     }
 
-    fn n_on(line: &SparseLayer<bool>) -> usize {
-        line.cells().iter().filter(|&cell| line[cell]).count()
+    fn n_on(line: &Line) -> usize {
+        line.cells().len()
     }
 
     const RING: &str = "
@@ -327,8 +360,8 @@ mod tests {
     #[test]
     fn a_ring_stays_a_ring() {
         let (path_grid, line, nodes, chains) = lines_of(RING);
-        let on: Vec<usize> = line.cells().iter().filter(|&cell| line[cell]).collect();
-        assert!(on.iter().all(|&c| neighbours(&path_grid, &line, c).count() == 2), "a line without ends");
+        let on = line.cells();
+        assert!(on.iter().all(|&c| line.neighbours(&path_grid, c).count() == 2), "a line without ends");
         assert!(n_on(&line) >= 20 && on.iter().all(|&c| path_grid.squared[c] >= 1));
         // Cut into three, so that no two edges join the same nodes and none joins a node with itself.
         assert_eq!((nodes.len(), chains.len()), (3, 3));

@@ -119,15 +119,21 @@ pub(crate) fn centre_of(storey: &StoreyInputs<'_>, cells: &SpaceCells, space: us
     }
     let cells = || cells.of_space(space);
     let far = |p: Point2<Map>| p.distance_m(&centroid);
-    let clear = cells().filter(|&i| storey.is_reached(i) && inside(free_space.middle(i)));
     // Off the distances that the robot keeps before within them; nearest first; of equally near cells the lower row, then the lower
     // column.
-    let off = |cell: usize| (free_space.is_kept_off(cell), far(free_space.middle(cell)), cell);
-    let nearest = clear.map(off).min_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(a.2.cmp(&b.2)));
-    if is_at_centroid && nearest.is_none_or(|(is_kept_off, ..)| is_kept_off) {
+    let off = |cell: usize| (free_space.is_kept_off(cell), far(free_space.middle(cell)));
+    let mut nearest: Option<((bool, f64), usize)> = None;
+    for cell in cells().filter(|&cell| storey.is_reached(cell)) {
+        let off = off(cell);
+        // Whether it is inside is asked last: that takes longest.
+        if nearest.is_none_or(|(nearest, _)| off < nearest) && inside(free_space.middle(cell)) {
+            nearest = Some((off, cell));
+        }
+    }
+    if is_at_centroid && nearest.is_none_or(|((is_kept_off, _), _)| is_kept_off) {
         return Ok(at_centroid());
     }
-    if let Some((_, _, cell)) = nearest {
+    if let Some((_, cell)) = nearest {
         return Ok(SpaceCentre { at: free_space.middle(cell), clearance_m: free_space.clearance_of(cell) });
     }
     Err(if cells().any(|i| free_space.part(i) != 0 && inside(free_space.middle(i))) {

@@ -5,7 +5,8 @@
 //! alone, not from what was there before. After one pass through all states it allocates nothing.
 
 use crate::layers::floor::{MAX_CACHED_BYTES, bit_is_set, set_bit};
-use crate::layers::ground_floor::{FILLED, LEVEL, SurfacesOfCells, breaks_off, shown_surface};
+use crate::layers::ground_floor::{FILLED, LEVEL, breaks_off, shown_surface};
+use crate::layers::row_surfaces::RowSurfaces;
 use crate::model::cell_area::{slab_above_floor, to_tenths};
 use crate::model::gap::FLOOR_CRACK;
 use crate::model::ground_patch::{GroundPatch, level_z, z_at};
@@ -80,9 +81,8 @@ struct Buffers {
     beside: Vec<CellRect>,
     before: Vec<u8>,
     near: Vec<u32>,
-    in_band: SurfacesOfCells,
+    in_band: RowSurfaces,
     above: Vec<(f64, u32)>,
-    like: LikeCell,
     row: Vec<bool>,
     shown: Vec<u32>,
     holes: Holes,
@@ -94,16 +94,6 @@ struct Surface {
     plane: Plane,
     is_level: bool,
     is_outdoors: bool,
-}
-
-/// The last cell of several surfaces: the next ones often have the same.
-#[derive(Debug, Default)]
-struct LikeCell {
-    surfaces: Vec<u32>,
-    /// True if all of them are level: cells like it show the same.
-    is_level: bool,
-    earth_beside: Option<f64>,
-    shown: u32,
 }
 
 /// The holes of the earth that are looked at.
@@ -445,54 +435,68 @@ impl OutdoorFloor {
             patch_squares, index_of_patch, bodies, surfaces: all, finished, cells, earth_beside, buffers, ..
         } = self;
         let finished = finished.as_deref().unwrap_or_default();
-        let Buffers { dirty, near, in_band, above, like, shown, .. } = buffers;
-        // What is finished may be other than at the last update.
-        like.surfaces.clear();
-        let mut of_cell = |cell: usize, surfaces: &[u32]| {
-            match surfaces {
-                _ if cells[cell] & bits::COVERED == 0 => return LEVEL,
-                [] => return LEVEL,
-                [only] => return *only & !FILLED,
-                _ => {}
-            }
-            let beside = (cells[cell] & bits::HAS_EARTH_BESIDE != 0).then(|| earth_beside[cell]);
-            let is_alike = like.surfaces == surfaces;
-            if is_alike && like.is_level && like.earth_beside == beside {
-                return like.shown;
-            }
-            if !is_alike {
-                like.surfaces.clear();
-                like.surfaces.extend_from_slice(surfaces);
-                like.is_level = surfaces.iter().all(|k| all[(k & !FILLED) as usize].is_level);
-                above.clear();
-                above.extend(surfaces.iter().map(|k| (0.0, k & !FILLED)));
-            }
+        let Buffers { dirty, near, in_band, above, shown, .. } = buffers;
+        // The surface of a covered cell of a stretch.
+        let choose = |above: &mut Vec<(f64, u32)>, surfaces: &[u32], cell: usize, beside: Option<f64>| {
             let middle = [(cell % width) as f64 + 0.5, (cell / width) as f64 + 0.5];
-            // Of cells that are alike they are nearly sorted by height.
-            above.iter_mut().for_each(|(z, k)| *z = z_at(&all[*k as usize].plane, middle, &storey.spec));
-            let earth = above.iter().filter(|(_, k)| all[*k as usize].is_outdoors).map(|(z, _)| *z);
-            let reference = earth.reduce(f64::max).or(beside).unwrap_or(f64::from(storey.floor_z));
-            let shown = shown_surface(above, reference, headroom, |k| surfaces.contains(&(k | FILLED)));
-            (like.earth_beside, like.shown) = (beside, shown);
-            shown
+            let mut earth: Option<f64> = None;
+            for (z, k) in above.iter_mut() {
+                let Surface { plane, is_level, is_outdoors } = &all[*k as usize];
+                if !is_level {
+                    *z = z_at(plane, middle, &storey.spec);
+                }
+                if *is_outdoors {
+                    earth = Some(earth.map_or(*z, |highest| highest.max(*z)));
+                }
+            }
+            let reference = earth.or(beside).unwrap_or(f64::from(storey.floor_z));
+            shown_surface(above, reference, headroom, |k| surfaces.contains(&(k | FILLED)))
         };
         for rect in dirty.iter() {
             for first in (rect.min[1]..rect.max[1]).step_by(BAND_ROWS as usize) {
                 let band =
                     CellRect { min: [rect.min[0], first], max: [rect.max[0], rect.max[1].min(first + BAND_ROWS)] };
                 find_near(near, &band, patch_squares, index_of_patch, finished);
-                in_band.load(storey, near, &band);
-                for &k in near.iter() {
+                let of_patch = |&k: &u32| {
                     let there = bodies[k as usize].iter().filter(|(_, index)| bit_is_set(finished, *index));
-                    let there = there.map(|(body, _)| &storey.ground[k as usize].obstacles[*body as usize]);
-                    for body in there.filter(|body| body.rect.is_some_and(|rect| rect.meets(&band))) {
-                        in_band.fill(k, &body.runs, width, &band);
-                    }
-                }
+                    let body = move |body: u32| &storey.ground[k as usize].obstacles[body as usize];
+                    let in_band = move |at: &u32| body(*at).rect.is_some_and(|rect| rect.meets(&band));
+                    there.map(|(body, _)| *body).filter(in_band).map(move |body| (k, body))
+                };
+                let in_rect = |k: &u32| storey.ground[*k as usize].rect.meets(&band);
+                let patches = near.iter().copied().filter(in_rect);
+                in_band.begin(storey, &band, patches, near.iter().flat_map(of_patch));
                 let mut around = None;
-                for ((y, row), place) in (first..).zip(band.rows(width)).zip((0..).step_by(band.width())) {
+                for (y, row) in (first..).zip(band.rows(width)) {
                     shown.clear();
-                    shown.extend(row.clone().zip(place..).map(|(cell, place)| of_cell(cell, in_band.of(place))));
+                    in_band.stretches(storey, y, band.min[0]..band.max[0], |columns, surfaces| {
+                        let of_stretch =
+                            y as usize * width + columns.start as usize..y as usize * width + columns.end as usize;
+                        let is_covered = |cell: usize| cells[cell] & bits::COVERED != 0;
+                        if let [] | [_] = surfaces {
+                            let only = surfaces.first().map_or(LEVEL, |only| only & !FILLED);
+                            shown.extend(of_stretch.map(|cell| if is_covered(cell) { only } else { LEVEL }));
+                            return;
+                        }
+                        above.clear();
+                        let of_level = |k: u32| (level_z(&all[k as usize].plane).unwrap_or_default(), k);
+                        above.extend(surfaces.iter().map(|k| of_level(k & !FILLED)));
+                        let is_level = surfaces.iter().all(|k| all[(k & !FILLED) as usize].is_level);
+                        // Of level surfaces cells show the same beside earth of the same height.
+                        let mut like: Option<(Option<f64>, u32)> = None;
+                        shown.extend(of_stretch.map(|cell| {
+                            if !is_covered(cell) {
+                                return LEVEL;
+                            }
+                            let beside = (cells[cell] & bits::HAS_EARTH_BESIDE != 0).then(|| earth_beside[cell]);
+                            if let Some((_, surface)) = like.filter(|(of, _)| is_level && *of == beside) {
+                                return surface;
+                            }
+                            let surface = choose(above, surfaces, cell, beside);
+                            like = Some((beside, surface));
+                            surface
+                        }));
+                    });
                     let changes = || patch_of[row.clone()].iter().zip(&*shown).map(|(a, b)| a != b);
                     add_row(&mut around, changes, [rect.min[0], y]);
                     patch_of[row].copy_from_slice(shown);

@@ -31,6 +31,7 @@ use messages::{
     GridHead, GridLayers, GridWriter, NO_HEIGHT, NO_SLOPE, NONE, Preamble, RegionRecord, RobotProfile, ScheduleState,
     copy_changed,
 };
+use std::cell::Cell;
 
 /// The grid of a storey as drawn last.
 #[derive(Debug)]
@@ -236,7 +237,8 @@ impl StoreyGrid {
             let patch_of = storey_floor.patch_of.as_slice();
             cells.clear_patches(patch_of, |patch| storey.ground[patch as usize].is_tread);
             for (k, patch) in (0..).zip(&storey.ground).filter(|(_, p)| p.rect.meets(rect) && is_built(p.element)) {
-                let applies = |cell: usize, flags: u8| stands_on(storey, robot, [k, patch_of[cell]], cell, flags);
+                let way = StandsInWay::of(storey, robot, k);
+                let applies = |cell: usize, flags: u8| way.stands_on(patch_of[cell], cell, flags);
                 for obstacle in patch.obstacles.iter().filter(|o| meets(o.rect)) {
                     cells.draw_obstacle(obstacle, (robot, schedule_state), applies);
                 }
@@ -353,14 +355,42 @@ impl StoreyGrid {
     }
 }
 
-/// True if what stands on or beside the patch `k` stands in the way in a cell that shows the patch `shown`: in cells of the patch, in
-/// those of one that goes on from it, and where there is no floor.
-fn stands_on(storey: &StoreySlice, robot: &RobotProfile, [k, shown]: [u32; 2], cell: usize, flags: u8) -> bool {
-    if shown == LEVEL || shown == k {
-        return shown == k || flags & FLOOR == 0;
+/// Where what stands on or beside a patch stands in the way.
+struct StandsInWay<'a> {
+    storey: &'a StoreySlice,
+    /// The patch.
+    k: u32,
+    is_level: bool,
+    /// Greatest difference of height to a patch that goes on from it.
+    most: f64,
+    /// The last level patch that a cell showed, and whether it goes on from this one, which is level, too: neighbours show the same.
+    last: Cell<(u32, bool)>,
+}
+
+impl<'a> StandsInWay<'a> {
+    fn of(storey: &'a StoreySlice, robot: &RobotProfile, k: u32) -> Self {
+        let is_level = level_z(&storey.ground[k as usize].plane).is_some();
+        let most = f64::from(to_tenths(robot.step_height_m)) + STEP_TOLERANCE;
+        Self { storey, k, is_level, most, last: Cell::new((k, true)) }
     }
-    let z = |k: u32| storey.ground[k as usize].z_of(cell, &storey.spec);
-    (z(k) - z(shown)).abs() <= f64::from(to_tenths(robot.step_height_m)) + STEP_TOLERANCE
+
+    /// True in a cell that shows the patch `shown`: in cells of the patch, in those of one that goes on from it, and where there is no
+    /// floor.
+    fn stands_on(&self, shown: u32, cell: usize, flags: u8) -> bool {
+        if shown == LEVEL || shown == self.k {
+            return shown == self.k || flags & FLOOR == 0;
+        }
+        let (last, goes_on) = self.last.get();
+        if shown == last {
+            return goes_on;
+        }
+        let [own, other] = [self.k, shown].map(|k| &self.storey.ground[k as usize]);
+        let goes_on = (own.z_of(cell, &self.storey.spec) - other.z_of(cell, &self.storey.spec)).abs() <= self.most;
+        if self.is_level && level_z(&other.plane).is_some() {
+            self.last.set((shown, goes_on));
+        }
+        goes_on
+    }
 }
 
 /// Heights and slopes of the cells of a rectangle while they are drawn.

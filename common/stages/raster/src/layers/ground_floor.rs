@@ -13,7 +13,7 @@ use rustc_hash::FxHashMap;
 /// The surface of a cell that has no patch: the level of the storey's own floor.
 pub(crate) const LEVEL: u32 = u32::MAX;
 
-/// Marks one of the [`SurfacesOfCells`] on which a body of ground stands in the way.
+/// Marks a surface outdoors on which a body of ground stands in the way.
 pub(crate) const FILLED: u32 = 1 << 31;
 
 /// Rows of cells whose surfaces are compared at once.
@@ -136,7 +136,7 @@ struct Surfaces<'a> {
 
 /// The patches of each cell of a band, in their order.
 #[derive(Debug, Default)]
-pub(crate) struct SurfacesOfCells {
+struct SurfacesOfCells {
     /// Where those of a cell end, by its place in the band; those of the one before it end where they begin.
     ends: Vec<u32>,
     patches: Vec<u32>,
@@ -144,7 +144,7 @@ pub(crate) struct SurfacesOfCells {
 
 impl SurfacesOfCells {
     /// Finds the patches `there` of a storey in each cell of a band.
-    pub(crate) fn load(&mut self, storey: &StoreySlice, there: &[u32], band: &CellRect) {
+    fn load(&mut self, storey: &StoreySlice, there: &[u32], band: &CellRect) {
         let width = storey.spec.width as usize;
         let first = band.min[1] as usize * width + band.min[0] as usize;
         let place = |cell: usize| (cell - first) / width * band.width() + (cell - first) % width;
@@ -177,20 +177,9 @@ impl SurfacesOfCells {
     }
 
     /// Those of the cell at a place in the band, row by row.
-    pub(crate) fn of(&self, place: usize) -> &[u32] {
+    fn of(&self, place: usize) -> &[u32] {
         let begin = place.checked_sub(1).map_or(0, |before| self.ends[before]);
         &self.patches[begin as usize..self.ends[place] as usize]
-    }
-
-    /// Marks a patch as [`FILLED`] in cells of a band in which it is one of the surfaces.
-    pub(crate) fn fill(&mut self, patch: u32, cells: &[Run], width: usize, band: &CellRect) {
-        let first = band.min[1] as usize * width + band.min[0] as usize;
-        for cell in band.clip(cells, width).flatten() {
-            let place = (cell - first) / width * band.width() + (cell - first) % width;
-            let begin = place.checked_sub(1).map_or(0, |before| self.ends[before]);
-            let of_cell = &mut self.patches[begin as usize..self.ends[place] as usize];
-            of_cell.iter_mut().filter(|k| **k == patch).for_each(|k| *k |= FILLED);
-        }
     }
 }
 
@@ -229,7 +218,11 @@ pub(crate) fn shown_surface(
     headroom: f64,
     is_filled: impl Fn(u32) -> bool,
 ) -> u32 {
-    above.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    let order = |a: &(f64, u32), b: &(f64, u32)| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1));
+    // Mostly they are as those of the cell before.
+    if !above.is_sorted_by(|a, b| order(a, b).is_le()) {
+        above.sort_unstable_by(order);
+    }
     let is_roofed = |k: usize| above.get(k + 1).is_some_and(|next| next.0 - above[k].0 <= headroom);
     let is_open = |k: usize| !is_roofed(k) && (above.len() == 1 || !is_filled(above[k].1));
     // Where the robot fits below none, what is in its way there closes the cell.

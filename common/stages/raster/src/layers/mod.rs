@@ -9,4 +9,5 @@ pub(crate) mod ground_floor;
 pub(crate) mod keepout;
 pub(crate) mod localization;
 pub(crate) mod other_levels;
+pub(crate) mod row_surfaces;
 pub(crate) mod tile;

@@ -1,0 +1,128 @@
+//! Surfaces above each other along the rows of a band, by stretches of cells that have the same.
+
+use crate::layers::ground_floor::FILLED;
+use crate::model::storey_slice::StoreySlice;
+use grid::{CellRect, Run};
+use messages::NONE;
+use std::ops::Range;
+
+/// The surfaces of a band, row by row; its buffers serve for many.
+#[derive(Debug, Default)]
+pub(crate) struct RowSurfaces {
+    sources: Vec<Source>,
+    /// Of a row.
+    ends: Vec<End>,
+    /// Patches of a stretch or beside it, ascending.
+    active: Vec<Active>,
+    /// Surfaces of a stretch.
+    surfaces: Vec<u32>,
+}
+
+/// Runs of cells of a patch, or of a body that stands on it.
+#[derive(Debug)]
+struct Source {
+    patch: u32,
+    /// Index among the obstacles of the patch; [`NONE`] for the patch itself.
+    body: u32,
+    /// The next of its runs.
+    next: usize,
+}
+
+/// An end of a run.
+#[derive(Debug, Clone, Copy)]
+struct End {
+    column: u32,
+    patch: u32,
+    is_body: bool,
+    is_begin: bool,
+}
+
+/// How many runs of a patch, and of bodies on it, go on.
+#[derive(Debug)]
+struct Active {
+    patch: u32,
+    n_runs: u32,
+    n_bodies: u32,
+}
+
+impl Source {
+    fn runs<'a>(&self, storey: &'a StoreySlice) -> &'a [Run] {
+        let patch = &storey.ground[self.patch as usize];
+        match self.body {
+            NONE => &patch.cells,
+            body => &patch.obstacles[body as usize].runs,
+        }
+    }
+}
+
+impl RowSurfaces {
+    /// Begins a band with patches of a storey, and the bodies that stand on them as pairs of patch and obstacle.
+    pub(crate) fn begin(
+        &mut self,
+        storey: &StoreySlice,
+        band: &CellRect,
+        patches: impl Iterator<Item = u32>,
+        bodies: impl Iterator<Item = (u32, u32)>,
+    ) {
+        self.sources.clear();
+        let all = patches.map(|patch| (patch, NONE)).chain(bodies);
+        self.sources.extend(all.map(|(patch, body)| Source { patch, body, next: 0 }));
+        for source in &mut self.sources {
+            source.next = source.runs(storey).partition_point(|run| run.row < band.min[1]);
+        }
+    }
+
+    /// Calls `each` with the stretches of a row between two columns, from left to right, and their surfaces: patches, ascending, with
+    /// [`FILLED`] where a body stands on them. Rows come in their order, from the first of the band on.
+    pub(crate) fn stretches(
+        &mut self,
+        storey: &StoreySlice,
+        row: u32,
+        columns: Range<u32>,
+        mut each: impl FnMut(Range<u32>, &[u32]),
+    ) {
+        let Self { sources, ends, active, surfaces } = self;
+        ends.clear();
+        active.clear();
+        for source in sources {
+            let runs = source.runs(storey);
+            while let Some(run) = runs.get(source.next).filter(|run| run.row == row) {
+                source.next += 1;
+                let (start, end) = (run.start.max(columns.start), run.end.min(columns.end));
+                if start < end {
+                    let begin =
+                        End { column: start, patch: source.patch, is_body: source.body != NONE, is_begin: true };
+                    ends.extend([begin, End { column: end, is_begin: false, ..begin }]);
+                }
+            }
+        }
+        ends.sort_unstable_by_key(|end| end.column);
+        let mut from = columns.start;
+        for at_column in ends.chunk_by(|a, b| a.column == b.column) {
+            let column = at_column[0].column;
+            if from < column {
+                surfaces.clear();
+                let of_stretch = active.iter().filter(|active| active.n_runs > 0);
+                surfaces.extend(of_stretch.map(|a| a.patch | if a.n_bodies > 0 { FILLED } else { 0 }));
+                each(from..column, surfaces);
+                from = column;
+            }
+            // Those that begin first: no count falls below 0.
+            for begins in [true, false] {
+                for end in at_column.iter().filter(|end| end.is_begin == begins) {
+                    let at = active.partition_point(|active| active.patch < end.patch);
+                    if active.get(at).is_none_or(|active| active.patch != end.patch) {
+                        active.insert(at, Active { patch: end.patch, n_runs: 0, n_bodies: 0 });
+                    }
+                    let Active { n_runs, n_bodies, .. } = &mut active[at];
+                    let n = if end.is_body { n_bodies } else { n_runs };
+                    *n = if begins { *n + 1 } else { *n - 1 };
+                }
+            }
+            active.retain(|active| active.n_runs + active.n_bodies > 0);
+        }
+        if from < columns.end {
+            each(from..columns.end, &[]);
+        }
+    }
+}
