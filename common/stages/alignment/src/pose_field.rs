@@ -148,7 +148,9 @@ impl PoseField {
         let holds = |part: &LocalPose| is_known(part) && part.off_m(whole) <= HOLDS_M;
         let share = |of: &dyn Fn(&LocalPose) -> f64, is_in: &dyn Fn(&LocalPose) -> bool| {
             let all: f64 = self.parts.iter().map(of).sum();
-            self.parts.iter().filter(|part| is_in(part)).map(of).sum::<f64>() / all.max(f64::MIN_POSITIVE)
+            // Of none it is 0, which as a sum would be a negative one.
+            let inside = self.parts.iter().filter(|part| is_in(part)).map(of).fold(0.0, |sum, of_part| sum + of_part);
+            inside / all.max(f64::MIN_POSITIVE)
         };
         let held: Vec<bool> = self.parts.iter().map(holds).collect();
         PoseExtent {

@@ -81,6 +81,7 @@ fn a_straight_map_is_held_by_one_pose() {
     let pose = found.poses[0].map_from_slam;
     let extent = field.extent_of(&pose);
     assert!(extent.walls_share > 0.95 && extent.largest_off_m < HOLDS_M, "{extent:?}");
+    assert!(extent.unknown_share.is_sign_positive(), "nothing is not less than nothing: {extent:?}");
     assert!(field.covariance_of(&pose).unwrap().worst_m() < 0.1);
     assert!(errors(&field, &truth.inverse(), &|p| p).iter().all(|(error_m, ..)| *error_m < 0.1));
 }

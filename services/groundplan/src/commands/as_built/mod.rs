@@ -102,7 +102,10 @@ impl Run for Args {
             self.of_running_site(&model)
         }?;
         if written.changes.observations.is_empty() {
-            let why = text::not_written(&written.changes);
+            let why = match text::not_written(&written.changes) {
+                why if why.is_empty() => ": no progress was reported, and nothing that differs is confirmed".to_owned(),
+                why => why,
+            };
             return Err(Failure::work(format!("nothing was written, and there is no new file{why}")));
         }
         outputs.write(&written)?;
