@@ -35,8 +35,10 @@
 //!   is made anew too and has no map;
 //! - while the maps of another site were not passed on yet.
 //!
-//! Storeys whose maps changed are outdated until their maps are passed on, and late after [`FRESH_TOLERANCE`]
-//! ([`Freshness::late_storeys`]); the others stay fresh. A consistent set whose grids do not come holds as a whole.
+//! Storeys whose maps changed are outdated until their maps are passed on (a folder's `fresh` lists them, and nobody enters them by it),
+//! and late after [`FRESH_TOLERANCE`] ([`Freshness::late_storeys`]): stale for a robot on them, which the hook of a folder and the
+//! heartbeat on ROS 2 say; the others stay fresh. A check of maps that were passed on that is older than [`FRESH_TOLERANCE`] is none: the
+//! robot stands still. A consistent set whose grids do not come holds as a whole.
 //! In all other cases maps that were passed on at once are stale exactly when the set says hold or no map; a test compares them
 //! over sequences of events.
 //!

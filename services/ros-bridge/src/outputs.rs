@@ -18,7 +18,7 @@ use ros::relief::{foxglove_grid, grid_map};
 use ros::{Layers, Relief};
 use safety::{SafetyInput, speed_step_m_s};
 use serde_json::json;
-use site_view::{MapState, MapsInUse, SiteViews};
+use site_view::{MapState, MapsInUse, SiteViews, Staleness, Storeys};
 
 /// A message that is not larger than this reaches a reader for sure; larger ones are lost now and then (8 MB, less a header).
 const MAX_CELLS: usize = 8_000_000 - 1024;
@@ -194,6 +194,15 @@ fn changed(state: &ScheduleStateHead, map_storey: u32, epoch: u64, resolution_m:
     std_msgs::String { data: document.to_string() }
 }
 
+/// What counts for a robot on a storey: maps of it whose successors were not passed on for too long are stale.
+pub(crate) fn state_on(storey: Option<u32>, state: MapState, late: Option<Staleness>) -> MapState {
+    let is_here = |late: &Staleness| storey.is_some_and(|s| late.storeys.contains(&Storeys::Only([s].into())));
+    match late.filter(is_here) {
+        Some(Staleness { reason, .. }) => MapState::Stale { reason },
+        None => state,
+    }
+}
+
 /// Once a second: whether the maps may be used, and if not, why.
 pub(crate) fn heartbeat(
     state: &MapState,
@@ -265,6 +274,22 @@ mod tests {
     use super::*;
     use messages::SeenReport;
     use std::time::Duration;
+
+    #[test]
+    fn late_maps_of_the_robots_storey_are_stale_and_those_of_others_are_not() {
+        let storeys = std::collections::BTreeSet::from([2]);
+        let late = || Some(Staleness { reason: "no pose".to_owned(), storeys: Storeys::Only(storeys.clone()) });
+        let fresh = || MapState::Fresh { outdated_storeys: storeys.clone() };
+        let maps = MapsInUse { epoch: 1, site_hash: ContentHash::NONE, grids: Vec::new() };
+        let told = |storey: Option<u32>, late: Option<Staleness>| {
+            let said = heartbeat(&state_on(storey, fresh(), late), Some(&maps), None, storey).data;
+            let said: serde_json::Value = serde_json::from_str(&said).unwrap();
+            (said["state"].as_str().unwrap().to_owned(), said["reason"].as_str().map(str::to_owned))
+        };
+        assert_eq!(told(Some(2), late()), ("stale".to_owned(), Some("no pose".to_owned())));
+        assert_eq!(told(Some(1), late()), ("fresh".to_owned(), None));
+        assert_eq!(told(Some(2), None).0, "fresh", "for a moment they are used");
+    }
 
     #[test]
     fn the_level_is_that_of_what_is_worst() {

@@ -9,7 +9,7 @@ use crate::machine_clock::{stamp, utc_ms};
 use crate::map_sender::{Job, MapSender};
 use crate::nav2::Nav2;
 use crate::outdoors::OutdoorFollower;
-use crate::outputs::{Outputs, Target, diagnostics, heartbeat, outputs_of};
+use crate::outputs::{Outputs, Target, diagnostics, heartbeat, outputs_of, state_on};
 use crate::portals::PortalFollower;
 use crate::rivals::Rivals;
 use crate::robot::Robot;
@@ -249,7 +249,9 @@ impl BridgeService {
         if let Some(maps) = &sent.maps {
             self.freshness.on_maps(maps.clone());
         }
-        let state = self.freshness.state(Stamp::now(), utc_ms());
+        let now = Stamp::now();
+        let state = self.freshness.state(now, utc_ms());
+        let state = state_on(sent.storey, state, self.freshness.late_storeys(now));
         match &state {
             MapState::Stale { .. } if !self.is_stopped => {
                 self.sender.send(Job::Stale { closes_mask: self.config.ros.keepout_when_stale });
