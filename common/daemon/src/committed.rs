@@ -192,8 +192,11 @@ impl<D: Decide> Committed<D> {
     fn look(&mut self) -> Result<Done, Failure> {
         let late = self.outputs.retry(&self.decider, &mut self.epochs);
         let done = self.act(Occasion::Look)?.answered(());
-        let is_late = late? && done.published.epoch == 0;
-        if is_late {
+        if done.published.epoch != 0 {
+            // What still waits is tried again at the next look, and told then.
+            return Ok(done);
+        }
+        if late? {
             self.activity.set(Activity::Published);
             return Ok(Done { published: self.outputs.published(), ..done });
         }
