@@ -38,13 +38,13 @@ pub const CANDIDATE_EPOCHS: &str = "ifc-ingest-candidate-epochs.json";
 pub const SCHEDULE_FILES: &str = "schedule-files.bin";
 /// `schedule-eval`: the rules of the last schedule that could be evaluated; twice, anew.
 pub const EVALUATED_RULES: &str = "evaluated-rules.json";
-/// `schedule-eval`: the folder of tables of reported progress; twice each, that in force stops.
+/// `schedule-eval`: the folder of tables of reported progress; twice each; that in force and the one before it stop, others are not read.
 pub const PROGRESS: &str = "progress";
 /// `schedule-eval`: the table of observed progress of a site whose robot has no name; twice, stops.
 pub const OBSERVED: &str = "observed.csv";
 /// `schedule-eval`: the tables of observed progress of robots with names; twice, stops.
 pub const OBSERVED_BY_ROBOTS: &str = "observed-robots.json";
-/// `schedule-eval`: numbers of samples; epochs.
+/// `schedule-eval`: numbers of samples; twice, epochs.
 pub const SCHEDULE_EPOCHS: &str = "schedule-eval-epochs.json";
 
 // ---- rasterize and waypoint-gen.
@@ -78,13 +78,13 @@ pub const SLAM_MAP_EPOCHS: &str = "ros-bridge-slam-map-epochs.json";
 
 // ---- site-server.
 
-/// `site-server`: the last epoch that it took in the store of a site; twice, stops.
+/// `site-server`: the last epoch that it took in the store of a site; twice, refused: nothing is published.
 pub fn published_epoch(site: &str) -> String {
     format!("site-server-{site}.json")
 }
 /// `site-server`: the folder of what robots told; twice, anew: they tell it again.
 pub const TOLD: &str = "fleet";
-/// `site-server`: what it knows of the robots, as a document; once, unread.
+/// `site-server`: what it knows of the robots, as a document for the page and answers; once, unread by daemons that decide.
 pub const FLEET: &str = "fleet.json";
 
 // ---- site-follow.
@@ -102,22 +102,22 @@ pub const FOLLOW_EPOCHS: &str = "site-follow-epochs.json";
 
 // ---- Page, answers, client.
 
-/// `groundplan-web`: the hash of the token of viewers; once, stops.
+/// `groundplan-web`: the hash of the token of viewers; once, stops where other machines may ask.
 pub const WEB_TOKEN: &str = "web-token.sha256";
-/// `groundplan-ask`: the hash of the token of who asks; once, stops.
+/// `groundplan-ask`: the hash of the token of who asks; once, stops where other machines may ask.
 pub const ASK_TOKEN: &str = "ask-token.sha256";
 /// `groundplan up`: its process; once, unread by daemons.
 pub const UP_PROCESS: &str = "up.pid";
 
 // ---- Every daemon.
 
-/// Each daemon its own, by `SettingKey`: the folder of settings; twice each, stops.
+/// `schedule-eval`, `rasterize`, `waypoint-gen`, `slam-align`, each its own by `SettingKey`: the folder of settings; twice each, stops.
 pub const SETTINGS: &str = "settings";
 /// Each daemon: the folder of what was done to the site, when and by whom; once, damaged lines are counted and left out.
 pub const HISTORY: &str = "history";
 /// Each daemon: the folder of records of files that are kept twice; empty files, of which only the names count.
 pub const RECORDS: &str = "kept";
-/// Each daemon: the version that wrote the folder; once, stops.
+/// Each daemon: the version that wrote the folder; once, stops; an empty one is written again.
 pub const VERSION: &str = "version";
 /// The folder of robots with names.
 pub const ROBOTS: &str = "robots";

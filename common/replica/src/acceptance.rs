@@ -5,12 +5,14 @@
 //! 1. while it is fetched: more than [`MAX_INDEX_BYTES`](crate::MAX_INDEX_BYTES);
 //! 2. before a line is read ([`SignedIndex::parse`]): not four lines of the expected form, a list of keys that no root key of the
 //!    robot's configuration signed, an index that no key of that list signed;
-//! 3. what is signed, but is no index: unknown fields, a list of another site, no sets or sets out of order ([`Refusal::Signed`]);
+//! 3. what is signed, but is no index: another format, unknown fields, a list of another site, no sets or sets out of order ([`Refusal::Signed`]);
 //! 4. another site than the robot follows, an older list, an older epoch, other content under the epoch that was acknowledged;
 //! 5. another layout of archives;
 //! 6. by `site-follow`, a zone of the site's clock that its machine does not know.
 //!
-//! The rest is believed, but for the time of publication, which decides nothing. Number of the list and epoch are on disk before
+//! The rest is believed, but for the time of publication, which decides nothing, and for length, sha256 and content hash of archives,
+//! which are checked before a set is shown. A set without this robot, or a storey that it follows, is not shown, nor are those after it:
+//! what was shown stays, and the status says why. Number of the list and epoch are on disk before
 //! anything of an index is shown.
 
 use crate::keys::PublicKey;

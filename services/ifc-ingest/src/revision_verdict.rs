@@ -11,9 +11,9 @@
 //! | it can be used | has no objections; is forced; is confirmed by the hashes of its files; is of the very files in force | takes effect |
 //! | it can be used | any other | waits for an operator |
 //!
-//! Objections, with their limits in `messages::SiteComparison`: less than half of the elements are shared; most bodies moved; the
+//! Objections, with their limits in `messages::SiteComparison`: less than half of the elements of the smaller one are shared; most bodies moved; the
 //! georeference is another; a storey loses most of its elements or bodies, or its map; many more warnings, or more damaged records.
-//! A revision whose files cannot be read, or for which there is no map frame, is refused before it is proposed. [`Refusal`] says what is
+//! A revision is refused before it is proposed where its files cannot be read, or the map frame that is kept cannot be used. [`Refusal`] says what is
 //! kept of one that is refused.
 
 use crate::model_files::names_of;
@@ -90,7 +90,8 @@ pub(crate) enum Refusal {
     /// It is told, and stands in the history: a client asked for other files than those of the site.
     Recorded,
     /// It stands in the status, over restarts, until its files change, it can be used, it is discarded, or another revision takes effect
-    /// or waits. Where it could not be written, it stands there until the daemon ends.
+    /// or waits; and in the history, unless the last refusal was of the same files for the same reason. Where it could not be written, it
+    /// stands there until the daemon ends.
     Kept,
 }
 
