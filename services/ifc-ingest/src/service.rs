@@ -237,13 +237,12 @@ impl Ingest {
             }
             Verdict::StaysRefused => return self.reload_if_changed(decision, now),
             Verdict::Refused(why) => {
-                let refused = Refused { models, stamps, why: why.clone() };
-                let told = self.refuse(decision, refused, intent, asked)?;
                 // Other rules, files or progress may be in force one day.
-                let is_kept = decision.next.revisions.refused.as_ref().is_some_and(|kept| kept.why == why);
-                let again = Proposal { intent: Intent::Load, asked: None, refused: Some(why), ..proposal.clone() };
-                later = is_kept.then_some(again);
-                told
+                if Refusal::of(&models, intent, asked.is_some(), revisions) == Refusal::Kept {
+                    let refused = Some(why.clone());
+                    later = Some(Proposal { intent: Intent::Load, asked: None, refused, ..proposal.clone() });
+                }
+                self.refuse(decision, Refused { models, stamps, why }, intent, asked)?
             }
             Verdict::Compared => Ok((RevisionEffect::DryRun, Some(revision.described()))),
             Verdict::WaitsForOperator => Ok(self.wait_for_operator(decision, revision, asked.map(|asked| asked.by))?),
