@@ -3,6 +3,7 @@
 use frames::{Map, Point2, TENTHS_PER_M, metres};
 use grid::{Cell, GridSpec, LineOfSight, SparseCells, SparseLayer, sparse_distances};
 use messages::{ContentHash, FloorKind, Grid, GridHead};
+use petgraph::unionfind::UnionFind;
 use safety::SafetyLayer;
 use std::collections::BTreeSet;
 use std::ops::Range;
@@ -311,16 +312,7 @@ fn runs_of(part: &SparseLayer<u32>, width: usize) -> Vec<Run> {
 /// Two passes with a table of equivalent labels: Rosenfeld, Pfaltz, "Sequential operations in digital picture processing",
 /// Journal of the ACM 13, 1966.
 fn label(runs: &mut [Run], width: u32) -> Vec<u32> {
-    // The lowest run of each tree is its root.
-    let mut parents: Vec<u32> = (0..runs.len() as u32).collect();
-    let root = |parents: &mut [u32], of: u32| {
-        let mut at = of;
-        while parents[at as usize] != at {
-            parents[at as usize] = parents[parents[at as usize] as usize];
-            at = parents[at as usize];
-        }
-        at
-    };
+    let mut joined = UnionFind::<u32>::new(runs.len());
     let end = |run: &Run| run.first + run.length;
     let mut below = 0;
     for at in 0..runs.len() {
@@ -330,19 +322,19 @@ fn label(runs: &mut [Run], width: u32) -> Vec<u32> {
         }
         let over = runs[below..at].iter().take_while(|other| other.first + width < end(&run)).count();
         for other in below..below + over {
-            let [a, b] = [other, at].map(|k| root(&mut parents, k as u32));
-            parents[a.max(b) as usize] = a.min(b);
+            joined.union(other as u32, at as u32);
         }
     }
+    let mut part_of = vec![0; runs.len()];
     let mut sizes = vec![0];
-    for at in 0..runs.len() {
-        let root = root(&mut parents, at as u32) as usize;
-        if root == at {
-            runs[at].part = sizes.len() as u32;
+    for (run, set) in runs.iter_mut().zip(joined.into_labeling()) {
+        let part = &mut part_of[set as usize];
+        if *part == 0 {
+            *part = sizes.len() as u32;
             sizes.push(0);
         }
-        runs[at].part = runs[root].part;
-        sizes[runs[at].part as usize] += runs[at].length;
+        run.part = *part;
+        sizes[*part as usize] += run.length;
     }
     sizes
 }
