@@ -5,8 +5,8 @@
 //! alone, not from what was there before. After one pass through all states it allocates nothing.
 
 use crate::layers::floor::{MAX_CACHED_BYTES, bit_is_set, set_bit};
-use crate::layers::ground_floor::{FILLED, LEVEL, breaks_off, shown_surface};
-use crate::layers::row_surfaces::RowSurfaces;
+use crate::layers::ground_floor::{LEVEL, breaks_off, shown_surface};
+use crate::layers::row_surfaces::{FILLED, RowSurfaces, bands};
 use crate::model::cell_area::{slab_above_floor, to_tenths};
 use crate::model::gap::FLOOR_CRACK;
 use crate::model::ground_patch::{GroundPatch, level_z, z_at};
@@ -24,9 +24,6 @@ const TILE_CELLS: u32 = 256;
 
 /// Distance from a tile within which faces count for its floor, in tenths of a millimetre: more than the closing of cracks reaches.
 const BESIDE_TILE: i32 = 500;
-
-/// Rows of cells whose surfaces are compared at once.
-const BAND_ROWS: u32 = 64;
 
 /// What is known of a cell.
 mod bits {
@@ -92,7 +89,8 @@ struct Buffers {
 #[derive(Debug)]
 struct Surface {
     plane: Plane,
-    is_level: bool,
+    /// Its height, if it is level.
+    level_z: Option<f64>,
     is_outdoors: bool,
 }
 
@@ -186,7 +184,7 @@ impl OutdoorFloor {
         let bodies: Vec<Vec<(u32, u32)>> = storey.ground.iter().map(of_patch).collect();
         let surfaces = storey.ground.iter().map(|patch| Surface {
             plane: patch.plane,
-            is_level: level_z(&patch.plane).is_some(),
+            level_z: level_z(&patch.plane),
             is_outdoors: patch.is_outdoors,
         });
         let surfaces = surfaces.collect();
@@ -441,8 +439,8 @@ impl OutdoorFloor {
             let middle = [(cell % width) as f64 + 0.5, (cell / width) as f64 + 0.5];
             let mut earth: Option<f64> = None;
             for (z, k) in above.iter_mut() {
-                let Surface { plane, is_level, is_outdoors } = &all[*k as usize];
-                if !is_level {
+                let Surface { plane, level_z, is_outdoors } = &all[*k as usize];
+                if level_z.is_none() {
                     *z = z_at(plane, middle, &storey.spec);
                 }
                 if *is_outdoors {
@@ -453,9 +451,7 @@ impl OutdoorFloor {
             shown_surface(above, reference, headroom, |k| surfaces.contains(&(k | FILLED)))
         };
         for rect in dirty.iter() {
-            for first in (rect.min[1]..rect.max[1]).step_by(BAND_ROWS as usize) {
-                let band =
-                    CellRect { min: [rect.min[0], first], max: [rect.max[0], rect.max[1].min(first + BAND_ROWS)] };
+            for band in bands(rect) {
                 find_near(near, &band, patch_squares, index_of_patch, finished);
                 let of_patch = |&k: &u32| {
                     let there = bodies[k as usize].iter().filter(|(_, index)| bit_is_set(finished, *index));
@@ -463,13 +459,11 @@ impl OutdoorFloor {
                     let in_band = move |at: &u32| body(*at).rect.is_some_and(|rect| rect.meets(&band));
                     there.map(|(body, _)| *body).filter(in_band).map(move |body| (k, body))
                 };
-                let in_rect = |k: &u32| storey.ground[*k as usize].rect.meets(&band);
-                let patches = near.iter().copied().filter(in_rect);
-                in_band.begin(storey, &band, patches, near.iter().flat_map(of_patch));
+                in_band.begin(storey, &band, near.iter().copied(), near.iter().flat_map(of_patch));
                 let mut around = None;
-                for (y, row) in (first..).zip(band.rows(width)) {
+                for (y, row) in (band.min[1]..).zip(band.rows(width)) {
                     shown.clear();
-                    in_band.stretches(storey, y, band.min[0]..band.max[0], |columns, surfaces| {
+                    in_band.stretches(storey, y, |columns, surfaces| {
                         let of_stretch =
                             y as usize * width + columns.start as usize..y as usize * width + columns.end as usize;
                         let is_covered = |cell: usize| cells[cell] & bits::COVERED != 0;
@@ -479,9 +473,9 @@ impl OutdoorFloor {
                             return;
                         }
                         above.clear();
-                        let of_level = |k: u32| (level_z(&all[k as usize].plane).unwrap_or_default(), k);
-                        above.extend(surfaces.iter().map(|k| of_level(k & !FILLED)));
-                        let is_level = surfaces.iter().all(|k| all[(k & !FILLED) as usize].is_level);
+                        let level_z = |k: u32| all[k as usize].level_z;
+                        above.extend(surfaces.iter().map(|k| k & !FILLED).map(|k| (level_z(k).unwrap_or_default(), k)));
+                        let is_level = above.iter().all(|(_, k)| level_z(*k).is_some());
                         // Of level surfaces cells show the same beside earth of the same height.
                         let mut like: Option<(Option<f64>, u32)> = None;
                         shown.extend(of_stretch.map(|cell| {

@@ -1,5 +1,6 @@
 //! The floor of a storey with ground at other heights: the surface that each cell shows, and where the ground breaks off.
 
+use crate::layers::row_surfaces::{RowSurfaces, bands};
 use crate::model::cell_area::{slab_above_floor, to_tenths};
 use crate::model::element_runs::ElementRuns;
 use crate::model::gap::FLOOR_CRACK;
@@ -12,12 +13,6 @@ use rustc_hash::FxHashMap;
 
 /// The surface of a cell that has no patch: the level of the storey's own floor.
 pub(crate) const LEVEL: u32 = u32::MAX;
-
-/// Marks a surface outdoors on which a body of ground stands in the way.
-pub(crate) const FILLED: u32 = 1 << 31;
-
-/// Rows of cells whose surfaces are compared at once.
-const BAND_ROWS: u32 = 64;
 
 /// Floor cells, and which of them show a patch.
 #[derive(Debug, Default)]
@@ -134,55 +129,6 @@ struct Surfaces<'a> {
     above_patches: FxHashMap<u32, BodyCells<'a>>,
 }
 
-/// The patches of each cell of a band, in their order.
-#[derive(Debug, Default)]
-struct SurfacesOfCells {
-    /// Where those of a cell end, by its place in the band; those of the one before it end where they begin.
-    ends: Vec<u32>,
-    patches: Vec<u32>,
-}
-
-impl SurfacesOfCells {
-    /// Finds the patches `there` of a storey in each cell of a band.
-    fn load(&mut self, storey: &StoreySlice, there: &[u32], band: &CellRect) {
-        let width = storey.spec.width as usize;
-        let first = band.min[1] as usize * width + band.min[0] as usize;
-        let place = |cell: usize| (cell - first) / width * band.width() + (cell - first) % width;
-        let patches = || there.iter().map(|&k| (k, &storey.ground[k as usize])).filter(|(_, p)| p.rect.meets(band));
-        self.ends.clear();
-        self.ends.resize(band.n_cells() + 1, 0);
-        for (_, patch) in patches() {
-            for cells in band.clip(&patch.cells, width) {
-                let at = place(cells.start) + 1;
-                self.ends[at..at + cells.len()].iter_mut().for_each(|n| *n += 1);
-            }
-        }
-        let mut sum = 0;
-        self.ends.iter_mut().for_each(|n| {
-            sum += *n;
-            *n = sum;
-        });
-        // Until it is filled a cell's end is its beginning.
-        self.patches.clear();
-        self.patches.resize(sum as usize, 0);
-        for (k, patch) in patches() {
-            for cells in band.clip(&patch.cells, width) {
-                let at = place(cells.start);
-                for end in &mut self.ends[at..at + cells.len()] {
-                    self.patches[*end as usize] = k;
-                    *end += 1;
-                }
-            }
-        }
-    }
-
-    /// Those of the cell at a place in the band, row by row.
-    fn of(&self, place: usize) -> &[u32] {
-        let begin = place.checked_sub(1).map_or(0, |before| self.ends[before]);
-        &self.patches[begin as usize..self.ends[place] as usize]
-    }
-}
-
 /// Cells of bodies: the rectangle and the sorted runs of each.
 struct BodyCells<'a>(Vec<(CellRect, &'a [Run])>);
 
@@ -283,37 +229,36 @@ impl Surfaces<'_> {
 
     fn choose(&mut self, there: &[u32], (floor, level): (&Mask, &Mask), [step, headroom]: [f64; 2]) {
         let width = self.width();
-        let mut in_band = SurfacesOfCells::default();
+        let mut in_band = RowSurfaces::default();
         let mut above: Vec<(f64, u32)> = Vec::new();
-        for first in (self.rect.min[1]..self.rect.max[1]).step_by(BAND_ROWS as usize) {
-            let band = CellRect {
-                min: [self.rect.min[0], first],
-                max: [self.rect.max[0], self.rect.max[1].min(first + BAND_ROWS)],
-            };
-            in_band.load(self.storey, there, &band);
-            for (cell, at) in band.rows(width).flatten().zip(0..) {
-                let surfaces = in_band.of(at);
-                if surfaces.is_empty() || !floor.cells[cell] {
-                    continue;
-                }
-                let at = self.at(cell);
-                let is_of_level = level.cells[cell];
-                if let ([only], false) = (surfaces, is_of_level) {
-                    self.of_cell[at] = *only;
-                    continue;
-                }
-                let (column, row) = ((cell % width) as u32, (cell / width) as u32);
-                let middle = [f64::from(column) + 0.5, f64::from(row) + 0.5];
-                above.clear();
-                above.extend(surfaces.iter().map(|&k| (surface_z(self.storey, k, middle), k)));
-                let reference = f64::from(self.storey.floor_z);
-                // A patch that begins here is the level floor of this place.
-                if is_of_level && above.iter().all(|(z, _)| (z - reference).abs() > step) {
-                    above.push((reference, LEVEL));
-                }
-                let bodies = |surface: u32| self.above_patches.get(&surface).unwrap_or(&self.above_level);
-                self.of_cell[at] =
-                    shown_surface(&mut above, reference, headroom, |surface| bodies(surface).hold(column, row));
+        for band in bands(&self.rect) {
+            in_band.begin(self.storey, &band, there.iter().copied(), std::iter::empty());
+            for row in band.min[1]..band.max[1] {
+                in_band.stretches(self.storey, row, |columns, surfaces| {
+                    for column in if surfaces.is_empty() { 0..0 } else { columns } {
+                        let cell = row as usize * width + column as usize;
+                        if !floor.cells[cell] {
+                            continue;
+                        }
+                        let at = self.at(cell);
+                        let is_of_level = level.cells[cell];
+                        if let ([only], false) = (surfaces, is_of_level) {
+                            self.of_cell[at] = *only;
+                            continue;
+                        }
+                        let middle = [f64::from(column) + 0.5, f64::from(row) + 0.5];
+                        above.clear();
+                        above.extend(surfaces.iter().map(|&k| (surface_z(self.storey, k, middle), k)));
+                        let reference = f64::from(self.storey.floor_z);
+                        // A patch that begins here is the level floor of this place.
+                        if is_of_level && above.iter().all(|(z, _)| (z - reference).abs() > step) {
+                            above.push((reference, LEVEL));
+                        }
+                        let bodies = |surface: u32| self.above_patches.get(&surface).unwrap_or(&self.above_level);
+                        self.of_cell[at] =
+                            shown_surface(&mut above, reference, headroom, |surface| bodies(surface).hold(column, row));
+                    }
+                });
             }
         }
     }

@@ -1,14 +1,27 @@
 //! Surfaces above each other along the rows of a band, by stretches of cells that have the same.
 
-use crate::layers::ground_floor::FILLED;
 use crate::model::storey_slice::StoreySlice;
 use grid::{CellRect, Run};
 use messages::NONE;
 use std::ops::Range;
 
+/// Marks a surface on which a body of ground stands in the way.
+pub(crate) const FILLED: u32 = 1 << 31;
+
+/// Rows of cells whose surfaces are looked at with the same patches.
+const BAND_ROWS: u32 = 64;
+
+/// The bands of a rectangle, in their order.
+pub(crate) fn bands(rect: &CellRect) -> impl Iterator<Item = CellRect> + use<> {
+    let CellRect { min, max } = *rect;
+    let band = move |first: u32| CellRect { min: [min[0], first], max: [max[0], max[1].min(first + BAND_ROWS)] };
+    (min[1]..max[1]).step_by(BAND_ROWS as usize).map(band)
+}
+
 /// The surfaces of a band, row by row; its buffers serve for many.
 #[derive(Debug, Default)]
 pub(crate) struct RowSurfaces {
+    columns: Range<u32>,
     sources: Vec<Source>,
     /// Of a row.
     ends: Vec<End>,
@@ -56,7 +69,7 @@ impl Source {
 }
 
 impl RowSurfaces {
-    /// Begins a band with patches of a storey, and the bodies that stand on them as pairs of patch and obstacle.
+    /// Begins a band with those of these patches of a storey that meet it, and bodies that stand on them as pairs of patch and obstacle.
     pub(crate) fn begin(
         &mut self,
         storey: &StoreySlice,
@@ -65,6 +78,8 @@ impl RowSurfaces {
         bodies: impl Iterator<Item = (u32, u32)>,
     ) {
         self.sources.clear();
+        self.columns = band.min[0]..band.max[0];
+        let patches = patches.filter(|&patch| storey.ground[patch as usize].rect.meets(band));
         let all = patches.map(|patch| (patch, NONE)).chain(bodies);
         self.sources.extend(all.map(|(patch, body)| Source { patch, body, next: 0 }));
         for source in &mut self.sources {
@@ -72,16 +87,10 @@ impl RowSurfaces {
         }
     }
 
-    /// Calls `each` with the stretches of a row between two columns, from left to right, and their surfaces: patches, ascending, with
+    /// Calls `each` with the stretches of a row of the band, from left to right, and their surfaces: patches, ascending, with
     /// [`FILLED`] where a body stands on them. Rows come in their order, from the first of the band on.
-    pub(crate) fn stretches(
-        &mut self,
-        storey: &StoreySlice,
-        row: u32,
-        columns: Range<u32>,
-        mut each: impl FnMut(Range<u32>, &[u32]),
-    ) {
-        let Self { sources, ends, active, surfaces } = self;
+    pub(crate) fn stretches(&mut self, storey: &StoreySlice, row: u32, mut each: impl FnMut(Range<u32>, &[u32])) {
+        let Self { columns, sources, ends, active, surfaces } = self;
         ends.clear();
         active.clear();
         for source in sources {
