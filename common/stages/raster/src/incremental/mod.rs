@@ -2,6 +2,7 @@
 
 mod flag_difference;
 mod outdoor_floor;
+mod shown_patches;
 mod state_difference;
 mod storey_floor;
 pub(crate) mod storey_grid;

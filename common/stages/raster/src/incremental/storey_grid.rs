@@ -5,6 +5,7 @@
 //! equals a full redraw.
 //! After one pass through all states it allocates nothing, except on storeys whose floor is what obstacles enclose.
 
+use super::shown_patches::{ShownPatches, StandsInWay};
 use super::state_difference::{DrawnState, StateDifference};
 use super::storey_floor::StoreyFloor;
 use super::version_history::VersionHistory;
@@ -17,10 +18,10 @@ use crate::layers::ground_floor::LEVEL;
 use crate::layers::keepout::{Keepout, Margins, keepout_value};
 use crate::layers::localization::{Localization, localization_value};
 use crate::layers::tile::TILE_CELLS;
-use crate::model::cell_area::{slab_above_floor, to_tenths};
+use crate::model::cell_area::slab_above_floor;
 use crate::model::element_runs::ElementRuns;
 use crate::model::gap;
-use crate::model::ground_patch::{STEP_TOLERANCE, level_z, z_at};
+use crate::model::ground_patch::{level_z, z_at};
 use crate::model::presence::Presence;
 use crate::model::storey_inputs::StoreyInputs;
 use crate::model::storey_slice::StoreySlice;
@@ -31,7 +32,6 @@ use messages::{
     GridHead, GridLayers, GridWriter, NO_HEIGHT, NO_SLOPE, NONE, Preamble, RegionRecord, RobotProfile, ScheduleState,
     copy_changed,
 };
-use std::cell::Cell;
 
 /// The grid of a storey as drawn last.
 #[derive(Debug)]
@@ -54,6 +54,8 @@ pub(crate) struct StoreyGrid {
     nearby: CoveredSamples,
     seen_cells: SeenCells,
     difference: StateDifference,
+    /// What a rectangle shows that is drawn.
+    shown_patches: ShownPatches,
     growth: Growth,
 }
 
@@ -103,6 +105,7 @@ impl StoreyGrid {
             nearby: CoveredSamples::new(),
             seen_cells: SeenCells::default(),
             difference: StateDifference::default(),
+            shown_patches: ShownPatches::default(),
             growth: Growth::default(),
         }
     }
@@ -209,7 +212,7 @@ impl StoreyGrid {
     fn draw_cells(&mut self, inputs: StoreyInputs<'_>, schedule_state: &ScheduleState<'_>, rect: &CellRect) {
         let StoreyInputs { site, robot, storey } = inputs;
         let width = storey.spec.width as usize;
-        let Self { archive, flags, storey_floor, difference, .. } = self;
+        let Self { archive, flags, storey_floor, difference, shown_patches: shown, .. } = self;
         let mut writer = GridWriter::resume(archive.bytes_mut(), flags.len());
         let GridLayers { class, floor, planning, elevation, slope, .. } = writer.layers();
         for row in rect.rows(width) {
@@ -223,7 +226,7 @@ impl StoreyGrid {
             let cells = rect.clip(&passage.runs, width);
             cells.for_each(|cells| flags[cells].iter_mut().for_each(|f| *f |= FLOOR));
         }
-        let mut cells = DrawnCells { class, flags, rect, width };
+        let mut cells = DrawnCells { class, flags, rect: *rect, width };
         for obstacle in storey.obstacles.iter().filter(|o| meets(o.rect)) {
             cells.draw_obstacle(obstacle, (robot, schedule_state), |_, _| true);
         }
@@ -235,9 +238,13 @@ impl StoreyGrid {
         }
         if !storey_floor.patch_of.is_empty() {
             let patch_of = storey_floor.patch_of.as_slice();
+            shown.find(patch_of, cells.flags, rect, width);
             cells.clear_patches(patch_of, |patch| storey.ground[patch as usize].is_tread);
             for (k, patch) in (0..).zip(&storey.ground).filter(|(_, p)| p.rect.meets(rect) && is_built(p.element)) {
                 let way = StandsInWay::of(storey, robot, k);
+                let Some(around) = way.around(shown) else { continue };
+                let mut cells = cells.within(&around);
+                let meets = |other: Option<CellRect>| other.is_some_and(|other| other.meets(&around));
                 let applies = |cell: usize, flags: u8| way.stands_on(patch_of[cell], cell, flags);
                 for obstacle in patch.obstacles.iter().filter(|o| meets(o.rect)) {
                     cells.draw_obstacle(obstacle, (robot, schedule_state), applies);
@@ -251,8 +258,10 @@ impl StoreyGrid {
             cells.set_runs(&space.runs, BLOCKED, |_, _| true);
         }
         if !storey_floor.patch_of.is_empty() {
-            for (k, stair) in (0..).zip(&storey.ground).filter(|(_, p)| p.is_tread && p.rect.meets(rect)) {
-                cells.show_stair(&stair.cells, |cell| storey_floor.patch_of[cell] == k);
+            for (k, stair) in (0..).zip(&storey.ground).filter(|(_, patch)| patch.is_tread) {
+                if let Some(around) = shown.around(k) {
+                    cells.within(&around).show_stair(&stair.cells, |cell| storey_floor.patch_of[cell] == k);
+                }
             }
         }
         for &index in &difference.worked_on {
@@ -273,10 +282,12 @@ impl StoreyGrid {
             let mut heights = DrawnHeights { storey, flags, elevation, slope, rect };
             heights.clear();
             for face in storey.level_faces.iter().filter(|f| f.rect.meets(rect) && is_built(f.element)) {
-                heights.raise(&face.plane, &face.cells, is_level);
+                heights.raise(&face.plane, (&face.cells, rect), is_level);
             }
-            for (k, patch) in (0..).zip(&storey.ground).filter(|(_, p)| p.rect.meets(rect) && is_built(p.element)) {
-                heights.raise(&patch.plane, &patch.cells, |cell| storey_floor.patch_of[cell] == k);
+            for (k, patch) in (0..).zip(&storey.ground).filter(|(_, patch)| is_built(patch.element)) {
+                if let Some(around) = shown.around(k) {
+                    heights.raise(&patch.plane, (&patch.cells, &around), |cell| storey_floor.patch_of[cell] == k);
+                }
             }
             heights.fill_level();
         }
@@ -355,44 +366,6 @@ impl StoreyGrid {
     }
 }
 
-/// Where what stands on or beside a patch stands in the way.
-struct StandsInWay<'a> {
-    storey: &'a StoreySlice,
-    /// The patch.
-    k: u32,
-    is_level: bool,
-    /// Greatest difference of height to a patch that goes on from it.
-    most: f64,
-    /// The last level patch that a cell showed, and whether it goes on from this one, which is level, too: neighbours show the same.
-    last: Cell<(u32, bool)>,
-}
-
-impl<'a> StandsInWay<'a> {
-    fn of(storey: &'a StoreySlice, robot: &RobotProfile, k: u32) -> Self {
-        let is_level = level_z(&storey.ground[k as usize].plane).is_some();
-        let most = f64::from(to_tenths(robot.step_height_m)) + STEP_TOLERANCE;
-        Self { storey, k, is_level, most, last: Cell::new((k, true)) }
-    }
-
-    /// True in a cell that shows the patch `shown`: in cells of the patch, in those of one that goes on from it, and where there is no
-    /// floor.
-    fn stands_on(&self, shown: u32, cell: usize, flags: u8) -> bool {
-        if shown == LEVEL || shown == self.k {
-            return shown == self.k || flags & FLOOR == 0;
-        }
-        let (last, goes_on) = self.last.get();
-        if shown == last {
-            return goes_on;
-        }
-        let [own, other] = [self.k, shown].map(|k| &self.storey.ground[k as usize]);
-        let goes_on = (own.z_of(cell, &self.storey.spec) - other.z_of(cell, &self.storey.spec)).abs() <= self.most;
-        if self.is_level && level_z(&other.plane).is_some() {
-            self.last.set((shown, goes_on));
-        }
-        goes_on
-    }
-}
-
 /// Heights and slopes of the cells of a rectangle while they are drawn.
 struct DrawnHeights<'a> {
     storey: &'a StoreySlice,
@@ -414,11 +387,11 @@ impl DrawnHeights<'_> {
         }
     }
 
-    /// Makes cells with floor as high as a plane where they are lower, of those that are wanted.
-    fn raise(&mut self, plane: &Plane, cells: &[Run], wanted: impl Fn(usize) -> bool) {
+    /// Makes cells with floor as high as a plane where they are lower, of those of runs in a rectangle that are wanted.
+    fn raise(&mut self, plane: &Plane, (cells, rect): (&[Run], &CellRect), wanted: impl Fn(usize) -> bool) {
         let slope = (plane.slope_rad() * 1_000.0).round() as u16;
         let level = level_z(plane).map(|z| z.round() as i32);
-        for cell in self.rect.clip(cells, self.width()).flatten() {
+        for cell in rect.clip(cells, self.width()).flatten() {
             if self.flags[cell] & FLOOR != 0 && wanted(cell) {
                 let middle = || [(cell % self.width()) as f64 + 0.5, (cell / self.width()) as f64 + 0.5];
                 let height = level.unwrap_or_else(|| z_at(plane, middle(), &self.storey.spec).round() as i32);
@@ -443,11 +416,16 @@ impl DrawnHeights<'_> {
 struct DrawnCells<'a> {
     class: &'a mut [u8],
     flags: &'a mut [u8],
-    rect: &'a CellRect,
+    rect: CellRect,
     width: usize,
 }
 
 impl DrawnCells<'_> {
+    /// The cells of a rectangle in this one.
+    fn within(&mut self, rect: &CellRect) -> DrawnCells<'_> {
+        DrawnCells { class: self.class, flags: self.flags, rect: *rect, width: self.width }
+    }
+
     /// Sets a flag in the cells of runs to which it applies, by cell and flags.
     fn set_runs(&mut self, runs: &[Run], flag: u8, applies: impl Fn(usize, u8) -> bool) {
         let Self { flags, rect, width, .. } = self;
