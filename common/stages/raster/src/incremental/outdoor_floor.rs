@@ -4,16 +4,17 @@
 //! shows and where the ground breaks off are recomputed around what differs. All of it follows from the finished elements
 //! alone, not from what was there before. After one pass through all states it allocates nothing.
 
+use crate::layers::band_surfaces::{BandSurfaces, bands};
 use crate::layers::floor::{MAX_CACHED_BYTES, bit_is_set, set_bit};
-use crate::layers::ground_floor::{LEVEL, breaks_off, shown_surface};
-use crate::layers::row_surfaces::{FILLED, RowSurfaces, bands};
+use crate::layers::ground_floor::{LEVEL, breaks_off};
+use crate::layers::shown_surface::{Stack, StackBuffers, Surface};
 use crate::model::cell_area::{slab_above_floor, to_tenths};
 use crate::model::gap::FLOOR_CRACK;
-use crate::model::ground_patch::{GroundPatch, level_z, z_at};
+use crate::model::ground_patch::GroundPatch;
 use crate::model::obstacle_squares::ObstacleSquares;
 use crate::model::storey_inputs::StoreyInputs;
 use crate::model::storey_slice::StoreySlice;
-use geometry::{Plane, close_gaps, union_of};
+use geometry::{close_gaps, union_of};
 use grid::{CellRect, GridSpec, Run, SparseCells, SparseLayer, covered_cells, join_rects};
 use messages::NONE;
 use rayon::prelude::*;
@@ -78,20 +79,11 @@ struct Buffers {
     beside: Vec<CellRect>,
     before: Vec<u8>,
     near: Vec<u32>,
-    in_band: RowSurfaces,
-    above: Vec<(f64, u32)>,
+    in_band: BandSurfaces,
+    stack: StackBuffers,
     row: Vec<bool>,
     shown: Vec<u32>,
     holes: Holes,
-}
-
-/// What is asked of a patch in each of its cells.
-#[derive(Debug)]
-struct Surface {
-    plane: Plane,
-    /// Its height, if it is level.
-    level_z: Option<f64>,
-    is_outdoors: bool,
 }
 
 /// The holes of the earth that are looked at.
@@ -182,12 +174,7 @@ impl OutdoorFloor {
             bodies.filter(|(_, index)| *index != NONE).collect()
         };
         let bodies: Vec<Vec<(u32, u32)>> = storey.ground.iter().map(of_patch).collect();
-        let surfaces = storey.ground.iter().map(|patch| Surface {
-            plane: patch.plane,
-            level_z: level_z(&patch.plane),
-            is_outdoors: patch.is_outdoors,
-        });
-        let surfaces = surfaces.collect();
+        let surfaces = storey.ground.iter().map(Surface::of).collect();
         let (mut areas, mut is_earth) = (vec![[None; 2]; floors.len()], vec![false; floors.len()]);
         let mut add = |index: u32, kind: usize, rect: CellRect| {
             let around: &mut Option<CellRect> = &mut areas[index as usize][kind];
@@ -433,70 +420,45 @@ impl OutdoorFloor {
             patch_squares, index_of_patch, bodies, surfaces: all, finished, cells, earth_beside, buffers, ..
         } = self;
         let finished = finished.as_deref().unwrap_or_default();
-        let Buffers { dirty, near, in_band, above, shown, .. } = buffers;
-        // The surface of a covered cell of a stretch.
-        let choose = |above: &mut Vec<(f64, u32)>, surfaces: &[u32], cell: usize, beside: Option<f64>| {
-            let middle = [(cell % width) as f64 + 0.5, (cell / width) as f64 + 0.5];
-            let mut earth: Option<f64> = None;
-            for (z, k) in above.iter_mut() {
-                let Surface { plane, level_z, is_outdoors } = &all[*k as usize];
-                if level_z.is_none() {
-                    *z = z_at(plane, middle, &storey.spec);
-                }
-                if *is_outdoors {
-                    earth = Some(earth.map_or(*z, |highest| highest.max(*z)));
-                }
-            }
-            let reference = earth.or(beside).unwrap_or(f64::from(storey.floor_z));
-            shown_surface(above, reference, headroom, |k| surfaces.contains(&(k | FILLED)))
+        let Buffers { dirty, near, in_band, stack, shown, .. } = buffers;
+        let is_covered = |cell: usize| cells[cell] & bits::COVERED != 0;
+        let reference = |cell: usize| {
+            let is_in_hole = cells[cell] & bits::HAS_EARTH_BESIDE != 0;
+            is_covered(cell).then(|| if is_in_hole { earth_beside[cell] } else { f64::from(storey.floor_z) })
         };
-        for rect in dirty.iter() {
-            for band in bands(rect) {
-                find_near(near, &band, patch_squares, index_of_patch, finished);
-                let of_patch = |&k: &u32| {
-                    let there = bodies[k as usize].iter().filter(|(_, index)| bit_is_set(finished, *index));
-                    let body = move |body: u32| &storey.ground[k as usize].obstacles[body as usize];
-                    let in_band = move |at: &u32| body(*at).rect.is_some_and(|rect| rect.meets(&band));
-                    there.map(|(body, _)| *body).filter(in_band).map(move |body| (k, body))
-                };
-                in_band.begin(storey, &band, near.iter().copied(), near.iter().flat_map(of_patch));
-                let mut around = None;
-                for (y, row) in (band.min[1]..).zip(band.rows(width)) {
-                    shown.clear();
-                    in_band.stretches(storey, y, |columns, surfaces| {
-                        let of_stretch =
-                            y as usize * width + columns.start as usize..y as usize * width + columns.end as usize;
-                        let is_covered = |cell: usize| cells[cell] & bits::COVERED != 0;
-                        if let [] | [_] = surfaces {
-                            let only = surfaces.first().map_or(LEVEL, |only| only & !FILLED);
-                            shown.extend(of_stretch.map(|cell| if is_covered(cell) { only } else { LEVEL }));
-                            return;
-                        }
-                        above.clear();
-                        let level_z = |k: u32| all[k as usize].level_z;
-                        above.extend(surfaces.iter().map(|k| k & !FILLED).map(|k| (level_z(k).unwrap_or_default(), k)));
-                        let is_level = above.iter().all(|(_, k)| level_z(*k).is_some());
-                        // Of level surfaces cells show the same beside earth of the same height.
-                        let mut like: Option<(Option<f64>, u32)> = None;
-                        shown.extend(of_stretch.map(|cell| {
-                            if !is_covered(cell) {
-                                return LEVEL;
-                            }
-                            let beside = (cells[cell] & bits::HAS_EARTH_BESIDE != 0).then(|| earth_beside[cell]);
-                            if let Some((_, surface)) = like.filter(|(of, _)| is_level && *of == beside) {
-                                return surface;
-                            }
-                            let surface = choose(above, surfaces, cell, beside);
-                            like = Some((beside, surface));
-                            surface
-                        }));
-                    });
-                    let changes = || patch_of[row.clone()].iter().zip(&*shown).map(|(a, b)| a != b);
-                    add_row(&mut around, changes, [rect.min[0], y]);
-                    patch_of[row].copy_from_slice(shown);
-                }
-                differing.extend(around);
+        for band in dirty.iter().flat_map(bands) {
+            find_near(near, &band, patch_squares, index_of_patch, finished);
+            let of_patch = |&k: &u32| {
+                let there = bodies[k as usize].iter().filter(|(_, index)| bit_is_set(finished, *index));
+                let body = move |body: u32| &storey.ground[k as usize].obstacles[body as usize];
+                let in_band = move |at: &u32| body(*at).rect.is_some_and(|rect| rect.meets(&band));
+                there.map(|(body, _)| *body).filter(in_band).map(move |body| (k, body))
+            };
+            shown.clear();
+            shown.resize(band.n_cells(), LEVEL);
+            let bodies = near.iter().flat_map(of_patch);
+            in_band.rects(storey, &band, near.iter().copied(), bodies, |rect, surfaces| {
+                let surfaces = Stack { spec: &storey.spec, all, surfaces, headroom };
+                surfaces.choose(stack, &rect, &reference, &mut |rect, surface| {
+                    let in_band = CellRect {
+                        min: [0, 1].map(|k| rect.min[k] - band.min[k]),
+                        max: [0, 1].map(|k| rect.max[k] - band.min[k]),
+                    };
+                    for (row, at) in rect.rows(width).zip(in_band.rows(band.width())) {
+                        let of_row = cells[row].iter().zip(&mut shown[at]);
+                        of_row
+                            .for_each(|(cell, shown)| *shown = if cell & bits::COVERED != 0 { surface } else { LEVEL });
+                    }
+                });
+            });
+            let mut around = None;
+            for ((y, row), shown) in (band.min[1]..).zip(band.rows(width)).zip(shown.chunks_exact(band.width().max(1)))
+            {
+                let changes = || patch_of[row.clone()].iter().zip(shown).map(|(a, b)| a != b);
+                add_row(&mut around, changes, [band.min[0], y]);
+                patch_of[row].copy_from_slice(shown);
             }
+            differing.extend(around);
         }
     }
 
@@ -651,7 +613,7 @@ mod tests {
     use super::*;
     use crate::model::element_runs::ElementRuns;
     use crate::model::storey_slice::Dependent;
-    use geometry::{FillRule, MultiPolygon, union};
+    use geometry::{FillRule, MultiPolygon, Plane, union};
     use grid::{Class, Mask, overlapped_cells};
     use messages::{FloorKind, MapStoreyRecord, RobotProfile, Site, SiteBuilder, Text};
     use proptest::prelude::*;

@@ -108,3 +108,77 @@ impl<'a> StandsInWay<'a> {
         off.iter().any(|off| *off <= most) && off.iter().any(|off| *off >= -most)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::element_runs::ElementRuns;
+    use geometry::{MultiPolygon, Plane};
+    use grid::{Class, Run};
+    use messages::{FloorKind, MapStoreyRecord, Text};
+    use proptest::prelude::*;
+
+    const SPEC: GridSpec = GridSpec { cell_tenths: 100, first_cell: [0; 2], width: 40, height: 30 };
+
+    /// A patch through three heights, on which something stands everywhere.
+    fn patch([z, along_x, along_y]: [i32; 3]) -> GroundPatch {
+        let runs: Vec<Run> = (0..SPEC.height).map(|row| Run { row, start: 0, end: SPEC.width }).collect();
+        let rect = CellRect::whole(SPEC.width, SPEC.height);
+        let wall = ElementRuns { element: 0, class: Class::Wall, rect: Some(rect), runs, door: None };
+        GroundPatch {
+            element: 0,
+            is_outdoors: true,
+            is_tread: false,
+            climb: 0,
+            plane: Plane::of(&[[0, 0, z], [4_000, 0, z + along_x], [0, 3_000, z + along_y]]),
+            area: MultiPolygon::default(),
+            cells: Vec::new(),
+            rect,
+            obstacles: vec![wall],
+            lidar: Vec::new(),
+        }
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(512))]
+        #[test]
+        fn what_stands_on_a_patch_is_looked_at_wherever_it_may_be_in_the_way(
+            planes in prop::collection::vec([0i32..3_000, -2_000i32..2_000, -2_000i32..2_000], 1..5),
+            boxes in prop::collection::vec((0u32..40, 0u32..30, 1u32..20, 1u32..20, 0u32..5, any::<bool>()), 0..6),
+            corners in [0u32..40, 0u32..30, 1u32..40, 1u32..30],
+        ) {
+            let record = MapStoreyRecord {
+                global_id: Text::default(),
+                name: Text::default(),
+                floor_z_tenths: 0,
+                floor: FloorKind::Ground.into(),
+                bounds_tenths: [0; 4],
+            };
+            let mut storey = StoreySlice::empty(0, SPEC, &record);
+            storey.ground = planes.into_iter().map(patch).collect();
+            let whole = storey.whole();
+            let (mut patch_of, mut flags) = (vec![LEVEL; SPEC.n_cells()], vec![FLOOR; SPEC.n_cells()]);
+            for (x, y, w, h, k, has_floor) in boxes {
+                let rect = CellRect { min: [x, y], max: [(x + w).min(40), (y + h).min(30)] };
+                for cell in rect.rows(whole.width()).flatten() {
+                    patch_of[cell] = if (k as usize) < storey.ground.len() { k } else { LEVEL };
+                    flags[cell] = if has_floor { FLOOR } else { 0 };
+                }
+            }
+            let [x, y, w, h] = corners;
+            let rect = CellRect { min: [x, y], max: [(x + w).min(40), (y + h).min(30)] };
+            let mut shown = ShownPatches::default();
+            shown.find(&patch_of, &flags, &rect, whole.width());
+            for k in 0..storey.ground.len() as u32 {
+                let way = StandsInWay::of(&storey, &RobotProfile::DEFAULT, k);
+                let around = way.around(&shown);
+                for cell in rect.tiles(1) {
+                    let at = cell.rows(whole.width()).next().unwrap().start;
+                    let is_in = |around: Option<CellRect>| around.is_some_and(|around| around.meets(&cell));
+                    prop_assert!(is_in(around) || !way.stands_on(patch_of[at], at, flags[at]), "{k} in {cell:?}");
+                    prop_assert!(is_in(shown.around(k)) || patch_of[at] != k, "{k} in {cell:?}");
+                }
+            }
+        }
+    }
+}

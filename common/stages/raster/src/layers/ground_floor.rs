@@ -1,6 +1,7 @@
 //! The floor of a storey with ground at other heights: the surface that each cell shows, and where the ground breaks off.
 
-use crate::layers::row_surfaces::{RowSurfaces, bands};
+use crate::layers::band_surfaces::{BandSurfaces, bands};
+use crate::layers::shown_surface::shown_surface;
 use crate::model::cell_area::{slab_above_floor, to_tenths};
 use crate::model::element_runs::ElementRuns;
 use crate::model::gap::FLOOR_CRACK;
@@ -156,36 +157,6 @@ pub(crate) fn surface_z(storey: &StoreySlice, surface: u32, place: [f64; 2]) -> 
     }
 }
 
-/// The one of several surfaces above each other that a cell shows: the nearest to a height of those below whose next one the robot
-/// fits, and on which no body of ground is in its way. They are sorted by height then.
-pub(crate) fn shown_surface(
-    above: &mut [(f64, u32)],
-    reference: f64,
-    headroom: f64,
-    is_filled: impl Fn(u32) -> bool,
-) -> u32 {
-    let order = |a: &(f64, u32), b: &(f64, u32)| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1));
-    // Mostly they are as those of the cell before.
-    if !above.is_sorted_by(|a, b| order(a, b).is_le()) {
-        above.sort_unstable_by(order);
-    }
-    let is_roofed = |k: usize| above.get(k + 1).is_some_and(|next| next.0 - above[k].0 <= headroom);
-    let is_open = |k: usize| !is_roofed(k) && (above.len() == 1 || !is_filled(above[k].1));
-    // Where the robot fits below none, what is in its way there closes the cell.
-    let mut nearest: Option<(bool, f64, u32)> = None;
-    for (k, &(z, surface)) in above.iter().enumerate() {
-        let off = (z - reference).abs();
-        let is_better = |is_closed: bool| nearest.is_none_or(|(closed, least, _)| (is_closed, off) < (closed, least));
-        if is_better(false) {
-            let is_closed = !is_open(k);
-            if is_better(is_closed) {
-                nearest = Some((is_closed, off, surface));
-            }
-        }
-    }
-    nearest.map_or(LEVEL, |(_, _, surface)| surface)
-}
-
 /// True if the ground beside a cell of floor is lower by more than a step, or by more than one climbs on a patch. `surface` and
 /// `is_floor` tell of cells by index.
 pub(crate) fn breaks_off(
@@ -229,37 +200,32 @@ impl Surfaces<'_> {
 
     fn choose(&mut self, there: &[u32], (floor, level): (&Mask, &Mask), [step, headroom]: [f64; 2]) {
         let width = self.width();
-        let mut in_band = RowSurfaces::default();
+        let mut in_band = BandSurfaces::default();
         let mut above: Vec<(f64, u32)> = Vec::new();
         for band in bands(&self.rect) {
-            in_band.begin(self.storey, &band, there.iter().copied(), std::iter::empty());
-            for row in band.min[1]..band.max[1] {
-                in_band.stretches(self.storey, row, |columns, surfaces| {
-                    for column in if surfaces.is_empty() { 0..0 } else { columns } {
-                        let cell = row as usize * width + column as usize;
-                        if !floor.cells[cell] {
-                            continue;
-                        }
-                        let at = self.at(cell);
-                        let is_of_level = level.cells[cell];
-                        if let ([only], false) = (surfaces, is_of_level) {
-                            self.of_cell[at] = *only;
-                            continue;
-                        }
-                        let middle = [f64::from(column) + 0.5, f64::from(row) + 0.5];
-                        above.clear();
-                        above.extend(surfaces.iter().map(|&k| (surface_z(self.storey, k, middle), k)));
-                        let reference = f64::from(self.storey.floor_z);
-                        // A patch that begins here is the level floor of this place.
-                        if is_of_level && above.iter().all(|(z, _)| (z - reference).abs() > step) {
-                            above.push((reference, LEVEL));
-                        }
-                        let bodies = |surface: u32| self.above_patches.get(&surface).unwrap_or(&self.above_level);
-                        self.of_cell[at] =
-                            shown_surface(&mut above, reference, headroom, |surface| bodies(surface).hold(column, row));
+            in_band.rects(self.storey, &band, there.iter().copied(), std::iter::empty(), |rect, surfaces| {
+                let cells = rect.rows(width).flatten().filter(|&cell| floor.cells[cell] && !surfaces.is_empty());
+                for cell in cells {
+                    let at = self.at(cell);
+                    let is_of_level = level.cells[cell];
+                    if let ([only], false) = (surfaces, is_of_level) {
+                        self.of_cell[at] = *only;
+                        continue;
                     }
-                });
-            }
+                    let [column, row] = [cell % width, cell / width].map(|k| k as u32);
+                    let middle = [f64::from(column) + 0.5, f64::from(row) + 0.5];
+                    above.clear();
+                    above.extend(surfaces.iter().map(|&k| (surface_z(self.storey, k, middle), k)));
+                    let reference = f64::from(self.storey.floor_z);
+                    // A patch that begins here is the level floor of this place.
+                    if is_of_level && above.iter().all(|(z, _)| (z - reference).abs() > step) {
+                        above.push((reference, LEVEL));
+                    }
+                    let bodies = |surface: u32| self.above_patches.get(&surface).unwrap_or(&self.above_level);
+                    self.of_cell[at] =
+                        shown_surface(&mut above, reference, headroom, |surface| bodies(surface).hold(column, row));
+                }
+            });
         }
     }
 

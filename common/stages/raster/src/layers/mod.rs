@@ -1,5 +1,6 @@
 //! The layers of a grid from the model of its storey and a schedule state.
 
+pub(crate) mod band_surfaces;
 pub(crate) mod cell_flags;
 pub(crate) mod door_passage;
 pub(crate) mod doorway_clearance;
@@ -9,5 +10,5 @@ pub(crate) mod ground_floor;
 pub(crate) mod keepout;
 pub(crate) mod localization;
 pub(crate) mod other_levels;
-pub(crate) mod row_surfaces;
+pub(crate) mod shown_surface;
 pub(crate) mod tile;

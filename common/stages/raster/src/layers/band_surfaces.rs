@@ -1,4 +1,4 @@
-//! Surfaces above each other along the rows of a band, by stretches of cells that have the same.
+//! Surfaces above each other in a band of rows, by rectangles of cells that have the same.
 
 use crate::model::storey_slice::StoreySlice;
 use grid::{CellRect, Run};
@@ -18,13 +18,16 @@ pub(crate) fn bands(rect: &CellRect) -> impl Iterator<Item = CellRect> + use<> {
     (min[1]..max[1]).step_by(BAND_ROWS as usize).map(band)
 }
 
-/// The surfaces of a band, row by row; its buffers serve for many.
+/// Looks for the surfaces of bands; its buffers serve for many.
 #[derive(Debug, Default)]
-pub(crate) struct RowSurfaces {
-    columns: Range<u32>,
+pub(crate) struct BandSurfaces {
     sources: Vec<Source>,
-    /// Of a row.
+    /// Of a row, patch by patch.
     ends: Vec<End>,
+    /// Of the row behind those that are alike.
+    next_ends: Vec<End>,
+    /// Of a row, from left to right.
+    sorted: Vec<End>,
     /// Patches of a stretch or beside it, ascending.
     active: Vec<Active>,
     /// Surfaces of a stretch.
@@ -42,7 +45,7 @@ struct Source {
 }
 
 /// An end of a run.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct End {
     column: u32,
     patch: u32,
@@ -68,31 +71,49 @@ impl Source {
     }
 }
 
-impl RowSurfaces {
-    /// Begins a band with those of these patches of a storey that meet it, and bodies that stand on them as pairs of patch and obstacle.
-    pub(crate) fn begin(
+impl BandSurfaces {
+    /// Calls `each` with rectangles that make up a band, from its first row on, and the surfaces of their cells: patches, ascending,
+    /// with [`FILLED`] where a body stands on them. These patches of a storey count, if they meet the band, and bodies that stand on
+    /// them as pairs of patch and obstacle.
+    pub(crate) fn rects(
         &mut self,
         storey: &StoreySlice,
         band: &CellRect,
         patches: impl Iterator<Item = u32>,
         bodies: impl Iterator<Item = (u32, u32)>,
+        mut each: impl FnMut(CellRect, &[u32]),
     ) {
         self.sources.clear();
-        self.columns = band.min[0]..band.max[0];
         let patches = patches.filter(|&patch| storey.ground[patch as usize].rect.meets(band));
         let all = patches.map(|patch| (patch, NONE)).chain(bodies);
         self.sources.extend(all.map(|(patch, body)| Source { patch, body, next: 0 }));
         for source in &mut self.sources {
             source.next = source.runs(storey).partition_point(|run| run.row < band.min[1]);
         }
+        let columns = band.min[0]..band.max[0];
+        let mut first = band.min[1];
+        self.find_next_ends(storey, first, &columns);
+        for row in band.min[1] + 1..=band.max[1] {
+            if row == first + 1 {
+                std::mem::swap(&mut self.ends, &mut self.next_ends);
+            }
+            if row < band.max[1] {
+                self.find_next_ends(storey, row, &columns);
+                if self.ends == self.next_ends {
+                    continue;
+                }
+            }
+            self.stretches(&columns, |columns, surfaces| {
+                each(CellRect { min: [columns.start, first], max: [columns.end, row] }, surfaces);
+            });
+            first = row;
+        }
     }
 
-    /// Calls `each` with the stretches of a row of the band, from left to right, and their surfaces: patches, ascending, with
-    /// [`FILLED`] where a body stands on them. Rows come in their order, from the first of the band on.
-    pub(crate) fn stretches(&mut self, storey: &StoreySlice, row: u32, mut each: impl FnMut(Range<u32>, &[u32])) {
-        let Self { columns, sources, ends, active, surfaces } = self;
-        ends.clear();
-        active.clear();
+    /// Finds the ends of the runs of a row, each row once and in their order.
+    fn find_next_ends(&mut self, storey: &StoreySlice, row: u32, columns: &Range<u32>) {
+        let Self { sources, next_ends, .. } = self;
+        next_ends.clear();
         for source in sources {
             let runs = source.runs(storey);
             while let Some(run) = runs.get(source.next).filter(|run| run.row == row) {
@@ -101,13 +122,20 @@ impl RowSurfaces {
                 if start < end {
                     let begin =
                         End { column: start, patch: source.patch, is_body: source.body != NONE, is_begin: true };
-                    ends.extend([begin, End { column: end, is_begin: false, ..begin }]);
+                    next_ends.extend([begin, End { column: end, is_begin: false, ..begin }]);
                 }
             }
         }
-        ends.sort_unstable_by_key(|end| end.column);
+    }
+
+    /// Calls `each` with the stretches of a row between ends, from left to right, and their surfaces.
+    fn stretches(&mut self, columns: &Range<u32>, mut each: impl FnMut(Range<u32>, &[u32])) {
+        let Self { ends, sorted, active, surfaces, .. } = self;
+        sorted.clone_from(ends);
+        sorted.sort_unstable_by_key(|end| end.column);
+        active.clear();
         let mut from = columns.start;
-        for at_column in ends.chunk_by(|a, b| a.column == b.column) {
+        for at_column in sorted.chunk_by(|a, b| a.column == b.column) {
             let column = at_column[0].column;
             if from < column {
                 surfaces.clear();
