@@ -6,8 +6,8 @@
 
 use crate::layers::band_surfaces::{BandSurfaces, bands};
 use crate::layers::floor::{MAX_CACHED_BYTES, bit_is_set, set_bit};
-use crate::layers::ground_floor::{LEVEL, breaks_off};
-use crate::layers::shown_surface::{Stack, StackBuffers, Surface};
+use crate::layers::ground_floor::breaks_off;
+use crate::layers::shown_surface::{LEVEL, Stack, StackBuffers, Surface};
 use crate::model::cell_area::{slab_above_floor, to_tenths};
 use crate::model::gap::FLOOR_CRACK;
 use crate::model::ground_patch::GroundPatch;

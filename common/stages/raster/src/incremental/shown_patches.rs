@@ -2,7 +2,7 @@
 //! or above those that show, and nothing on them is looked at.
 
 use crate::layers::cell_flags::FLOOR;
-use crate::layers::ground_floor::LEVEL;
+use crate::layers::shown_surface::LEVEL;
 use crate::model::cell_area::to_tenths;
 use crate::model::ground_patch::{GroundPatch, STEP_TOLERANCE, level_z, z_at};
 use crate::model::storey_slice::StoreySlice;

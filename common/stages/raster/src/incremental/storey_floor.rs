@@ -4,7 +4,7 @@ use super::outdoor_floor::OutdoorFloor;
 use super::state_difference::StateDifference;
 use crate::layers::cell_flags::BASE_FLOOR;
 use crate::layers::floor::{BuiltFloorCache, enclosed_floor, set_bit, sides_with_floor};
-use crate::layers::ground_floor::LEVEL;
+use crate::layers::shown_surface::LEVEL;
 use crate::model::storey_inputs::StoreyInputs;
 use grid::{Run, join_rects};
 use messages::{FloorKind, RegionRecord, ScheduleState};

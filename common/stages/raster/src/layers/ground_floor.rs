@@ -1,7 +1,7 @@
 //! The floor of a storey with ground at other heights: the surface that each cell shows, and where the ground breaks off.
 
 use crate::layers::band_surfaces::{BandSurfaces, bands};
-use crate::layers::shown_surface::shown_surface;
+use crate::layers::shown_surface::{LEVEL, shown_surface};
 use crate::model::cell_area::{slab_above_floor, to_tenths};
 use crate::model::element_runs::ElementRuns;
 use crate::model::gap::FLOOR_CRACK;
@@ -11,9 +11,6 @@ use geometry::{MultiPolygon, close_gaps, difference, union_of};
 use grid::{CellRect, Mask, Run, common_runs, covered_cells, overlapped_cells};
 use messages::RobotProfile;
 use rustc_hash::FxHashMap;
-
-/// The surface of a cell that has no patch: the level of the storey's own floor.
-pub(crate) const LEVEL: u32 = u32::MAX;
 
 /// Floor cells, and which of them show a patch.
 #[derive(Debug, Default)]

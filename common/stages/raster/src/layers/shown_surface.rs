@@ -1,10 +1,12 @@
 //! The one of several surfaces above each other that cells show: of a cell, and of rectangles of cells at once.
 
 use crate::layers::band_surfaces::FILLED;
-use crate::layers::ground_floor::LEVEL;
 use crate::model::ground_patch::{GroundPatch, level_z, z_at};
 use geometry::Plane;
 use grid::{CellRect, GridSpec};
+
+/// The surface of a cell that has no patch: the level of the storey's own floor.
+pub(crate) const LEVEL: u32 = u32::MAX;
 
 /// Heights that differ by less may be in either order in a cell between others, by rounding; in tenths of a millimetre.
 const CLEAR: f64 = 1e-3;
