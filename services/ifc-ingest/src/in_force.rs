@@ -46,6 +46,7 @@ pub(crate) struct ReadFiles {
     pub(crate) models: Vec<PathBuf>,
     /// What they looked like.
     pub(crate) stamps: Vec<Option<FileStamp>>,
+    pub(crate) intent: Intent,
     /// True if a client asked for it.
     pub(crate) is_asked: bool,
 }
@@ -94,17 +95,19 @@ impl InForce {
     }
 
     /// A decision that has read files could not be committed: what it found stands without being kept, and files that were to take effect
-    /// are tried again, but not at once.
+    /// are tried again, but not at once. Files that were only to be compared, and others than those of the site, are forgotten.
     pub(crate) fn not_committed(&mut self, decided: Self, why: &str, now: MachineTime) {
-        let Some(ReadFiles { models, stamps, is_asked }) = decided.read else { return };
-        (self.to_read, self.proposal) = (None, None);
+        let Some(ReadFiles { models, stamps, intent, is_asked }) = decided.read else { return };
+        self.to_read = self.to_read.take().filter(|to_read| *to_read != models);
+        self.proposal = self.proposal.take().filter(|proposal| proposal.revision.models != models);
         if decided.revisions.refused.as_ref().is_some_and(|refused| refused.models == models) {
             (self.revisions.refused, self.revisions.seen) = (decided.revisions.refused, decided.revisions.seen);
             return;
         }
-        self.next_try = Some(NextTry::after(self.next_try, now));
-        let refusal = Refusal::of(&models, &Intent::Load, is_asked, &self.revisions);
-        self.refuse(Refused { models, stamps, why: why.to_owned() }, refusal);
+        if Refusal::of(&models, &intent, is_asked, &self.revisions) == Refusal::Kept {
+            self.next_try = Some(NextTry::after(self.next_try, now));
+            self.refuse(Refused { models, stamps, why: why.to_owned() }, Refusal::Kept);
+        }
     }
 }
 

@@ -168,8 +168,9 @@ impl Ingest {
         now: &Now<'_, Self>,
     ) -> Result<Option<Told>, Failure> {
         let stamps = whole.as_ref().map_or_else(|_| stamps_of(&models), |whole| whole.stamps.clone());
-        decision.next.read =
-            Some(ReadFiles { models: models.clone(), stamps: stamps.clone(), is_asked: asked.is_some() });
+        let is_asked = asked.is_some();
+        let read = ReadFiles { models: models.clone(), stamps: stamps.clone(), intent: intent.clone(), is_asked };
+        decision.next.read = Some(read);
         let reporter = asked.map(|asked| asked.reporter.clone()).unwrap_or_default();
         let frame = self.frame_in_force(now.outputs.site().map(frame_of));
         let read = whole.and_then(|whole| {
@@ -227,7 +228,8 @@ impl Ingest {
         let Proposal { revision, intent, asked, .. } = proposal;
         let (revisions, since_boot_ms) = (&self.in_force.revisions, now.machine.since_boot_ms);
         let (models, stamps) = (revision.models.clone(), revision.stamps.clone());
-        let read = ReadFiles { models: models.clone(), stamps: stamps.clone(), is_asked: asked.is_some() };
+        let is_asked = asked.is_some();
+        let read = ReadFiles { models: models.clone(), stamps: stamps.clone(), intent: intent.clone(), is_asked };
         let asked = asked.as_ref();
         let mut later = None;
         let told = match verdict_on(proposal, self.verdict.as_ref(), revisions, since_boot_ms) {

@@ -436,13 +436,15 @@ impl History {
             }
             _ if self.dice.one_in(3) => {
                 let model = self.dice.below(3);
-                wanted.model = model;
                 let models = vec![models().paths[model].clone()];
-                let end = self
-                    .daemons
-                    .ingest
-                    .ask_so_often(times, IngestRequest::Load { models, dry_run: false, force: true });
-                self.asked("load a model", end, wanted, |answer| Some(answer.site))
+                let dry_run = self.dice.one_in(4);
+                if !dry_run {
+                    wanted.model = model;
+                }
+                let end =
+                    self.daemons.ingest.ask_so_often(times, IngestRequest::Load { models, dry_run, force: !dry_run });
+                let what = if dry_run { "compare a model" } else { "load a model" };
+                self.asked(what, end, wanted, |answer| (!dry_run).then_some(answer.site))
             }
             _ => {
                 let none = WaypointRequest::SetWaypoints { options: None, spaces: Vec::new(), changed_since_s: None };
@@ -500,8 +502,10 @@ impl History {
             self.waits = Some(wanted);
             return Ok(());
         };
-        let is_in_force = |effect| effect == RevisionEffect::InForce;
-        assert!(!matches!(&end, End::Done(answer) if !is_in_force(answer.effect)), "{end:?}");
+        let changes_nothing = wanted == self.wanted;
+        let is_as_asked =
+            |effect| effect == RevisionEffect::InForce || changes_nothing && effect == RevisionEffect::DryRun;
+        assert!(!matches!(&end, End::Done(answer) if !is_as_asked(answer.effect)), "{end:?}");
         self.asked("load a model", end, wanted, |answer| Some(answer.site))
     }
 
