@@ -594,13 +594,13 @@ fn limits_have_the_values_that_the_page_shows() {
 
 #[test]
 fn a_limit_that_changed_is_noticed() {
-    let source = "pub const MAX_A_BYTES: u64 = 4 << 30;\nconst MAX_B: usize = 8_000 - 24;\nconst MAX_C: usize = f();";
+    let source = "pub const MAX_A_BYTES: u64 = 4 << 30;\nconst MAX_B: usize = 8_000 - 24;\nconst MAX_C: usize = f();\nconst D_BYTES_MAX: u8 = 1;";
     let check = |constant, expected| assert_eq!(declared_value(source, constant), expected, "{constant}");
     check("MAX_A_BYTES", Some(4 << 30));
     check("MAX_B", Some(7_976));
     check("MAX_C", None);
     check("MAX_D", None);
-    assert_eq!(limits_in_bytes(source).collect::<Vec<_>>(), ["MAX_A_BYTES"]);
+    assert_eq!(limits_in_bytes(source).collect::<Vec<_>>(), ["MAX_A_BYTES", "D_BYTES_MAX"]);
     let row = |value: &str| limits_of(&format!("| a file | {value} | [`MAX_A_BYTES`](../a.rs) |")).remove(0).value;
     assert_eq!([row("4 GiB"), row("7,976"), row("2 KiB"), row("94 bytes")], [4 << 30, 7_976, 2_048, 94]);
 }

@@ -21,10 +21,10 @@ const MIN_SHARE_USED: u64 = 4;
 const MAX_GAP: u64 = 16 << 10;
 
 /// Most bytes of one fetch, so that one that breaks off loses little.
-const MAX_FETCH: u64 = 8 << 20;
+const MAX_FETCH_BYTES: u64 = 8 << 20;
 
 /// Largest archive that is followed: the largest sample of a bus, on which a robot publishes it.
-const MAX_ARCHIVE: u64 = 8 << 30;
+const MAX_ARCHIVE_BYTES: u64 = 8 << 30;
 
 /// Longest file of a recipe: an archive of the largest size has some 32,000 blocks, and at most four times as many.
 pub const MAX_RECIPE_BYTES: u64 = 16 << 20;
@@ -266,7 +266,7 @@ impl Recipe {
     }
 
     fn check(&self) -> Result<(), &'static str> {
-        if self.bytes > MAX_ARCHIVE {
+        if self.bytes > MAX_ARCHIVE_BYTES {
             return Err("its archive is larger than any can be");
         }
         let end = self.blocks.last().map_or(0, |last| last.begin.saturating_add(last.bytes));
@@ -320,7 +320,7 @@ impl Recipe {
                 Some(last)
                     if last.pack == pack
                         && offset <= last.range.end + MAX_GAP
-                        && end.max(last.range.end) - last.range.start <= MAX_FETCH =>
+                        && end.max(last.range.end) - last.range.start <= MAX_FETCH_BYTES =>
                 {
                     last.range.end = last.range.end.max(end);
                     last.blocks.push(place);
@@ -466,7 +466,7 @@ mod tests {
         };
         let cases: [&dyn Fn(&mut Recipe); 13] = [
             &|r| r.bytes += 1,
-            &|r| r.bytes = MAX_ARCHIVE + 1,
+            &|r| r.bytes = MAX_ARCHIVE_BYTES + 1,
             &|r| r.blocks[0].bytes = 1,
             &|r| r.blocks[0].bytes = MAX_BLOCK + 1,
             &|r| r.blocks[0].bytes = u64::MAX,

@@ -31,10 +31,10 @@ fn shown_value(text: &str) -> Option<u64> {
     Some(number.replace(',', "").parse::<u64>().ok()? << shift)
 }
 
-/// Limits in bytes that a file declares, by their names: `MAX_..BYTES..`.
+/// Limits in bytes that a file declares, by their names: `MAX_..BYTES..`, `..BYTES.._MAX`.
 pub(crate) fn limits_in_bytes(source: &str) -> impl Iterator<Item = &str> {
     let names = source.lines().filter_map(|line| line.split_once("const ")?.1.split_once(':').map(|(name, _)| name));
-    names.filter(|name| name.starts_with("MAX_") && name.contains("BYTES"))
+    names.filter(|name| (name.starts_with("MAX_") || name.ends_with("_MAX")) && name.contains("BYTES"))
 }
 
 /// The value of a constant as the source declares it: numbers, shifts, differences, the largest of a type.

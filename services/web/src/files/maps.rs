@@ -17,7 +17,7 @@ use std::sync::{Arc, Mutex, OnceLock};
 /// Pictures of layers that are kept decoded, in pixels: those of the storey that is looked at, and of the dates beside.
 const MAX_KEPT_PIXELS: usize = 48 << 20;
 /// Documents of dates that are kept, in bytes.
-const MAX_KEPT_DATES: usize = 24 << 20;
+const MAX_KEPT_DATE_BYTES: usize = 24 << 20;
 
 /// The maps of a folder.
 pub(crate) struct Maps {
@@ -52,8 +52,8 @@ impl Maps {
             site: OnceLock::new(),
             calendar: OnceLock::new(),
             tasks: tasks.map(OnceLock::from).unwrap_or_default(),
-            dates: Mutex::new(Kept::of(MAX_KEPT_DATES)),
-            summaries: Mutex::new(Kept::of(MAX_KEPT_DATES)),
+            dates: Mutex::new(Kept::of(MAX_KEPT_DATE_BYTES)),
+            summaries: Mutex::new(Kept::of(MAX_KEPT_DATE_BYTES)),
             images: Mutex::new(Kept::of(MAX_KEPT_PIXELS)),
         })
     }

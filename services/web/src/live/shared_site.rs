@@ -24,7 +24,7 @@ use tokio::sync::watch;
 use world::WorldOptions;
 
 /// Answers that are kept, in bytes.
-const MAX_KEPT_ANSWERS: usize = 4 << 20;
+const MAX_KEPT_ANSWER_BYTES: usize = 4 << 20;
 
 /// Documents of dates that viewers may still ask for.
 const N_DATES: usize = 8;
@@ -72,7 +72,7 @@ impl SharedSite {
             model: Mutex::default(),
             checked: Mutex::new(Instant::now()),
             maps: Mutex::new(MapUse::of(Some("whether they may be used was not looked at yet".to_owned()))),
-            answers: Mutex::new(Kept::of(MAX_KEPT_ANSWERS)),
+            answers: Mutex::new(Kept::of(MAX_KEPT_ANSWER_BYTES)),
         }
     }
 
