@@ -20,7 +20,7 @@
 //! | where is a door, can this robot pass it, when does that change | [`door()`], [`DoorAnswer`] |
 //!
 //! Rooms, doors and points are named as people name them ([`find_room`], [`find_door`], [`find_place`]); what is not found is an
-//! error with the nearest names.
+//! error with the nearest names, of a storey with all storeys.
 //!
 //! Plan times are civil date-times of the site, lengths metres, coordinates those of `map`; keys of measures end with their unit,
 //! and what there is not is null. What was not looked at is null, too, with the reason beside it: nothing is said that was not

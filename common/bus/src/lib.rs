@@ -53,6 +53,8 @@
 //!   client; a slow client misses samples and holds up nobody.
 //! - A topic has one publisher. Its epoch never falls, also across restarts; a late joiner gets the last sample.
 //! - The memory of a sample does not change while it is held, also if its publisher dies.
+//! - A sample that finds no memory is refused at once, with the bytes that it wants and that are free (`ipc/memory.rs`); the memory of a
+//!   topic grows with its samples, at least to the double each time (`ipc/latched.rs`). The bus never waits.
 //! - Samples of different topics come in any order; those of one state of the site are a `SiteSet`, and every consumer asks
 //!   for it instead of comparing hashes.
 //! - Every sample is read in place; clients of the relay read a copy. The index of the grids is also written in place; all

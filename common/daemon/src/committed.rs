@@ -2,9 +2,9 @@
 //!
 //! # Where disk or shared memory is full
 //!
-//! - Nothing changes: files and samples of the decision are taken back, but for files that can be made anew, and what was in force stays.
+//! - Nothing changes: files and samples of the decision are taken back, but for derived files ([`Save::derived`]), and what was in force stays.
 //! - A request is refused, with the bytes of shared memory that it wants and that are free, or the file that cannot be written; nothing
-//!   tries it again.
+//!   tries it again, but `ifc-ingest` files of the site, or the first ones, that were to take effect.
 //! - What nobody asked for stands in the status, and is decided again at the next look, with each heartbeat; `ifc-ingest`, which would
 //!   read the files again, waits 10 s, then twice as long each time, up to 10 minutes ([`Decide::not_committed`]).
 //! - What may come later than it is in force is [pending](crate::OutputEnd::is_pending), and is published before the next look decides
@@ -13,7 +13,7 @@
 //! - A date for which `schedule-eval` had room is in force, also where `rasterize` has none: the old maps stay, robots hold a second
 //!   after the new schedule state came (`site-view`), `groundplan date` fails with both facts, and `rasterize` tries again with each
 //!   heartbeat. Some grids may be out then while the index is of those before.
-//! - SLAM maps of `ros-bridge` are published outside of decisions: it warns, and sends the map again that comes next.
+//! - SLAM maps of `ros-bridge` are published outside of decisions: it warns, and tries the newest map again at each tick.
 
 use crate::decision::{AnswerTo, Decide, Decision, Now, Occasion, Outputs, PublicationsOf};
 use crate::failure::{Failure, chain};

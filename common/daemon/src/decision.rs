@@ -14,7 +14,7 @@ use serde::Serialize;
 use smallvec::SmallVec;
 use std::time::Duration;
 
-/// The rules of a daemon. They write nothing and publish nothing: [`crate::Committed`] does, and keeps what is in force as it was
+/// The rules of a daemon. They write and publish nothing that has to be undone (a cache they may write): [`crate::Committed`] does, and keeps what is in force as it was
 /// if a step of a decision fails. So no rule has a way back of its own, and a whole site of them runs in one test.
 pub trait Decide: Send {
     /// Topics whose newest samples it gets.

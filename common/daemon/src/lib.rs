@@ -6,7 +6,7 @@
 //!
 //! # Decisions
 //!
-//! The rules of a daemon ([`Decide`]) write nothing and publish nothing. They say what is to be on disk, on the bus, in force and in the
+//! The rules of a daemon ([`Decide`]) write and publish nothing that has to be undone. They say what is to be on disk, on the bus, in force and in the
 //! history ([`Decision`]), and [`Committed`] carries it out in that order. If a step fails, those before it are undone there, and what is
 //! in force stays: no rule has a way back of its own. What came as a sample and could not be committed is decided again at the next
 //! look; a request is refused, and a revision is tried again after a while.
@@ -23,6 +23,15 @@
 //! Every 1.x reads the state that an earlier 1.x wrote: files gain fields with defaults, and lose none. A state folder has the version that
 //! wrote it ([`claim_state`]); an earlier version and another major version refuse it and leave it as it is. A file with fields
 //! that this version does not know is refused by its name ([`StateError::Damaged`]), and never replaced unless it can be made anew.
+//!
+//! # Where
+//!
+//! - memory or disk full, the order in which a decision is carried out: `src/committed.rs`; of one's own samples: `src/latched_output.rs`
+//! - state files, by daemon: `src/state_files.rs`; how they are written, and what becomes of damage: `src/kept_file.rs`
+//! - waking: asked for by `Decision::wake_in`, done by `src/service_loop.rs`
+//! - requests: those of each daemon: `src/requests/`; queue: `src/request_queue.rs`; the client's side: `src/client.rs`
+//! - settings of a site: `src/config.rs`; of a command or the file: `src/setting.rs`
+//! - status, health: `src/process_report.rs`, `src/status_board.rs`, `src/work_watch.rs`
 //!
 //! # A site
 //!

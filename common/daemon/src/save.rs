@@ -52,7 +52,7 @@ impl Save {
         written.map_err(|source| self.failed(source))
     }
 
-    /// The change that goes back to what is there now; none from a file that can be made anew.
+    /// The change that goes back to what is there now; none from a derived file ([`Self::derived`]).
     ///
     /// # Errors
     /// A file that cannot be read, or is damaged.

@@ -1,6 +1,9 @@
 //! The files of a state folder: how each is named, and which daemon writes it. No other file of the sources names one, which a test
 //! of the workspace looks after.
 //!
+//! What is decided is written before it is published (`committed.rs`). Others are written on the way: numbers of samples before the
+//! sample, [`MESH_CACHE`] while files are read.
+//!
 //! Daemons of a robot with a name write theirs in the folder [`ROBOTS`]`/NAME` of it.
 //!
 //! # Damage

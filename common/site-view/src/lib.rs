@@ -11,7 +11,7 @@
 //!
 //! | what is known | verdict | the robot |
 //! |---|---|---|
-//! | one of the [`WATCHED`] daemons, or the [`FOLLOWER`] in their place, was not heard for [`SILENT_AFTER`], 3 s | no map: silent | stands still |
+//! | one of the [`WATCHED`] daemons (`schedule-eval`, `rasterize`), or the [`FOLLOWER`] (`site-follow`) in their place, was not heard for [`SILENT_AFTER`], 3 s: three heartbeats | no map: silent | stands still |
 //! | the plan time moves, but does not follow the machine's clock ([`NextState::Unknown`]) | no map: the clock is not to be trusted | stands still |
 //! | the next schedule state has been due for [`FRESH_TOLERANCE`], 3 s, by the machine's clock ([`NextState::Due`]), or the consumer's own plan time is past the end of the newest one, at once ([`ClockTime::Plan`]); never for a consumer without a clock | no map: past its validity | stands still |
 //! | no schedule state, index and grids that match have come yet | no map: incomplete | stands still |

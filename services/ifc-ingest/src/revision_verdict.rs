@@ -13,7 +13,8 @@
 //!
 //! Objections, with their limits in `messages::SiteComparison`: less than half of the elements of the smaller one are shared; most bodies moved; the
 //! georeference is another; a storey loses most of its elements or bodies, or its map; many more warnings, or more damaged records.
-//! A revision is refused before it is proposed where its files cannot be read, or the map frame that is kept cannot be used. [`Refusal`] says what is
+//! A revision is refused before it is proposed where its files cannot be read, or the map frame that is kept cannot be used; one that finds no room on disk or on the bus is refused and tried again
+//! (`in_force.rs`). [`Refusal`] says what is
 //! kept of one that is refused.
 
 use crate::model_files::names_of;

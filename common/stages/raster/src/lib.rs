@@ -6,9 +6,9 @@
 //!
 //! # Layers
 //!
-//! - `planning`: 0 free where floor covers the cell whole and nothing stands, 100 where an obstacle overlaps it by a tenth of a
-//!   millimetre and in closed spaces, -1 elsewhere. An atrium, a stair hole, a shaft and a missing slab are unknown; the outline
-//!   of a room is no floor.
+//! - `planning`: 0 free where nothing stands and floor covers the cell whole, or it is in the passage of a door that the robot
+//!   passes; 100 where an obstacle overlaps it by a tenth of a millimetre and in closed spaces; -1 elsewhere. An atrium, a stair
+//!   hole, a shaft and a missing slab are unknown; the outline of a room is no floor.
 //! - `localization`: a shell of two cells of finished structure at the height of the lidar, where it faces floor, also
 //!   across a gap narrower than 0.20 m; without glass and furniture.
 //! - `keepout`: drop-offs, work from this floor to the next, and closed rooms, with margins that never leak through a wall.

@@ -26,7 +26,7 @@ pub enum UnknownName {
     },
     /// No map storey has this index.
     #[error("[tour] start: there is no storey {asked}; {known}")]
-    StoreyInputs {
+    Storey {
         /// Index in the options.
         asked: u32,
         /// Indices and names of the map storeys.
@@ -77,7 +77,7 @@ pub fn check_names(site: &Site<'_>, options: &MissionPlanOptions) -> Result<(), 
             let storeys = site.map_storeys.iter().enumerate();
             let known: Vec<String> = storeys.map(|(k, s)| format!("{k} is {:?}", site.text(s.name))).collect();
             let known = if known.is_empty() { "the model has none".to_owned() } else { known.join(", ") };
-            Err(UnknownName::StoreyInputs { asked: start.storey, known })
+            Err(UnknownName::Storey { asked: start.storey, known })
         }
         _ => Ok(()),
     }

@@ -1,12 +1,13 @@
-//! Per-cell flags (obstacle, door, floor, blocked, structure, work, outline) from which all layers are computed.
+//! Per-cell flags (obstacle, door, floor, blocked, structure, work, outline) from which all layers are computed. They are set in
+//! `incremental/storey_grid.rs`, floor in `incremental/storey_floor.rs`.
 //!
 //! The planning layer of a cell, the first row that fits:
 //!
 //! | flag | set where | planning |
 //! |---|---|---|
-//! | [`OCCUPIED`] | an element that is built, worked on or being removed overlaps the cell within the slab (`RobotProfile::slab_m`: from the step that the robot takes up to its clearance, above the floor of the storey, or above the ramp, terrain or tread that the cell shows, which is in nobody's way itself); a door with its host wall that this robot cannot open or pass, or that is being hung or removed, and fixed parts of one that it passes | 100 |
+//! | [`OCCUPIED`] | an element that is built, worked on or being removed overlaps the cell within the slab (`RobotProfile::slab_m`: from the step that the robot takes up to its clearance, above the floor of the storey, or above the ramp, terrain or tread that the cell shows, which is in nobody's way itself); a door with its host wall that this robot cannot open or pass, or that is being hung or removed (of another level only where floor is), and fixed parts of one that it passes | 100 |
 //! | [`BLOCKED`] | the cell is of a space that the schedule closes | 100 |
-//! | [`FLOOR`] | floor that is there (`floor.rs`): built, of ground, assumed, or of a passage without a door through what stands, with floor on both sides; not where the ground breaks off | 0 |
+//! | [`FLOOR`] | floor that is there: built or assumed (`floor.rs`), of ground (`ground_floor.rs`, outdoors `incremental/outdoor_floor.rs`), or of a passage without a door through what stands, with floor on both sides; not where the ground breaks off | 0 |
 //! | [`DOOR`] | the passage of a door that this robot opens and passes, and the rest of its body where floor is | 0 |
 //! | none of these | | -1 |
 //!
