@@ -364,15 +364,18 @@ fn patch(surface: Drawn, place: Place<'_>, elements: &ObstacleSquares) -> Ground
         found
     };
     let [lo, hi] = slab_above_floor(robot);
-    let lidar = to_tenths(robot.lidar_height_m);
+    let lidar_z = to_tenths(robot.lidar_height_m);
+    let (obstacles, lidar) = (cut(Slab { lo, hi }, &|_| true), cut(Slab { lo: lidar_z, hi: lidar_z + 2 }, &is_lasting));
+    let stands = obstacles.iter().chain(&lidar).filter_map(|element| element.rect);
     GroundPatch {
         element,
         is_outdoors: site.elements.get(element as usize).is_none_or(|e| e.ground.get().is_outdoors()),
         climb: climb(place, is_tread),
         is_tread,
         plane,
-        obstacles: cut(Slab { lo, hi }, &|_| true),
-        lidar: cut(Slab { lo: lidar, hi: lidar + 2 }, &is_lasting),
+        stands: stands.reduce(|a, b| a.around_both(&b)),
+        obstacles,
+        lidar,
         area,
         cells,
         rect,

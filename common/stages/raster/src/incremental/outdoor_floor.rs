@@ -685,6 +685,7 @@ mod tests {
                 rect: rect.grown(2, &storey.whole()),
                 obstacles: bodies().filter_map(|(k, piece)| Some(body(k, piece.body?))).collect(),
                 lidar: Vec::new(),
+                stands: None,
             });
         }
         let floors = storey.ground.iter().map(|patch| patch.element).filter(|element| *element != NONE);

@@ -4,7 +4,7 @@
 use crate::layers::cell_flags::FLOOR;
 use crate::layers::shown_surface::LEVEL;
 use crate::model::cell_area::to_tenths;
-use crate::model::ground_patch::{GroundPatch, STEP_TOLERANCE, level_z, z_at};
+use crate::model::ground_patch::{STEP_TOLERANCE, level_z, z_at};
 use crate::model::storey_slice::StoreySlice;
 use grid::{CellRect, GridSpec};
 use messages::RobotProfile;
@@ -87,9 +87,7 @@ impl<'a> StandsInWay<'a> {
 
     /// Around the cells, of those of a rectangle, in which [`Self::stands_on`] may be true of what stands on the patch.
     pub(crate) fn around(&self, shown: &ShownPatches) -> Option<CellRect> {
-        let GroundPatch { obstacles, lidar, .. } = &self.storey.ground[self.k as usize];
-        let rects = obstacles.iter().chain(lidar).filter_map(|element| element.rect);
-        let stands = rects.reduce(|a, b| a.around_both(&b))?;
+        let stands = self.storey.ground[self.k as usize].stands?;
         let of_shown = shown.around.iter().filter(|(k, cells)| cells.meets(&stands) && self.may_go_on(**k, cells));
         let all = of_shown.map(|(_, cells)| *cells).chain(shown.without_floor);
         all.reduce(|a, b| a.around_both(&b))
@@ -113,6 +111,7 @@ impl<'a> StandsInWay<'a> {
 mod tests {
     use super::*;
     use crate::model::element_runs::ElementRuns;
+    use crate::model::ground_patch::GroundPatch;
     use geometry::{MultiPolygon, Plane};
     use grid::{Class, Run};
     use messages::{FloorKind, MapStoreyRecord, Text};
@@ -136,6 +135,7 @@ mod tests {
             rect,
             obstacles: vec![wall],
             lidar: Vec::new(),
+            stands: Some(rect),
         }
     }
 

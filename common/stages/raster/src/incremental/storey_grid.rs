@@ -240,7 +240,7 @@ impl StoreyGrid {
             let patch_of = storey_floor.patch_of.as_slice();
             shown.find(patch_of, cells.flags, rect, width);
             cells.clear_patches(patch_of, |patch| storey.ground[patch as usize].is_tread);
-            for (k, patch) in (0..).zip(&storey.ground).filter(|(_, p)| p.rect.meets(rect) && is_built(p.element)) {
+            for (k, patch) in (0..).zip(&storey.ground).filter(|(_, p)| meets(p.stands) && is_built(p.element)) {
                 let way = StandsInWay::of(storey, robot, k);
                 let Some(around) = way.around(shown) else { continue };
                 let mut cells = cells.within(&around);
@@ -264,7 +264,7 @@ impl StoreyGrid {
                 }
             }
         }
-        for &index in &difference.worked_on {
+        for &index in difference.worked_on.iter().filter(|index| meets(storey.overhead_rect(site, **index))) {
             cells.set_runs(storey.overhead_runs(site, index), WORK, |_, _| true);
         }
         let DrawnCells { flags, .. } = cells;

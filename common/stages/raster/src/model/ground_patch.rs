@@ -26,6 +26,8 @@ pub(crate) struct GroundPatch {
     pub(crate) obstacles: Vec<ElementRuns>,
     /// Sections of lasting elements at the lidar's height above the patch.
     pub(crate) lidar: Vec<ElementRuns>,
+    /// Around both.
+    pub(crate) stands: Option<CellRect>,
 }
 
 /// Faces of an element in one plane within a step of the floor of the storey, for the heights of its cells.
