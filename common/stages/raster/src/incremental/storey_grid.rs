@@ -258,9 +258,10 @@ impl StoreyGrid {
             cells.set_runs(&space.runs, BLOCKED, |_, _| true);
         }
         if !storey_floor.patch_of.is_empty() {
-            for (k, stair) in (0..).zip(&storey.ground).filter(|(_, patch)| patch.is_tread) {
-                if let Some(around) = shown.around(k) {
-                    cells.within(&around).show_stair(&stair.cells, |cell| storey_floor.patch_of[cell] == k);
+            for (k, around) in shown.iter() {
+                let patch = &storey.ground[k as usize];
+                if patch.is_tread {
+                    cells.within(&around).show_stair(&patch.cells, |cell| storey_floor.patch_of[cell] == k);
                 }
             }
         }
@@ -284,8 +285,9 @@ impl StoreyGrid {
             for face in storey.level_faces.iter().filter(|f| f.rect.meets(rect) && is_built(f.element)) {
                 heights.raise(&face.plane, (&face.cells, rect), is_level);
             }
-            for (k, patch) in (0..).zip(&storey.ground).filter(|(_, patch)| is_built(patch.element)) {
-                if let Some(around) = shown.around(k) {
+            for (k, around) in shown.iter() {
+                let patch = &storey.ground[k as usize];
+                if is_built(patch.element) {
                     heights.raise(&patch.plane, (&patch.cells, &around), |cell| storey_floor.patch_of[cell] == k);
                 }
             }
@@ -391,12 +393,16 @@ impl DrawnHeights<'_> {
     fn raise(&mut self, plane: &Plane, (cells, rect): (&[Run], &CellRect), wanted: impl Fn(usize) -> bool) {
         let slope = (plane.slope_rad() * 1_000.0).round() as u16;
         let level = level_z(plane).map(|z| z.round() as i32);
-        for cell in rect.clip(cells, self.width()).flatten() {
-            if self.flags[cell] & FLOOR != 0 && wanted(cell) {
-                let middle = || [(cell % self.width()) as f64 + 0.5, (cell / self.width()) as f64 + 0.5];
-                let height = level.unwrap_or_else(|| z_at(plane, middle(), &self.storey.spec).round() as i32);
-                if height > self.elevation[cell] {
-                    (self.elevation[cell], self.slope[cell]) = (height, slope);
+        let width = self.width();
+        for cells in rect.clip(cells, width) {
+            let [column, row] = [cells.start % width, cells.start / width].map(|k| k as f64 + 0.5);
+            for (cell, column) in cells.zip(0..).map(|(cell, k)| (cell, column + f64::from(k))) {
+                if self.flags[cell] & FLOOR != 0 && wanted(cell) {
+                    let z = || z_at(plane, [column, row], &self.storey.spec).round() as i32;
+                    let height = level.unwrap_or_else(z);
+                    if height > self.elevation[cell] {
+                        (self.elevation[cell], self.slope[cell]) = (height, slope);
+                    }
                 }
             }
         }
