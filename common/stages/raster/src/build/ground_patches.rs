@@ -5,9 +5,10 @@
 //! border of two cells, differ by a step at most. For a robot that drives on stairs each tread is such a face, and a riser a step.
 
 use super::place::{Place, is_lasting};
+use super::surface_joins::{SurfaceJoins, Walked};
 use crate::model::cell_area::{cells_around, slab_above_floor, to_tenths};
 use crate::model::element_runs::ElementRuns;
-use crate::model::ground_patch::{GroundPatch, LevelFace, STEP_TOLERANCE, z_at};
+use crate::model::ground_patch::{GroundPatch, LevelFace, z_at};
 use crate::model::obstacle_squares::ObstacleSquares;
 use crate::model::storey_slice::{MIN_STOREY_HEIGHT, StoreySlice};
 use frames::TENTHS_PER_M;
@@ -15,7 +16,7 @@ use geometry::{
     Bounds, DisjointSets, FillRule, MeshView, MultiPolygon, Plane, Ring, Slab, SlabCut, Tread, clip_to_slab,
     ring_area_doubled, treads, union, upward_triangles,
 };
-use grid::{CellRect, GridSpec, Mask, Run, grown_runs, overlapped_cells};
+use grid::{CellRect, GridSpec, Run, grown_runs, overlapped_cells};
 use ground::upward_faces;
 use messages::{ElementRecord, FloorKind, GroundClass, MAX_RISER_M, NONE, element_flags};
 use rayon::prelude::*;
@@ -33,10 +34,9 @@ pub(super) fn ground_patches(place: Place<'_>, storey: &StoreySlice) -> Vec<Grou
     if near.is_empty() {
         return Vec::new();
     }
-    let mut floor = Mask::new(place.spec.width as usize, place.spec.height as usize);
     let rings: Vec<Ring> = storey.floor.iter().flat_map(|piece| piece.rings.iter().cloned()).collect();
-    floor.set_runs(&overlapped_cells(&union(&rings, FillRule::NonZero), &[], place.spec));
-    let level = Level { floor_z: f64::from(storey.floor_z), cells: floor };
+    let cells = overlapped_cells(&union(&rings, FillRule::NonZero), &[], place.spec);
+    let level = Level { plane: Plane::level(storey.floor_z), cells };
     let kept = joined(near, 0, Some(&level), place);
     patches(kept, place, |_| true)
 }
@@ -79,8 +79,8 @@ const SLOPE_TOLERANCE_RAD: f64 = 1e-3;
 
 /// The floor of a storey at one height.
 struct Level {
-    floor_z: f64,
-    cells: Mask,
+    plane: Plane,
+    cells: Vec<Run>,
 }
 
 /// Faces in one plane, not known yet to belong to the storey.
@@ -255,65 +255,20 @@ fn joined(mut surfaces: Vec<Drawn>, n_seeds: usize, level: Option<&Level>, place
     let floor = surfaces.len() as u32;
     let mut sets = DisjointSets::new(surfaces.len() + 1);
     (0..n_seeds as u32).for_each(|seed| sets.join(seed, floor));
-    join_in_cells(&surfaces, n_seeds, level, place, &mut sets);
+    let walked = surfaces.iter().enumerate().map(|(k, Drawn { plane, cells, is_tread, .. })| Walked {
+        plane: *plane,
+        cells,
+        is_tread: *is_tread,
+        is_seed: k < n_seeds,
+    });
+    let level = level.map(|level| Walked { plane: level.plane, cells: &level.cells, is_tread: false, is_seed: true });
+    let walked: Vec<Walked<'_>> = walked.chain(level).collect();
+    let climb = [false, true].map(|of_stair| climb(place, of_stair));
+    SurfaceJoins { surfaces: &walked, spec: place.spec, climb }.join(&mut sets);
     let floor = sets.first(floor);
     let mut numbers = 0..;
     surfaces.retain(|_| numbers.next().is_some_and(|k| sets.first(k) == floor));
     surfaces
-}
-
-/// Joins what meets in a cell or at the border of two cells: surfaces after the first `n_seeds` with each other, with those, and with
-/// the level.
-fn join_in_cells(surfaces: &[Drawn], n_seeds: usize, level: Option<&Level>, place: Place<'_>, sets: &mut DisjointSets) {
-    let spec = place.spec;
-    let width = spec.width as usize;
-    let whole = CellRect::whole(spec.width, spec.height);
-    let mut near = Mask::new(width, spec.height as usize);
-    surfaces[n_seeds..].iter().for_each(|surface| near.set_runs(&grown_runs(&surface.cells, 1, &whole)));
-    let mut in_cells: Vec<(usize, usize)> = Vec::new();
-    for (k, surface) in surfaces.iter().enumerate() {
-        let cells = whole.clip(&surface.cells, width).flatten();
-        in_cells.extend(cells.filter(|&cell| near.cells[cell]).map(|cell| (cell, k)));
-    }
-    in_cells.sort_unstable();
-    let of_cell = |cell: usize| {
-        let from = in_cells.partition_point(|(c, _)| *c < cell);
-        let n = in_cells[from..].iter().take_while(|(c, _)| *c == cell).count();
-        &in_cells[from..from + n]
-    };
-    let most = [false, true].map(|of_stair| f64::from(climb(place, of_stair)) + STEP_TOLERANCE);
-    let z_of = |k: usize, middle: [f64; 2]| z_at(&surfaces[k].plane, middle, spec);
-    for here in in_cells.chunk_by(|a, b| a.0 == b.0).filter(|here| here.iter().any(|(_, k)| *k >= n_seeds)) {
-        let cell = here[0].0;
-        let (column, row) = (cell % width, cell / width);
-        // The cell itself and its neighbours, with the middle between the two.
-        let (x, y) = (column as f64 + 0.5, row as f64 + 0.5);
-        let neighbours = [
-            Some((cell, [x, y])),
-            (column > 0).then(|| (cell - 1, [x - 0.5, y])),
-            (column + 1 < width).then(|| (cell + 1, [x + 0.5, y])),
-            (row > 0).then(|| (cell - width, [x, y - 0.5])),
-            (cell + width < near.cells.len()).then(|| (cell + width, [x, y + 0.5])),
-        ];
-        for (neighbour, middle) in neighbours.into_iter().flatten() {
-            let beside = if neighbour == cell { here } else { of_cell(neighbour) };
-            for &(_, k) in here.iter().filter(|(_, k)| *k >= n_seeds) {
-                let (z, is_tread) = (z_of(k, middle), surfaces[k].is_tread);
-                let most = |other_is_tread: bool| most[usize::from(is_tread || other_is_tread)];
-                if level.is_some_and(|level| level.cells.cells[neighbour] && (z - level.floor_z).abs() <= most(false)) {
-                    sets.join(k as u32, surfaces.len() as u32);
-                }
-                for &(_, other) in beside {
-                    // What is joined already need not be looked at.
-                    if sets.first(k as u32) != sets.first(other as u32)
-                        && (z_of(other, middle) - z).abs() <= most(surfaces[other].is_tread)
-                    {
-                        sets.join(k as u32, other as u32);
-                    }
-                }
-            }
-        }
-    }
 }
 
 /// The patches of surfaces; what is `in_the_way` on them by its kind is cut.

@@ -8,3 +8,4 @@ pub(crate) mod ground_patches;
 mod place;
 pub(crate) mod slice_count;
 pub(crate) mod slicing;
+mod surface_joins;

@@ -4,10 +4,10 @@
 //! shows and where the ground breaks off are recomputed around what differs. All of it follows from the finished elements
 //! alone, not from what was there before. After one pass through all states it allocates nothing.
 
-use crate::layers::band_surfaces::{BandSurfaces, bands};
 use crate::layers::floor::{MAX_CACHED_BYTES, bit_is_set, set_bit};
 use crate::layers::ground_floor::breaks_off;
 use crate::layers::shown_surface::{LEVEL, Stack, StackBuffers, Surface};
+use crate::model::band_surfaces::{BandSurfaces, Source, bands};
 use crate::model::cell_area::{slab_above_floor, to_tenths};
 use crate::model::gap::FLOOR_CRACK;
 use crate::model::ground_patch::GroundPatch;
@@ -432,12 +432,18 @@ impl OutdoorFloor {
                 let there = bodies[k as usize].iter().filter(|(_, index)| bit_is_set(finished, *index));
                 let body = move |body: u32| &storey.ground[k as usize].obstacles[body as usize];
                 let in_band = move |at: &u32| body(*at).rect.is_some_and(|rect| rect.meets(&band));
-                there.map(|(body, _)| *body).filter(in_band).map(move |body| (k, body))
+                there.map(|(body, _)| *body).filter(in_band).map(move |body| Source { surface: k, body })
+            };
+            let runs = |Source { surface, body }: Source| {
+                let patch = &storey.ground[surface as usize];
+                patch.obstacles.get(body as usize).map_or(patch.cells.as_slice(), |body| body.runs.as_slice())
             };
             shown.clear();
             shown.resize(band.n_cells(), LEVEL);
-            let bodies = near.iter().flat_map(of_patch);
-            in_band.rects(storey, &band, near.iter().copied(), bodies, |rect, surfaces| {
+            let patches = near.iter().filter(|k| storey.ground[**k as usize].rect.meets(&band));
+            let patches = patches.map(|&surface| Source { surface, body: NONE });
+            let sources = patches.chain(near.iter().flat_map(of_patch));
+            in_band.rects(&band, sources, runs, |rect, surfaces| {
                 let surfaces = Stack { spec: &storey.spec, all, surfaces, headroom };
                 surfaces.choose(stack, &rect, &reference, &mut |rect, surface| {
                     let in_band = CellRect {

@@ -1,7 +1,7 @@
 //! The floor of a storey with ground at other heights: the surface that each cell shows, and where the ground breaks off.
 
-use crate::layers::band_surfaces::{BandSurfaces, bands};
 use crate::layers::shown_surface::{LEVEL, shown_surface};
+use crate::model::band_surfaces::{BandSurfaces, Source, bands};
 use crate::model::cell_area::{slab_above_floor, to_tenths};
 use crate::model::element_runs::ElementRuns;
 use crate::model::gap::FLOOR_CRACK;
@@ -9,7 +9,7 @@ use crate::model::ground_patch::{GroundPatch, STEP_TOLERANCE, z_at};
 use crate::model::storey_slice::StoreySlice;
 use geometry::{MultiPolygon, close_gaps, difference, union_of};
 use grid::{CellRect, Mask, Run, common_runs, covered_cells, overlapped_cells};
-use messages::RobotProfile;
+use messages::{NONE, RobotProfile};
 use rustc_hash::FxHashMap;
 
 /// Floor cells, and which of them show a patch.
@@ -199,8 +199,12 @@ impl Surfaces<'_> {
         let width = self.width();
         let mut in_band = BandSurfaces::default();
         let mut above: Vec<(f64, u32)> = Vec::new();
+        let storey = self.storey;
         for band in bands(&self.rect) {
-            in_band.rects(self.storey, &band, there.iter().copied(), std::iter::empty(), |rect, surfaces| {
+            let in_band_too = there.iter().filter(|k| storey.ground[**k as usize].rect.meets(&band));
+            let sources = in_band_too.map(|&surface| Source { surface, body: NONE });
+            let runs = |source: Source| storey.ground[source.surface as usize].cells.as_slice();
+            in_band.rects(&band, sources, runs, |rect, surfaces| {
                 let cells = rect.rows(width).flatten().filter(|&cell| floor.cells[cell] && !surfaces.is_empty());
                 for cell in cells {
                     let at = self.at(cell);

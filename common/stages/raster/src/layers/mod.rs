@@ -1,6 +1,5 @@
 //! The layers of a grid from the model of its storey and a schedule state.
 
-pub(crate) mod band_surfaces;
 pub(crate) mod cell_flags;
 pub(crate) mod door_passage;
 pub(crate) mod doorway_clearance;

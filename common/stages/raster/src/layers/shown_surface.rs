@@ -1,6 +1,6 @@
 //! The one of several surfaces above each other that cells show: of a cell, and of rectangles of cells at once.
 
-use crate::layers::band_surfaces::FILLED;
+use crate::model::band_surfaces::FILLED;
 use crate::model::ground_patch::{GroundPatch, level_z, z_at};
 use geometry::Plane;
 use grid::{CellRect, GridSpec};

@@ -1,5 +1,6 @@
 //! Date-independent model of a storey: cells of elements, spaces, passages and doors.
 
+pub(crate) mod band_surfaces;
 pub(crate) mod cell_area;
 pub(crate) mod door;
 pub(crate) mod door_leaves;

@@ -1,6 +1,5 @@
 //! Surfaces above each other in a band of rows, by rectangles of cells that have the same.
 
-use crate::model::storey_slice::StoreySlice;
 use grid::{CellRect, Run};
 use messages::NONE;
 use std::ops::Range;
@@ -21,84 +20,67 @@ pub(crate) fn bands(rect: &CellRect) -> impl Iterator<Item = CellRect> + use<> {
 /// Looks for the surfaces of bands; its buffers serve for many.
 #[derive(Debug, Default)]
 pub(crate) struct BandSurfaces {
-    sources: Vec<Source>,
-    /// Of a row, patch by patch.
+    /// Those of a band, each with its next run.
+    sources: Vec<(Source, usize)>,
+    /// Of a row, source by source.
     ends: Vec<End>,
     /// Of the row behind those that are alike.
     next_ends: Vec<End>,
     /// Of a row, from left to right.
     sorted: Vec<End>,
-    /// Patches of a stretch or beside it, ascending.
+    /// Surfaces of a stretch or beside it, ascending.
     active: Vec<Active>,
     /// Surfaces of a stretch.
     surfaces: Vec<u32>,
 }
 
-/// Runs of cells of a patch, or of a body that stands on it.
-#[derive(Debug)]
-struct Source {
-    patch: u32,
-    /// Index among the obstacles of the patch; [`NONE`] for the patch itself.
-    body: u32,
-    /// The next of its runs.
-    next: usize,
+/// A surface, or a body that stands on it.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Source {
+    pub(crate) surface: u32,
+    /// The number of the body; [`NONE`] for the surface itself.
+    pub(crate) body: u32,
 }
 
 /// An end of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct End {
     column: u32,
-    patch: u32,
+    surface: u32,
     is_body: bool,
     is_begin: bool,
 }
 
-/// How many runs of a patch, and of bodies on it, go on.
+/// How many runs of a surface, and of bodies on it, go on.
 #[derive(Debug)]
 struct Active {
-    patch: u32,
+    surface: u32,
     n_runs: u32,
     n_bodies: u32,
 }
 
-impl Source {
-    fn runs<'a>(&self, storey: &'a StoreySlice) -> &'a [Run] {
-        let patch = &storey.ground[self.patch as usize];
-        match self.body {
-            NONE => &patch.cells,
-            body => &patch.obstacles[body as usize].runs,
-        }
-    }
-}
-
 impl BandSurfaces {
-    /// Calls `each` with rectangles that make up a band, from its first row on, and the surfaces of their cells: patches, ascending,
-    /// with [`FILLED`] where a body stands on them. These patches of a storey count, if they meet the band, and bodies that stand on
-    /// them as pairs of patch and obstacle.
-    pub(crate) fn rects(
+    /// Calls `each` with rectangles that make up a band, from its first row on, and the surfaces of their cells, ascending, with
+    /// [`FILLED`] where a body stands on them. `runs` are the sorted runs of each source.
+    pub(crate) fn rects<'r>(
         &mut self,
-        storey: &StoreySlice,
         band: &CellRect,
-        patches: impl Iterator<Item = u32>,
-        bodies: impl Iterator<Item = (u32, u32)>,
+        sources: impl Iterator<Item = Source>,
+        runs: impl Fn(Source) -> &'r [Run],
         mut each: impl FnMut(CellRect, &[u32]),
     ) {
         self.sources.clear();
-        let patches = patches.filter(|&patch| storey.ground[patch as usize].rect.meets(band));
-        let all = patches.map(|patch| (patch, NONE)).chain(bodies);
-        self.sources.extend(all.map(|(patch, body)| Source { patch, body, next: 0 }));
-        for source in &mut self.sources {
-            source.next = source.runs(storey).partition_point(|run| run.row < band.min[1]);
-        }
+        let first_run = |source: Source| runs(source).partition_point(|run| run.row < band.min[1]);
+        self.sources.extend(sources.map(|source| (source, first_run(source))));
         let columns = band.min[0]..band.max[0];
         let mut first = band.min[1];
-        self.find_next_ends(storey, first, &columns);
+        self.find_next_ends(&runs, first, &columns);
         for row in band.min[1] + 1..=band.max[1] {
             if row == first + 1 {
                 std::mem::swap(&mut self.ends, &mut self.next_ends);
             }
             if row < band.max[1] {
-                self.find_next_ends(storey, row, &columns);
+                self.find_next_ends(&runs, row, &columns);
                 if self.ends == self.next_ends {
                     continue;
                 }
@@ -111,17 +93,17 @@ impl BandSurfaces {
     }
 
     /// Finds the ends of the runs of a row, each row once and in their order.
-    fn find_next_ends(&mut self, storey: &StoreySlice, row: u32, columns: &Range<u32>) {
+    fn find_next_ends<'r>(&mut self, runs: &impl Fn(Source) -> &'r [Run], row: u32, columns: &Range<u32>) {
         let Self { sources, next_ends, .. } = self;
         next_ends.clear();
-        for source in sources {
-            let runs = source.runs(storey);
-            while let Some(run) = runs.get(source.next).filter(|run| run.row == row) {
-                source.next += 1;
+        for (source, next) in sources {
+            let runs = runs(*source);
+            while let Some(run) = runs.get(*next).filter(|run| run.row == row) {
+                *next += 1;
                 let (start, end) = (run.start.max(columns.start), run.end.min(columns.end));
                 if start < end {
-                    let begin =
-                        End { column: start, patch: source.patch, is_body: source.body != NONE, is_begin: true };
+                    let Source { surface, body } = *source;
+                    let begin = End { column: start, surface, is_body: body != NONE, is_begin: true };
                     next_ends.extend([begin, End { column: end, is_begin: false, ..begin }]);
                 }
             }
@@ -140,16 +122,16 @@ impl BandSurfaces {
             if from < column {
                 surfaces.clear();
                 let of_stretch = active.iter().filter(|active| active.n_runs > 0);
-                surfaces.extend(of_stretch.map(|a| a.patch | if a.n_bodies > 0 { FILLED } else { 0 }));
+                surfaces.extend(of_stretch.map(|a| a.surface | if a.n_bodies > 0 { FILLED } else { 0 }));
                 each(from..column, surfaces);
                 from = column;
             }
             // Those that begin first: no count falls below 0.
             for begins in [true, false] {
                 for end in at_column.iter().filter(|end| end.is_begin == begins) {
-                    let at = active.partition_point(|active| active.patch < end.patch);
-                    if active.get(at).is_none_or(|active| active.patch != end.patch) {
-                        active.insert(at, Active { patch: end.patch, n_runs: 0, n_bodies: 0 });
+                    let at = active.partition_point(|active| active.surface < end.surface);
+                    if active.get(at).is_none_or(|active| active.surface != end.surface) {
+                        active.insert(at, Active { surface: end.surface, n_runs: 0, n_bodies: 0 });
                     }
                     let Active { n_runs, n_bodies, .. } = &mut active[at];
                     let n = if end.is_body { n_bodies } else { n_runs };
