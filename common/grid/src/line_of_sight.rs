@@ -198,24 +198,31 @@ impl LineOfSight {
         mut see: impl FnMut(usize),
     ) {
         let n = (range * field_of_view_rad).ceil().max(8.0) as u32;
-        let (start, width) = (from.map(|c| (c * FINE_ONE) as i64), self.width as i64);
+        let start = from.map(|c| (c * FINE_ONE) as i64);
+        let (width, height) = (self.width as i64, self.leap.len().checked_div(self.width).unwrap_or(0) as i64);
+        let is_inside =
+            |[x, y]: [i64; 2]| (0..width << FINE_BITS).contains(&x) && (0..height << FINE_BITS).contains(&y);
         for k in 0..n {
             let angle = heading_rad + field_of_view_rad * ((f64::from(k) + 0.5) / f64::from(n) - 0.5);
             let (sin, cos) = libm::sincos(angle);
             let length = self.run(from, [cos, sin], range);
-            let n_steps = (length * 2.0) as i64;
             // Nearer to the middle every second line is enough, then every fourth ..
-            let first_step = (range / f64::from(1u32 << k.trailing_zeros().min(16))) as i64;
-            let [along, across] = [cos, sin].map(|d| (d / 2.0 * FINE_ONE) as i64);
-            for step in if k == 0 { 0 } else { first_step }..=n_steps {
-                let (column, row) = ((start[0] + step * along) >> FINE_BITS, (start[1] + step * across) >> FINE_BITS);
-                // A line that ends on a border ends before an opaque cell or at the border of the grid.
-                if (0..width).contains(&column) && row >= 0 {
-                    let cell = row as usize * self.width + column as usize;
-                    if self.leap.get(cell).is_some_and(|leap| *leap != 0) {
-                        see(cell);
-                    }
+            let far = (range / f64::from(1u32 << k.trailing_zeros().min(16))) as i64;
+            let first = if k == 0 { 0 } else { far };
+            let step = [cos, sin].map(|d| (d / 2.0 * FINE_ONE) as i64);
+            let place = |n_steps: i64| [0, 1].map(|k| start[k] + n_steps * step[k]);
+            // A line that ends on a border ends before an opaque cell or at the border of the grid. All before its end is inside.
+            let Some(last) = (first..=(length * 2.0) as i64).rev().find(|n_steps| is_inside(place(*n_steps))) else {
+                continue;
+            };
+            let mut at = place(first);
+            for _ in first..=last {
+                let [column, row] = at.map(|c| (c >> FINE_BITS) as usize);
+                let cell = row * self.width + column;
+                if self.leap[cell] != 0 {
+                    see(cell);
                 }
+                at = [at[0] + step[0], at[1] + step[1]];
             }
         }
     }
