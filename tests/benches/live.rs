@@ -182,6 +182,11 @@ impl Live {
             "ifc-ingest killed, until its site is there again",
             format!("{seen:.0} ms for {:.0} MB, of which about 250 ms back-off", length as f64 / 1e6),
         );
+        // Its first report comes after the site.
+        while self.processes()["ifc-ingest"] == process {
+            assert!(begun.elapsed() < DEADLINE, "no report of the new process");
+            std::thread::sleep(Duration::from_millis(10));
+        }
     }
 
     fn memory(&mut self) {
@@ -249,6 +254,9 @@ fn remove_segments(prefix: &str) {
         }
     }
 }
+
+/// Dates that are told one by one.
+const N_DEAREST: usize = 5;
 
 /// A date that was set, and what came of it.
 struct Step {
@@ -353,7 +361,8 @@ fn report(steps: &[Step], which: &str, wanted: impl Fn(&Step) -> bool) {
     );
     // Without a grid there is nothing to copy.
     if grids > 0.0 {
-        let [ratio, ratio99] = of(&|s| (s.total_ms - 1.0).max(0.0) / s.memcpy_ms);
+        let ratio_of = |s: &Step| (s.total_ms - 1.0).max(0.0) / s.memcpy_ms;
+        let [ratio, ratio99] = of(&ratio_of);
         let [rasterize, _] = of(&|s| s.parts_ms[1] / s.memcpy_ms);
         row(
             &format!("the same against a memcpy of those grids, {which}"),
@@ -361,6 +370,20 @@ fn report(steps: &[Step], which: &str, wanted: impl Fn(&Step) -> bool) {
                 "memcpy p50 {memcpy:.2} ms, p99 {memcpy99:.2} ms; (date - 1 ms) / memcpy p50 {ratio:.1}, p99 {ratio99:.1}; schedule state to index / memcpy {rasterize:.1}"
             ),
         );
+        let mut dearest = steps.clone();
+        dearest.sort_by(|a, b| ratio_of(b).total_cmp(&ratio_of(a)));
+        let one = |s: &&Step| {
+            let [state, index, _] = s.parts_ms;
+            let at_s = s.plan_time_s.unwrap_or_default();
+            format!(
+                "{at_s}: {:.1} ({} grids, {state:.1} + {index:.1} ms, memcpy {:.1})",
+                ratio_of(s),
+                s.grids,
+                s.memcpy_ms
+            )
+        };
+        let dearest: Vec<String> = dearest.iter().take(N_DEAREST).map(one).collect();
+        row(&format!("the dearest of these dates, {which}"), dearest.join("; "));
     }
 }
 
