@@ -65,7 +65,8 @@
 //! # Where
 //!
 //! - floor: of a cell: `src/layers/floor.rs`
-//! - ground: which belongs to a storey, which surface a cell shows: `src/build/ground_patches.rs`, `src/layers/ground_floor.rs`
+//! - ground: which belongs to a storey: `src/build/ground_patches.rs`, `src/build/surface_joins.rs`; which surface a cell shows:
+//!   `src/layers/shown_surface.rs`; where it breaks off: `src/layers/ground_floor.rs`; what stands on it: `src/incremental/shown_patches.rs`
 //! - incremental redraw: elements that can change a grid: `src/build/dependents.rs`
 //! - keep-out mask: which cells are under work: `src/incremental/storey_grid.rs`, `src/build/slicing.rs`
 //! - localization layer: `src/layers/localization.rs`

@@ -1,7 +1,7 @@
 //! Finds the ground that leads from the floor of a storey to other heights, and cuts what stands on it.
 //!
 //! A face belongs to a storey if one gets to it from the storey's floor over steps that the robot takes, at most as far up and down
-//! as the next floors. That is decided for the complete model, on cells: two surfaces meet where their heights in a cell, or at the
+//! as the next floors. That is decided for the complete model, on cells (`surface_joins.rs`): two surfaces meet where their heights in a cell, or at the
 //! border of two cells, differ by a step at most. For a robot that drives on stairs each tread is such a face, and a riser a step.
 
 use super::place::{Place, is_lasting};
