@@ -1,4 +1,5 @@
-//! Decisions carried out in one order: disk, bus, in force, history, answer. A step that fails undoes those before it.
+//! Decisions carried out in one order: disk, bus, in force, history, answer. A step that fails undoes those before it: each output
+//! publishes again what it had before ([`Outputs::go_back`]), files get back what they held.
 //!
 //! # Where disk or shared memory is full
 //!

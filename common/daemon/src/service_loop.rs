@@ -1,5 +1,9 @@
 //! The event loop of a daemon: latest sample of each input, requests, heartbeats, timers, re-attachment to new bus
 //! generations.
+//!
+//! A service is woken by an input, by a request, when it asked for that (`Decision::wake_in`), or by the next heartbeat, whichever is
+//! first; after a failure by the next heartbeat. A configuration that it could not take is given again after 1 s, then twice as long
+//! each time, up to a minute.
 
 use crate::config::SiteConfig;
 use crate::failure::{Failure, chain};

@@ -1,4 +1,7 @@
 //! Decisions of rasterize: site and schedule state that are drawn together, the robot, the resolution.
+//!
+//! A schedule state is drawn with the site whose content hash is its `site_hash`: the newest, or the one that is drawn. The index comes
+//! after all grids that it names (`outputs.rs`).
 
 use crate::drawing_settings::DrawingSettings;
 use crate::outputs::{Drawing, Drawn, GridOutputs, Pair, Prepared, Which};
