@@ -175,7 +175,8 @@ proptest! {
         let drawn = house.map_at(|_| {}, &CLIMBER);
         let grid = drawn.grid();
         let n_rows = (width / 0.1) as u32 - 1;
-        for (low_x, row) in (60_000..x - 2_000).step_by(1_000).flat_map(|x| (0..n_rows).map(move |row| (x, row))) {
+        let n_columns = ((x - 60_000) / 1_000 - 1) as usize;
+        for (low_x, row) in (60_000..).step_by(1_000).take(n_columns).flat_map(|x| (0..n_rows).map(move |row| (x, row))) {
             let cell = drawn.at(frames::metres(low_x) + 0.05, 2.05 + f64::from(row) * 0.1);
             // A cell over which a riser runs shows the upper tread.
             let under = tops.iter().rev().find(|(from, to, _)| *from < low_x + 1_000 && low_x < *to).unwrap();
