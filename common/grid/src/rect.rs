@@ -50,6 +50,11 @@ impl CellRect {
         Self { min: [0, 1].map(|k| self.min[k].min(other.min[k])), max: [0, 1].map(|k| self.max[k].max(other.max[k])) }
     }
 
+    /// The smallest rectangle around all of some; `None` if there are none.
+    pub fn around_all(rects: impl Iterator<Item = Self>) -> Option<Self> {
+        rects.reduce(|a, b| a.around_both(&b))
+    }
+
     /// The rectangle grown to all sides, clipped to `bounds`.
     pub fn grown(&self, cells: u32, bounds: &Self) -> Self {
         Self {

@@ -1,8 +1,9 @@
 //! Finds the ground that leads from the floor of a storey to other heights, and cuts what stands on it.
 //!
 //! A face belongs to a storey if one gets to it from the storey's floor over steps that the robot takes, at most as far up and down
-//! as the next floors. That is decided for the complete model, on cells (`surface_joins.rs`): two surfaces meet where their heights in a cell, or at the
-//! border of two cells, differ by a step at most. For a robot that drives on stairs each tread is such a face, and a riser a step.
+//! as the next floors. That is decided for the complete model, on cells (`surface_joins.rs`): two surfaces meet where their heights in a
+//! cell, or at the border of two cells, differ by a step at most. For a robot that drives on stairs each tread is such a face, and a
+//! riser a step.
 
 use super::place::{Place, is_lasting};
 use super::surface_joins::{SurfaceJoins, Walked};
@@ -36,8 +37,8 @@ pub(super) fn ground_patches(place: Place<'_>, storey: &StoreySlice) -> Vec<Grou
     }
     let rings: Vec<Ring> = storey.floor.iter().flat_map(|piece| piece.rings.iter().cloned()).collect();
     let cells = overlapped_cells(&union(&rings, FillRule::NonZero), &[], place.spec);
-    let level = Level { plane: Plane::level(storey.floor_z), cells };
-    let kept = joined(near, 0, Some(&level), place);
+    let level = Walked { plane: Plane::level(storey.floor_z), cells: &cells, is_tread: false, is_seed: true };
+    let kept = joined(near, 0, Some(level), place);
     patches(kept, place, |_| true)
 }
 
@@ -76,12 +77,6 @@ pub(super) fn outdoor_patches(place: Place<'_>) -> Vec<GroundPatch> {
 
 /// Slopes are computed from vertices that were rounded to tenths of a millimetre.
 const SLOPE_TOLERANCE_RAD: f64 = 1e-3;
-
-/// The floor of a storey at one height.
-struct Level {
-    plane: Plane,
-    cells: Vec<Run>,
-}
 
 /// Faces in one plane, not known yet to belong to the storey.
 struct Candidate {
@@ -250,7 +245,7 @@ fn drawn(candidates: Vec<Candidate>, spec: &GridSpec) -> Vec<Drawn> {
 }
 
 /// The first `n_seeds` surfaces, and those that cells join to them or to the level of the storey.
-fn joined(mut surfaces: Vec<Drawn>, n_seeds: usize, level: Option<&Level>, place: Place<'_>) -> Vec<Drawn> {
+fn joined(mut surfaces: Vec<Drawn>, n_seeds: usize, level: Option<Walked<'_>>, place: Place<'_>) -> Vec<Drawn> {
     // The last of the sets is the level of the storey, and what is of it from the beginning.
     let floor = surfaces.len() as u32;
     let mut sets = DisjointSets::new(surfaces.len() + 1);
@@ -261,7 +256,6 @@ fn joined(mut surfaces: Vec<Drawn>, n_seeds: usize, level: Option<&Level>, place
         is_tread: *is_tread,
         is_seed: k < n_seeds,
     });
-    let level = level.map(|level| Walked { plane: level.plane, cells: &level.cells, is_tread: false, is_seed: true });
     let walked: Vec<Walked<'_>> = walked.chain(level).collect();
     let climb = [false, true].map(|of_stair| climb(place, of_stair));
     SurfaceJoins { surfaces: &walked, spec: place.spec, climb }.join(&mut sets);
@@ -328,7 +322,7 @@ fn patch(surface: Drawn, place: Place<'_>, elements: &ObstacleSquares) -> Ground
         climb: climb(place, is_tread),
         is_tread,
         plane,
-        stands: stands.reduce(|a, b| a.around_both(&b)),
+        stands: CellRect::around_all(stands),
         obstacles,
         lidar,
         area,

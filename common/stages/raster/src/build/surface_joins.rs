@@ -1,7 +1,7 @@
-//! Which surfaces one gets to from which, over steps that are taken: those that meet in a cell, or at the border of two cells.
+//! Joins the surfaces that one gets to from each other over steps that are taken: those that meet in a cell, or at the border of two.
 
 use crate::model::band_surfaces::{BandSurfaces, Source, bands};
-use crate::model::ground_patch::{STEP_TOLERANCE, z_at};
+use crate::model::ground_patch::{STEP_TOLERANCE, are_apart, z_at};
 use geometry::{DisjointSets, Plane};
 use grid::{CellRect, GridSpec, Run};
 use messages::NONE;
@@ -93,10 +93,10 @@ impl SurfaceJoins<'_> {
         // Where there is something to join, with the cells beside it.
         let others = all().filter(|(_, of, _)| !of.is_seed).map(|(_, _, rect)| rect.grown(1, &whole));
         let others: Vec<CellRect> = others.collect();
-        let Some(around) = others.iter().copied().reduce(|a, b| a.around_both(&b)) else { return };
+        let Some(around) = CellRect::around_all(others.iter().copied()) else { return };
         let (mut in_band, mut below, mut here) = (BandSurfaces::default(), Strip::default(), Strip::default());
         for band in bands(&around) {
-            let columns = others.iter().filter(|rect| rect.meets(&band)).copied().reduce(|a, b| a.around_both(&b));
+            let columns = CellRect::around_all(others.iter().filter(|rect| rect.meets(&band)).copied());
             let Some(CellRect { min: [left, _], max: [right, _] }) = columns else { continue };
             let band = CellRect { min: [left, band.min[1]], max: [right, band.max[1]] };
             let sources = all().filter(|(_, _, rect)| rect.meets(&band));
@@ -161,10 +161,8 @@ impl SurfaceJoins<'_> {
         if at_corners.iter().any(|off| off.abs() <= most) {
             return true;
         }
-        // Differences of planes are greatest and least at corners, but for rounding.
-        let is_apart =
-            at_corners.iter().all(|off| *off > most + 1.0) || at_corners.iter().all(|off| *off < -most - 1.0);
-        !is_apart && places.iter().copied().flat_map(Places::all).any(|place| off(place).abs() <= most)
+        !are_apart(&at_corners, most)
+            && places.iter().copied().flat_map(Places::all).any(|place| off(place).abs() <= most)
     }
 }
 

@@ -611,7 +611,7 @@ where
 fn around_cells(cells: impl Iterator<Item = usize>, width: usize) -> Option<CellRect> {
     let places = cells.map(|cell| [cell % width, cell / width].map(|k| k as u32));
     let rects = places.map(|place| CellRect { min: place, max: place.map(|k| k + 1) });
-    rects.reduce(|a, b| a.around_both(&b))
+    CellRect::around_all(rects)
 }
 
 #[cfg(test)]
@@ -621,7 +621,7 @@ mod tests {
     use crate::model::storey_slice::Dependent;
     use geometry::{FillRule, MultiPolygon, Plane, union};
     use grid::{Class, Mask, overlapped_cells};
-    use messages::{FloorKind, MapStoreyRecord, RobotProfile, Site, SiteBuilder, Text};
+    use messages::{RobotProfile, Site, SiteBuilder};
     use proptest::prelude::*;
     use std::collections::{BTreeMap, BTreeSet};
 
@@ -662,14 +662,7 @@ mod tests {
 
     fn storey(pieces: &[Piece]) -> StoreySlice {
         let spec = GridSpec { cell_tenths: 100, first_cell: [0; 2], width: WIDTH, height: HEIGHT };
-        let record = MapStoreyRecord {
-            global_id: Text::default(),
-            name: Text::default(),
-            floor_z_tenths: 100,
-            floor: FloorKind::Ground.into(),
-            bounds_tenths: [0; 4],
-        };
-        let mut storey = StoreySlice::empty(0, spec, &record);
+        let mut storey = StoreySlice::of_ground_outdoors(spec, 100);
         let body = |element: u32, (min, size)| {
             let runs = overlapped_cells(&rectangle(min, size), &[], &spec);
             ElementRuns { element, class: Class::Slab, rect: CellRect::around(&runs), runs, door: None }

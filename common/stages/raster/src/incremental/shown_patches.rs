@@ -1,12 +1,12 @@
-//! Which patches of ground the cells of a rectangle show, and where what stands on a patch is in the way: most patches are below
-//! or above those that show, and nothing on them is looked at.
+//! Finds the patches of ground that the cells of a rectangle show, and the cells in which what stands on a patch is in the way: most
+//! patches are below or above those that show, and nothing on them is looked at.
 
 use crate::layers::cell_flags::FLOOR;
 use crate::layers::shown_surface::LEVEL;
 use crate::model::cell_area::to_tenths;
-use crate::model::ground_patch::{STEP_TOLERANCE, level_z, z_at};
+use crate::model::ground_patch::{STEP_TOLERANCE, are_apart, corner_middles, level_z, z_at};
 use crate::model::storey_slice::StoreySlice;
-use grid::{CellRect, GridSpec};
+use grid::CellRect;
 use messages::RobotProfile;
 use rustc_hash::FxHashMap;
 use std::cell::Cell;
@@ -89,21 +89,14 @@ impl<'a> StandsInWay<'a> {
     pub(crate) fn around(&self, shown: &ShownPatches) -> Option<CellRect> {
         let stands = self.storey.ground[self.k as usize].stands?;
         let of_shown = shown.around.iter().filter(|(k, cells)| cells.meets(&stands) && self.may_go_on(**k, cells));
-        let all = of_shown.map(|(_, cells)| *cells).chain(shown.without_floor);
-        all.reduce(|a, b| a.around_both(&b))
+        CellRect::around_all(of_shown.map(|(_, cells)| *cells).chain(shown.without_floor))
     }
 
     /// False if a patch nowhere goes on from this one in the cells of a rectangle.
     fn may_go_on(&self, other: u32, cells: &CellRect) -> bool {
-        let spec: &GridSpec = &self.storey.spec;
         let [own, other] = [self.k, other].map(|k| &self.storey.ground[k as usize].plane);
-        // The difference of two planes is greatest and least at corners.
-        let [[left, low], [right, high]] =
-            [cells.min.map(|k| f64::from(k) + 0.5), cells.max.map(|k| f64::from(k) - 0.5)];
-        let corners = [[left, low], [right, low], [left, high], [right, high]];
-        let off = corners.map(|corner| z_at(own, corner, spec) - z_at(other, corner, spec));
-        let most = self.most + 1.0;
-        off.iter().any(|off| *off <= most) && off.iter().any(|off| *off >= -most)
+        let off = |place: [f64; 2]| z_at(own, place, &self.storey.spec) - z_at(other, place, &self.storey.spec);
+        !are_apart(&corner_middles(cells).map(off), self.most)
     }
 }
 
@@ -113,8 +106,7 @@ mod tests {
     use crate::model::element_runs::ElementRuns;
     use crate::model::ground_patch::GroundPatch;
     use geometry::{MultiPolygon, Plane};
-    use grid::{Class, Run};
-    use messages::{FloorKind, MapStoreyRecord, Text};
+    use grid::{Class, GridSpec, Run};
     use proptest::prelude::*;
 
     const SPEC: GridSpec = GridSpec { cell_tenths: 100, first_cell: [0; 2], width: 40, height: 30 };
@@ -147,14 +139,7 @@ mod tests {
             boxes in prop::collection::vec((0u32..40, 0u32..30, 1u32..20, 1u32..20, 0u32..5, any::<bool>()), 0..6),
             corners in [0u32..40, 0u32..30, 1u32..40, 1u32..30],
         ) {
-            let record = MapStoreyRecord {
-                global_id: Text::default(),
-                name: Text::default(),
-                floor_z_tenths: 0,
-                floor: FloorKind::Ground.into(),
-                bounds_tenths: [0; 4],
-            };
-            let mut storey = StoreySlice::empty(0, SPEC, &record);
+            let mut storey = StoreySlice::of_ground_outdoors(SPEC, 0);
             storey.ground = planes.into_iter().map(patch).collect();
             let whole = storey.whole();
             let (mut patch_of, mut flags) = (vec![LEVEL; SPEC.n_cells()], vec![FLOOR; SPEC.n_cells()]);

@@ -1,7 +1,7 @@
-//! The one of several surfaces above each other that cells show: of a cell, and of rectangles of cells at once.
+//! Chooses the one of several surfaces above each other that cells show: for a cell, and for rectangles of cells at once.
 
 use crate::model::band_surfaces::FILLED;
-use crate::model::ground_patch::{GroundPatch, level_z, z_at};
+use crate::model::ground_patch::{GroundPatch, corner_middles, level_z, z_at};
 use geometry::Plane;
 use grid::{CellRect, GridSpec};
 
@@ -149,8 +149,7 @@ impl Stack<'_> {
         rect: &CellRect,
         reference: &impl Fn(usize) -> Option<f64>,
     ) -> Option<u32> {
-        let [[left, low], [right, high]] = [rect.min.map(|k| f64::from(k) + 0.5), rect.max.map(|k| f64::from(k) - 0.5)];
-        let corners = [[left, low], [right, low], [left, high], [right, high]];
+        let corners = corner_middles(rect);
         let at_corners = &mut buffers.at_corners;
         at_corners.clear();
         at_corners.extend(self.surfaces.iter().map(|&surface| {
@@ -176,7 +175,7 @@ impl Stack<'_> {
             }
             at_corners[k - 1].is_open &= !is_roofed;
         }
-        let references = self.references(at_corners, rect, reference)?;
+        let references = self.references(at_corners, rect, reference);
         let is_same_everywhere = references.as_flattened().iter().all(|z| *z == references[0][0]);
         let any_is_open = at_corners.iter().any(|surface| surface.is_open);
         let candidates = || at_corners.iter().enumerate().filter(|(_, surface)| surface.is_open == any_is_open);
@@ -195,17 +194,17 @@ impl Stack<'_> {
         candidates().all(is_nearer_than).then_some(nearest.surface & !FILLED)
     }
 
-    /// The least and the greatest height at the corners of a rectangle to which surfaces are compared; `None` if the corners do not tell.
+    /// The least and the greatest height at the corners of a rectangle to which surfaces are compared.
     fn references(
         &self,
         at_corners: &[AtCorners],
         rect: &CellRect,
         reference: &impl Fn(usize) -> Option<f64>,
-    ) -> Option<[[f64; 4]; 2]> {
+    ) -> [[f64; 4]; 2] {
         let earth = || at_corners.iter().filter(|at| self.surface(at.surface).is_outdoors);
         if let Some(highest) = earth().next_back() {
             // They are in the same order everywhere.
-            return Some([highest.z; 2]);
+            return [highest.z; 2];
         }
         let cells = || rect.rows(self.spec.width as usize).flatten();
         let (mut least, mut greatest) = (f64::INFINITY, f64::NEG_INFINITY);
@@ -213,7 +212,7 @@ impl Stack<'_> {
             (least, greatest) = (least.min(z), greatest.max(z));
         }
         // Where no cell counts any height will do.
-        Some(if least <= greatest { [[least; 4], [greatest; 4]] } else { [[0.0; 4]; 2] })
+        if least <= greatest { [[least; 4], [greatest; 4]] } else { [[0.0; 4]; 2] }
     }
 }
 

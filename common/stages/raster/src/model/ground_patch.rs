@@ -48,6 +48,19 @@ pub(crate) fn level_z(plane: &Plane) -> Option<f64> {
     plane.gradient().iter().all(|gradient| *gradient == 0.0).then(|| plane.z([0.0; 2]))
 }
 
+/// Middles of the cells at the corners of a rectangle, in columns and rows.
+pub(crate) fn corner_middles(rect: &CellRect) -> [[f64; 2]; 4] {
+    let [[left, low], [right, high]] = [rect.min.map(|k| f64::from(k) + 0.5), rect.max.map(|k| f64::from(k) - 0.5)];
+    [[left, low], [right, low], [left, high], [right, high]]
+}
+
+/// True if two planes are nowhere between the corners of a rectangle as near as `most`, by their differences of height at these: there
+/// they are greatest and least, but for rounding.
+pub(crate) fn are_apart(off_at_corners: &[f64; 4], most: f64) -> bool {
+    let most = most + 1.0;
+    off_at_corners.iter().all(|off| *off > most) || off_at_corners.iter().all(|off| *off < -most)
+}
+
 /// Height of a plane at a place in columns and rows of a grid, in tenths of a millimetre.
 pub(crate) fn z_at(plane: &Plane, [column, row]: [f64; 2], spec: &GridSpec) -> f64 {
     let at = |cells: f64, first: i32| (cells + f64::from(first)) * f64::from(spec.cell_tenths);

@@ -140,6 +140,19 @@ impl StoreySlice {
         }
     }
 
+    /// A map storey of the ground outdoors, on which nothing is.
+    #[cfg(test)]
+    pub(crate) fn of_ground_outdoors(spec: GridSpec, floor_z: i32) -> Self {
+        let record = MapStoreyRecord {
+            global_id: messages::Text::default(),
+            name: messages::Text::default(),
+            floor_z_tenths: floor_z,
+            floor: FloorKind::Ground.into(),
+            bounds_tenths: [0; 4],
+        };
+        Self::empty(0, spec, &record)
+    }
+
     /// All cells.
     pub(crate) fn whole(&self) -> CellRect {
         CellRect::whole(self.spec.width, self.spec.height)
