@@ -47,11 +47,6 @@ pub(crate) enum Lane {
     Drawing = 1,
 }
 
-impl Lane {
-    /// All lanes.
-    pub(crate) const ALL: [Self; 2] = [Self::AtOnce, Self::Drawing];
-}
-
 /// Samples for answers of a lane. Whoever answers holds the newest of its moment; so that who takes samples of the bus does not
 /// wait for an answer, they come into `pending`.
 #[derive(Default)]
@@ -182,7 +177,11 @@ impl Site {
         let config = Arc::clone(&locked(&self.config));
         let samples = self.lanes[lane as usize].newest();
         let set = samples.set().filter(|set| set.has_tasks() && set.mission_plan.is_some());
-        let set = set.ok_or_else(|| Problem::of(ProblemKind::NotYet, "the daemons have no maps yet: ask again"))?;
+        let not_yet = || {
+            let why = "the daemons have no maps yet, or are at work on newer ones: ask again";
+            Problem::of(ProblemKind::NotYet, why)
+        };
+        let set = set.ok_or_else(not_yet)?;
         let views = set.views().map_err(|why| Problem::of(ProblemKind::Failed, chain(&why)))?;
         work(&self.moment(&config, &set, &views)?)
     }

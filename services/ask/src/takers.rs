@@ -6,8 +6,12 @@ use bus::Bus;
 use daemon::Failure;
 use site_view::SiteReader;
 
-/// Takes samples for all lanes.
-pub(crate) struct Takers([(Lane, SiteReader); 2]);
+/// Takes samples for all lanes. What is answered at once is known to answers that draw, too: whoever saw maps in the one asks the
+/// other next.
+pub(crate) struct Takers {
+    at_once: SiteReader,
+    drawing: SiteReader,
+}
 
 impl Takers {
     /// On a generation of the bus.
@@ -15,8 +19,7 @@ impl Takers {
     /// # Errors
     /// A topic that cannot be opened.
     pub(crate) fn of(bus: &Bus) -> Result<Self, Failure> {
-        let [at_once, drawing] = Lane::ALL;
-        Ok(Self([(at_once, SiteReader::of_sets(bus)?), (drawing, SiteReader::of_sets(bus)?)]))
+        Ok(Self { at_once: SiteReader::of_sets(bus)?, drawing: SiteReader::of_sets(bus)? })
     }
 
     /// Takes what has come.
@@ -24,9 +27,11 @@ impl Takers {
     /// # Errors
     /// A sample that cannot be taken, or is damaged; what was taken before stays.
     pub(crate) fn take(&self, site: &Site) -> Result<(), Failure> {
-        for (lane, reader) in &self.0 {
-            reader.take(|sample| site.insert(*lane, sample))?;
-        }
-        Ok(())
+        // Read first and shown last, so that the other lane is never behind.
+        let mut samples = Vec::new();
+        let read = self.at_once.take(|sample| samples.push(sample));
+        self.drawing.take(|sample| site.insert(Lane::Drawing, sample))?;
+        samples.into_iter().for_each(|sample| site.insert(Lane::AtOnce, sample));
+        Ok(read?)
     }
 }
