@@ -1,7 +1,7 @@
 //! The outline of a body from painted cells: linear in its triangles, however they cross.
 
 use geometry::{BodyShape, Bounds, FillRule, MeshView, MultiPolygon, Ring, Slab, SlabCut, simplified, union};
-use grid::{GridSpec, Run, cells_of_cut};
+use grid::{CellRect, GridSpec, cells_of_cut, stacked_runs};
 
 /// Shares of the tolerance that are the side of a cell, and the distance of corners that are left out. A cell's diagonal and
 /// that distance are not more than the tolerance.
@@ -49,9 +49,10 @@ impl Painting<'_> {
             own_tolerance = Some(tolerance);
         }
         let spec = spec(bounds, side(tolerance));
-        let rows: Vec<Ring> = cells_of_cut(&cut, &spec).into_iter().map(|run| rectangle(run, &spec)).collect();
+        let blocks = stacked_runs(&cells_of_cut(&cut, &spec));
+        let blocks: Vec<Ring> = blocks.into_iter().map(|block| rectangle(block, &spec)).collect();
         let corner_distance = (f64::from(tolerance) * CORNER_SHARE) as i32;
-        Outline { area: simplified(&union(&rows, FillRule::NonZero), corner_distance), own_tolerance }
+        Outline { area: simplified(&union(&blocks, FillRule::NonZero), corner_distance), own_tolerance }
     }
 }
 
@@ -97,10 +98,9 @@ fn fits(cut: &SlabCut, bounds: Bounds, cell_tenths: i32) -> bool {
     u64::from(width) * u64::from(height) <= MAX_CELLS && n_rows <= MAX_ROWS
 }
 
-fn rectangle(run: Run, spec: &GridSpec) -> Ring {
-    let place = |cell: u32, k: usize| (spec.first_cell[k] + cell as i32) * spec.cell_tenths;
-    let [left, right] = [place(run.start, 0), place(run.end, 0)];
-    let [low, high] = [place(run.row, 1), place(run.row + 1, 1)];
+fn rectangle(block: CellRect, spec: &GridSpec) -> Ring {
+    let place = |cell: [u32; 2]| [0, 1].map(|k| (spec.first_cell[k] + cell[k] as i32) * spec.cell_tenths);
+    let [[left, low], [right, high]] = [block.min, block.max].map(place);
     vec![[left, low], [right, low], [right, high], [left, high]]
 }
 

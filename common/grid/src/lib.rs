@@ -48,7 +48,7 @@ pub use line_of_sight::LineOfSight;
 pub use nav2::{FREE, MapMode, MapYaml, OCCUPIED, UNKNOWN, decode_pgm, encode_pgm, occupancy_of, pixel_of};
 pub use place_lattice::PlaceLattice;
 pub use raster::{cells_of_cut, covered_cells, overlapped_cells};
-pub use rect::{CellRect, join_rects};
+pub use rect::{CellRect, join_rects, stacked_runs};
 pub use resample::MovedGrid;
 pub use run::Run;
 pub use run_lists::{common_runs, grown_runs};

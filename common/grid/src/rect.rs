@@ -113,6 +113,32 @@ pub fn join_rects(rects: &mut Vec<CellRect>) {
     }
 }
 
+/// Sorted runs that do not meet as rectangles: runs of the same columns in rows above each other are one.
+pub fn stacked_runs(runs: &[Run]) -> Vec<CellRect> {
+    let mut rects: Vec<CellRect> = Vec::new();
+    // Those that end with the row below, and those that end with this one, from left to right.
+    let (mut below, mut own) = (Vec::new(), Vec::new());
+    for row in runs.chunk_by(|a, b| a.row == b.row) {
+        let mut left_below = below.iter().copied().peekable();
+        for run in row {
+            while left_below.next_if(|&rect: &usize| rects[rect].min[0] < run.start).is_some() {}
+            let goes_on = |rect: &usize| {
+                let CellRect { min, max } = rects[*rect];
+                [min[0], max[0], max[1]] == [run.start, run.end, run.row]
+            };
+            let rect = left_below.next_if(goes_on).unwrap_or(rects.len());
+            match rects.get_mut(rect) {
+                Some(rect) => rect.max[1] += 1,
+                None => rects.push(CellRect { min: [run.start, run.row], max: [run.end, run.row + 1] }),
+            }
+            own.push(rect);
+        }
+        std::mem::swap(&mut below, &mut own);
+        own.clear();
+    }
+    rects
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -137,6 +163,20 @@ mod tests {
     }
 
     #[test]
+    fn runs_of_a_block_are_one_rectangle_and_a_gap_ends_it() {
+        let runs = [(0, 2, 4), (1, 0, 1), (1, 2, 4), (2, 0, 1), (2, 2, 5), (4, 0, 1), (5, 2, 5)];
+        let runs = runs.map(|(row, start, end)| Run { row, start, end });
+        let expected = [
+            rect([2, 0], [4, 2]),
+            rect([0, 1], [1, 3]),
+            rect([2, 2], [5, 3]),
+            rect([0, 4], [1, 5]),
+            rect([2, 5], [5, 6]),
+        ];
+        assert_eq!(stacked_runs(&runs), expected);
+    }
+
+    #[test]
     fn tiles_cover_a_rectangle_once() {
         let tiles: Vec<CellRect> = rect([3, 1], [12, 6]).tiles(4).collect();
         assert_eq!(tiles.len(), 6);
@@ -145,6 +185,24 @@ mod tests {
     }
 
     proptest! {
+        #[test]
+        fn stacked_runs_are_the_cells_of_the_runs_once(cells in prop::collection::vec(prop::bool::weighted(0.8), 48)) {
+            let width = 8;
+            let row = |(row, cells): (usize, &[bool])| {
+                let ends = |column: usize| [column.checked_sub(1), Some(column)].map(|c| c.and_then(|c| cells.get(c)).copied().unwrap_or(false));
+                let borders: Vec<u32> = (0..=width).filter(|&column| ends(column)[0] != ends(column)[1]).map(|c| c as u32).collect();
+                let run = |ends: &[u32]| Run { row: row as u32, start: ends[0], end: ends[1] };
+                borders.chunks_exact(2).map(run).collect::<Vec<_>>()
+            };
+            let runs: Vec<Run> = cells.chunks_exact(width).enumerate().flat_map(row).collect();
+            let mut n_rects = vec![0; cells.len()];
+            for rect in stacked_runs(&runs) {
+                rect.rows(width).flatten().for_each(|cell| n_rects[cell] += 1);
+            }
+            prop_assert!(n_rects.iter().zip(&cells).all(|(n, is_set)| *n == i32::from(*is_set)));
+        }
+
+
         #[test]
         fn joined_rectangles_hold_the_same_cells_and_do_not_grow_in_all(
             corners in prop::collection::vec((0u32..40, 0u32..40, 1u32..10, 1u32..10), 0..12)
