@@ -1,12 +1,42 @@
 //! The heap: shared by threads, and what becomes of freed memory.
 
+#[cfg(target_env = "gnu")]
+use rustix::mm::{Advice, madvise};
 use std::ffi::c_int;
 
-/// Lets all threads share one heap, for programs of which one thread works while the others wait.
+/// What the one heap reserves at first: addresses, which take no memory before they are written to.
+const RESERVED_BYTES: usize = 32 << 20;
+/// More than what is left of the heap that a program starts with, and less than what gets memory of its own.
+#[cfg(target_env = "gnu")]
+const FIRST_BYTES: usize = 256 << 10;
+
+/// Lets all threads share one heap, for programs of which one thread works while the others wait. It begins with large pages,
+/// where the system gives such, and buffers of up to 512 KiB come from it.
 ///
-/// With glibc each thread but the first has a heap of its own, which grows page by page.
+/// With glibc each thread but the first has a heap of its own, which grows page by page. Faults of pages of 4 KiB are a tenth
+/// of the CPU time of a small conversion; instead up to one page of 2 MiB more is resident.
 pub fn share_heap() {
-    set_bounds(&[(M_ARENA_MAX, 1)]);
+    set_bounds(&[(M_ARENA_MAX, 1), (M_TOP_PAD, RESERVED_BYTES as c_int), (M_MMAP_THRESHOLD, 512 << 10)]);
+    #[cfg(target_env = "gnu")]
+    {
+        let before = end_of_heap();
+        // The heap grows by what is reserved.
+        drop(std::hint::black_box(Vec::<u8>::with_capacity(FIRST_BYTES)));
+        let n_bytes = (end_of_heap() as usize).saturating_sub(before as usize);
+        // SAFETY: the range is that of the heap, which grew by it; the advice says nothing about what is in it. A system without
+        // large pages refuses, and all stays as it is.
+        let _ = unsafe { madvise(before, n_bytes, Advice::LinuxHugepage) };
+    }
+}
+
+/// Where the heap ends.
+#[cfg(target_env = "gnu")]
+fn end_of_heap() -> *mut std::ffi::c_void {
+    unsafe extern "C" {
+        fn sbrk(increment: isize) -> *mut std::ffi::c_void;
+    }
+    // SAFETY: an increment of 0 changes nothing.
+    unsafe { sbrk(0) }
 }
 
 /// Keeps freed heap memory for what comes next, for programs that work once and end.
