@@ -31,6 +31,9 @@ const FINE_ONE: f64 = (1u64 << FINE_BITS) as f64;
 /// Longer than any line; products with the side of a cell do not overflow.
 const MAX_BETWEEN: i64 = 1 << 40;
 
+/// Lines around a point that are cast at once: see [`LineOfSight::are_clear`].
+const LINES_AT_ONCE: usize = 4;
+
 /// Step over the border that a line has reached.
 const BORDER_CROSSING: i64 = 2;
 
@@ -54,6 +57,16 @@ pub(crate) enum LineEnd {
     Opaque { gone: f64, cell: [usize; 2] },
     /// At the border of the grid.
     Border { gone: f64 },
+}
+
+impl LineEnd {
+    /// Length of the line, which ends at a limit.
+    fn length(self, limit: f64) -> f64 {
+        match self {
+            Self::Limit => limit,
+            Self::Opaque { gone, .. } | Self::Border { gone } => gone,
+        }
+    }
 }
 
 /// A line on its way, in fixed-point numbers.
@@ -130,10 +143,7 @@ impl LineOfSight {
     /// Length of a line from a point in the grid to the first opaque cell, at most `limit`.
     pub fn run(&self, from: [f64; 2], direction: [f64; 2], limit: f64) -> f64 {
         let [end] = self.cast(from, [(direction, limit)]);
-        match end {
-            LineEnd::Limit => limit,
-            LineEnd::Opaque { gone, .. } | LineEnd::Border { gone } => gone,
-        }
+        end.length(limit)
     }
 
     /// Casts lines from a point in the grid, each with its direction and the length at which it ends.
@@ -202,10 +212,18 @@ impl LineOfSight {
         let (width, height) = (self.width as i64, self.leap.len().checked_div(self.width).unwrap_or(0) as i64);
         let is_inside =
             |[x, y]: [i64; 2]| (0..width << FINE_BITS).contains(&x) && (0..height << FINE_BITS).contains(&y);
-        for k in 0..n {
+        let direction = |k: u32| {
             let angle = heading_rad + field_of_view_rad * ((f64::from(k) + 0.5) / f64::from(n) - 0.5);
             let (sin, cos) = libm::sincos(angle);
-            let length = self.run(from, [cos, sin], range);
+            [cos, sin]
+        };
+        let lines = (0..n).step_by(LINES_AT_ONCE).flat_map(|first| {
+            let numbers: [u32; LINES_AT_ONCE] = std::array::from_fn(|k| first + k as u32);
+            let directions = numbers.map(direction);
+            let lengths = self.cast(from, directions.map(|direction| (direction, range))).map(|end| end.length(range));
+            std::iter::zip(numbers, std::iter::zip(directions, lengths))
+        });
+        for (k, ([cos, sin], length)) in lines.take(n as usize) {
             // Nearer to the middle every second line is enough, then every fourth ..
             let far = (range / f64::from(1u32 << k.trailing_zeros().min(16))) as i64;
             let first = if k == 0 { 0 } else { far };
