@@ -148,17 +148,31 @@ impl PathGrid {
 
     /// Calls `visit` with every cell to which a step leads from a cell, and the cost of the step.
     pub(crate) fn steps_from(&self, cell: usize, mut visit: impl FnMut(usize, u32)) {
-        let steps = STEPS[usize::from(self.open_around[cell])];
+        self.steps_on(cell, NO_STEP, |next, step, _| visit(next, step));
+    }
+
+    /// Calls `visit` with every cell to which a search in the order of costs goes on from a cell that it reached by a step in
+    /// this direction, or by [`NO_STEP`]: with the cost of the step and its direction. Left out are cells that it has reached at
+    /// no more cost from the cells before.
+    ///
+    /// # Source
+    /// Harabor, Grastien, "Online graph pruning for pathfinding on grid maps", AAAI 2011: natural and forced neighbours, here
+    /// with straight steps before steps across a corner.
+    pub(crate) fn steps_on(&self, cell: usize, reached_by: u8, mut visit: impl FnMut(usize, u32, u8)) {
+        // Within distances that the robot keeps a way around may cost less.
+        let reached_by = if self.keeps_distances() { NO_STEP } else { reached_by };
+        let steps = STEPS_ON[usize::from(reached_by)][usize::from(self.open_around[cell])];
         let around = self.neighbours(cell);
         let is_dear = self.is_kept_off(cell);
         let cost = |next: usize, step: u32| {
             if is_dear || self.is_kept_off(next) { KEPT_OFF_FACTOR * step } else { step }
         };
-        for (bit, step) in
+        for (direction, step) in
             [(4, SIDE), (0, SIDE), (6, SIDE), (2, SIDE), (5, CORNER), (7, CORNER), (3, CORNER), (1, CORNER)]
         {
-            if steps & 1 << bit != 0 {
-                visit(around[bit], cost(around[bit], step));
+            if steps & 1 << direction != 0 {
+                let next = around[usize::from(direction)];
+                visit(next, cost(next, step), direction);
             }
         }
     }
@@ -268,7 +282,7 @@ impl PathGrid {
 }
 
 /// The eight cells around a cell of a grid, counter-clockwise from the right.
-fn around(cell: usize, width: usize) -> [usize; 8] {
+pub(crate) fn around(cell: usize, width: usize) -> [usize; 8] {
     let (up, down) = (cell + width, cell - width);
     [cell + 1, up + 1, up, up - 1, cell - 1, down - 1, down, down + 1]
 }
@@ -311,6 +325,33 @@ static STEPS: [u8; 256] = {
         // A corner is between the sides before and after it.
         table[open] = sides | (open as u8 & 0b1010_1010 & sides.rotate_left(1) & sides.rotate_right(1));
         open += 1;
+    }
+    table
+};
+
+/// The direction of no step: in the cell where a search begins.
+pub(crate) const NO_STEP: u8 = 8;
+
+/// The steps by which a search goes on from a cell, by the direction of the step that reached it and its reachable neighbours.
+static STEPS_ON: [[u8; 256]; NO_STEP as usize + 1] = {
+    let mut table = [STEPS; NO_STEP as usize + 1];
+    let mut by = 0;
+    while by < 8 {
+        let mut open = 0;
+        while open < 256 {
+            // Directions counted from that of the step.
+            let closed = !(open as u8).rotate_right(by as u32);
+            let kept = if by % 2 == 0 {
+                // What is beside the cell before leads to what is beside this one, where it is reachable.
+                0b1000_0011 | (closed >> 3 & 1) << 2 | (closed >> 5 & 1) << 6
+            } else {
+                // Both cells between the two lead there; so do those behind them.
+                0b0000_0001 | (closed >> 2 & 1) << 1 | (closed >> 6 & 1) << 7
+            };
+            table[by][open] &= u8::rotate_left(kept, by as u32);
+            open += 1;
+        }
+        by += 1;
     }
     table
 };

@@ -6,7 +6,7 @@
 //! # Source
 //! Mehlhorn, "A faster approximation algorithm for the Steiner problem in graphs", Information Processing Letters 27, 1988.
 
-use crate::path_search::{NO_PATH, PathGrid};
+use crate::path_search::{NO_PATH, NO_STEP, PathGrid, around};
 use grid::SparseLayer;
 
 /// Regions of places, given by the cells in which they lie.
@@ -14,6 +14,8 @@ pub(crate) struct PlaceRegions {
     cells: SparseLayer<Reached>,
     /// Pairs of places with neighbouring regions, ascending.
     pub(crate) borders: Vec<Border>,
+    /// Cells of a row.
+    width: usize,
 }
 
 /// How a cell is reached from the place of its region.
@@ -21,10 +23,10 @@ pub(crate) struct PlaceRegions {
 struct Reached {
     /// The place; `NONE` where none can be reached from.
     region: u32,
-    /// Next cell towards it; `NONE` for its own.
-    from: u32,
     /// Cost of the path from it.
     cost: u32,
+    /// Direction of the last step of that path; [`NO_STEP`] in its own cell.
+    by: u8,
 }
 
 /// Where the path between the places of two neighbouring regions crosses their border.
@@ -46,12 +48,12 @@ const N_BUCKETS: usize = 64;
 impl PlaceRegions {
     /// Of places in the same cell the first one has the region, the others have none.
     pub(crate) fn of(path_grid: &PathGrid, cells: &[usize]) -> Self {
-        let mut reached = path_grid.open.cells().layer(Reached { region: NONE, from: NONE, cost: NO_PATH });
+        let mut reached = path_grid.open.cells().layer(Reached { region: NONE, cost: NO_PATH, by: NO_STEP });
         let mut buckets = vec![Vec::new(); N_BUCKETS];
         let (mut n_waiting, mut now) = (0usize, 0u32);
         for (&cell, place) in cells.iter().zip(0..) {
             if path_grid.open[cell] && reached[cell].region == NONE {
-                reached[cell] = Reached { region: place, from: NONE, cost: 0 };
+                reached[cell] = Reached { region: place, cost: 0, by: NO_STEP };
                 buckets[0].push(cell as u32);
                 n_waiting += 1;
             }
@@ -60,14 +62,14 @@ impl PlaceRegions {
             while let Some(cell) = buckets[now as usize % N_BUCKETS].pop() {
                 n_waiting -= 1;
                 let cell = cell as usize;
-                let Reached { region, cost, .. } = reached[cell];
+                let Reached { region, cost, by } = reached[cell];
                 if cost != now {
                     continue;
                 }
-                path_grid.steps_from(cell, |next, step| {
+                path_grid.steps_on(cell, by, |next, step, by| {
                     let next_reached = &mut reached[next];
                     if now + step < next_reached.cost {
-                        *next_reached = Reached { region, from: cell as u32, cost: now + step };
+                        *next_reached = Reached { region, cost: now + step, by };
                         buckets[(now + step) as usize % N_BUCKETS].push(next as u32);
                         n_waiting += 1;
                     }
@@ -76,14 +78,17 @@ impl PlaceRegions {
             now += 1;
         }
         let borders = find_borders(path_grid, &reached);
-        Self { cells: reached, borders }
+        Self { cells: reached, borders, width: path_grid.width }
     }
 
     /// The cells of the path between two places, the first one's first.
     pub(crate) fn path(&self, border: &Border) -> Vec<usize> {
         let towards = |cell: u32| {
-            let next = |&cell: &u32| Some(self.cells[cell as usize].from).filter(|next| *next != NONE);
-            std::iter::successors(Some(cell), next).map(|cell| cell as usize)
+            let before = |&cell: &usize| {
+                let by = self.cells[cell].by;
+                (by != NO_STEP).then(|| around(cell, self.width)[usize::from(by + 4) % 8])
+            };
+            std::iter::successors(Some(cell as usize), before)
         };
         let mut path: Vec<usize> = towards(border.cells[0]).collect();
         path.reverse();
@@ -148,7 +153,51 @@ mod tests {
         path.windows(2).map(step).sum()
     }
 
+    /// The search of [`PlaceRegions::of`] over all steps: by cell the region, the cost and the cell before.
+    fn over_all_steps(path_grid: &PathGrid, places: &[usize]) -> Vec<Option<(u32, u32, usize)>> {
+        let mut reached: Vec<Option<(u32, u32, usize)>> = vec![None; path_grid.open.cells().n_cells()];
+        let mut buckets: Vec<Vec<usize>> = vec![places.to_vec()];
+        places.iter().zip(0..).for_each(|(&cell, place)| reached[cell] = Some((place, 0, cell)));
+        let mut now = 0;
+        while now < buckets.len() {
+            while let Some(cell) = buckets[now].pop() {
+                let (region, cost, _) = reached[cell].unwrap();
+                if cost as usize != now {
+                    continue;
+                }
+                path_grid.steps_from(cell, |next, step| {
+                    if reached[next].is_none_or(|known| cost + step < known.1) {
+                        reached[next] = Some((region, cost + step, cell));
+                        buckets.resize(buckets.len().max((cost + step) as usize + 1), Vec::new());
+                        buckets[(cost + step) as usize].push(next);
+                    }
+                });
+            }
+            now += 1;
+        }
+        reached
+    }
+
     proptest! {
+        #[test]
+        fn a_search_that_goes_on_only_where_it_can_gain_reaches_all_as_one_over_all_steps(
+            text in floors(),
+            picks in prop::collection::vec(0usize..400, 1..9),
+        ) {
+            let free_space = FreeSpace::of(&Grid::open(drawn(&text).bytes()).unwrap(), 0.1);
+            let Some(path_grid) = PathGrid::of(&free_space, |_| true) else { return Ok(()) };
+            let open: Vec<usize> = path_grid.open.cells().iter().filter(|&cell| path_grid.open[cell]).collect();
+            let mut cells: Vec<usize> = picks.into_iter().map(|k| open[k % open.len()]).collect();
+            cells.sort_unstable();
+            cells.dedup();
+            let regions = PlaceRegions::of(&path_grid, &cells);
+            for (cell, expected) in over_all_steps(&path_grid, &cells).into_iter().enumerate() {
+                let Reached { region, cost, by } = regions.cells[cell];
+                let before = || if by == NO_STEP { cell } else { around(cell, path_grid.width)[usize::from(by + 4) % 8] };
+                prop_assert_eq!((region != NONE).then(|| (region, cost, before())), expected);
+            }
+        }
+
         #[test]
         fn paths_over_borders_lead_from_place_to_place_and_the_cheapest_of_a_place_is_a_shortest_one(
             text in floors(),
