@@ -23,9 +23,23 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 DEADLINE_S = 60
 DESKTOP, PHONE = (1280, 900), (360, 740)
 FLAGS = ["--headless=new", "--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--hide-scrollbars=false"]
-# Runs before the page: what breaks its policy, what moves without being asked to, when the first map is seen.
+# Runs before the page: what breaks its policy, what moves without being asked to, when the first map is seen, and how much of what
+# was asked for is not there yet.
 WATCH = """
-window.watched = {violations: [], shift: 0, first_view_ms: null};
+window.watched = {violations: [], shift: 0, first_view_ms: null, awaited: 0};
+const awaited = async (answer) => {
+  watched.awaited += 1;
+  try { return await answer(); } finally { watched.awaited -= 1; }
+};
+const plainFetch = window.fetch;
+window.fetch = async (...what) => {
+  const response = await awaited(() => plainFetch(...what));
+  for (const read of ["arrayBuffer", "blob", "json", "text"]) {
+    const plainRead = response[read].bind(response);
+    response[read] = () => awaited(plainRead);
+  }
+  return response;
+};
 document.addEventListener("securitypolicyviolation", (e) => watched.violations.push(e.violatedDirective + " " + e.blockedURI));
 new PerformanceObserver((list) => {
   for (const entry of list.getEntries()) if (!entry.hadRecentInput) watched.shift += entry.value;
@@ -141,8 +155,9 @@ class Browser:
         return Image.open(io.BytesIO(png)).convert("RGB")
 
     def settled(self, css):
-        """Pixels of an element once all pictures are there and two looks are the same."""
-        until("all pictures", lambda: self.run("return [...document.images].every((image) => image.complete)"))
+        """Pixels of an element once all pictures and answers are there and two looks are the same."""
+        arrived = "return watched.awaited === 0 && [...document.images].every((image) => image.complete)"
+        until("all pictures and answers", lambda: self.run(arrived))
         self.driver.execute_async_script("const done = arguments[0]; requestAnimationFrame(() => requestAnimationFrame(() => done()))")
         last = [self.picture(css)]
 
