@@ -29,9 +29,9 @@ impl Takers {
     pub(crate) fn take(&self, site: &Site) -> Result<(), Failure> {
         // Read first and shown last, so that the other lane is never behind.
         let mut samples = Vec::new();
-        let read = self.at_once.take(|sample| samples.push(sample));
-        self.drawing.take(|sample| site.insert(Lane::Drawing, sample))?;
+        let at_once = self.at_once.take(|sample| samples.push(sample));
+        let drawing = self.drawing.take(|sample| site.insert(Lane::Drawing, sample));
         samples.into_iter().for_each(|sample| site.insert(Lane::AtOnce, sample));
-        Ok(read?)
+        Ok(at_once.and(drawing)?)
     }
 }
