@@ -83,17 +83,17 @@ impl PlaceRegions {
 
     /// The cells of the path between two places, the first one's first.
     pub(crate) fn path(&self, border: &Border) -> Vec<usize> {
-        let towards = |cell: u32| {
-            let before = |&cell: &usize| {
-                let by = self.cells[cell].by;
-                (by != NO_STEP).then(|| around(cell, self.width)[usize::from(by + 4) % 8])
-            };
-            std::iter::successors(Some(cell as usize), before)
-        };
+        let towards = |cell: u32| std::iter::successors(Some(cell as usize), |&cell| self.before(cell));
         let mut path: Vec<usize> = towards(border.cells[0]).collect();
         path.reverse();
         path.extend(towards(border.cells[1]));
         path
+    }
+
+    /// The next cell towards the place of a cell's region; `None` in the place's own cell.
+    fn before(&self, cell: usize) -> Option<usize> {
+        let by = self.cells[cell].by;
+        (by != NO_STEP).then(|| around(cell, self.width)[usize::from(by + 4) % 8])
     }
 }
 
@@ -153,6 +153,17 @@ mod tests {
         path.windows(2).map(step).sum()
     }
 
+    /// The paths over a drawn floor, and those of its cells that were picked.
+    fn picked(text: &str, picks: &[usize]) -> Option<(PathGrid, Vec<usize>)> {
+        let free_space = FreeSpace::of(&Grid::open(drawn(text).bytes()).unwrap(), 0.1);
+        let path_grid = PathGrid::of(&free_space, |_| true)?;
+        let open: Vec<usize> = path_grid.open.cells().iter().filter(|&cell| path_grid.open[cell]).collect();
+        let mut cells: Vec<usize> = picks.iter().map(|k| open[k % open.len()]).collect();
+        cells.sort_unstable();
+        cells.dedup();
+        Some((path_grid, cells))
+    }
+
     /// The search of [`PlaceRegions::of`] over all steps: by cell the region, the cost and the cell before.
     fn over_all_steps(path_grid: &PathGrid, places: &[usize]) -> Vec<Option<(u32, u32, usize)>> {
         let mut reached: Vec<Option<(u32, u32, usize)>> = vec![None; path_grid.open.cells().n_cells()];
@@ -184,16 +195,11 @@ mod tests {
             text in floors(),
             picks in prop::collection::vec(0usize..400, 1..9),
         ) {
-            let free_space = FreeSpace::of(&Grid::open(drawn(&text).bytes()).unwrap(), 0.1);
-            let Some(path_grid) = PathGrid::of(&free_space, |_| true) else { return Ok(()) };
-            let open: Vec<usize> = path_grid.open.cells().iter().filter(|&cell| path_grid.open[cell]).collect();
-            let mut cells: Vec<usize> = picks.into_iter().map(|k| open[k % open.len()]).collect();
-            cells.sort_unstable();
-            cells.dedup();
+            let Some((path_grid, cells)) = picked(&text, &picks) else { return Ok(()) };
             let regions = PlaceRegions::of(&path_grid, &cells);
             for (cell, expected) in over_all_steps(&path_grid, &cells).into_iter().enumerate() {
-                let Reached { region, cost, by } = regions.cells[cell];
-                let before = || if by == NO_STEP { cell } else { around(cell, path_grid.width)[usize::from(by + 4) % 8] };
+                let Reached { region, cost, .. } = regions.cells[cell];
+                let before = || regions.before(cell).unwrap_or(cell);
                 prop_assert_eq!((region != NONE).then(|| (region, cost, before())), expected);
             }
         }
@@ -203,12 +209,7 @@ mod tests {
             text in floors(),
             picks in prop::collection::vec(0usize..400, 2..9),
         ) {
-            let free_space = FreeSpace::of(&Grid::open(drawn(&text).bytes()).unwrap(), 0.1);
-            let Some(path_grid) = PathGrid::of(&free_space, |_| true) else { return Ok(()) };
-            let open: Vec<usize> = path_grid.open.cells().iter().filter(|&cell| path_grid.open[cell]).collect();
-            let mut cells: Vec<usize> = picks.into_iter().map(|k| open[k % open.len()]).collect();
-            cells.sort_unstable();
-            cells.dedup();
+            let Some((path_grid, cells)) = picked(&text, &picks) else { return Ok(()) };
             let regions = PlaceRegions::of(&path_grid, &cells);
             let mut buffers = SearchBuffers::of(&path_grid);
             let mut shortest = |a: usize, b: usize| {
