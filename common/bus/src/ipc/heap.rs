@@ -14,7 +14,8 @@ const FIRST_BYTES: usize = 256 << 10;
 /// where the system gives such, and buffers of up to 512 KiB come from it.
 ///
 /// With glibc each thread but the first has a heap of its own, which grows page by page. Faults of pages of 4 KiB are a tenth
-/// of the CPU time of a small conversion; instead up to one page of 2 MiB more is resident.
+/// of the CPU time of a small conversion. Up to one page of 2 MiB more is resident, and of what was freed as much as is reserved is
+/// kept; buffers that would have had memory of their own leave gaps.
 pub fn share_heap() {
     set_bounds(&[(M_ARENA_MAX, 1), (M_TOP_PAD, RESERVED_BYTES as c_int), (M_MMAP_THRESHOLD, 512 << 10)]);
     #[cfg(target_env = "gnu")]
