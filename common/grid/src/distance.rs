@@ -76,14 +76,17 @@ pub fn nearest_marked(marked: &[bool], width: usize) -> Vec<u32> {
     for (row, cells) in squared.chunks_exact_mut(width).enumerate() {
         let first = row * width;
         envelope.of(cells);
-        envelope.draw(cells, |cell, nearest| in_row[first + cell] = (first + nearest) as u32);
+        envelope.draw(cells, |squared, cell, nearest, from_nearest| {
+            *squared = from_nearest;
+            in_row[first + cell] = (first + nearest) as u32;
+        });
     }
     let mut out = vec![u32::MAX; squared.len()];
     let mut line = vec![0; height];
     for column in 0..width {
         line.iter_mut().zip(squared[column..].iter().step_by(width)).for_each(|(to, from)| *to = *from);
         envelope.of(&line);
-        envelope.draw(&mut line, |row, nearest| out[row * width + column] = in_row[nearest * width + column]);
+        envelope.draw(&mut line, |_, row, nearest, _| out[row * width + column] = in_row[nearest * width + column]);
     }
     out
 }
@@ -115,46 +118,68 @@ impl Envelope {
             let first = from + first;
             let end = row[first..].iter().position(|cells| *cells == 0).map_or(row.len(), |n| first + n);
             let last = (end + 1).min(row.len());
-            let gap = &mut row[first.saturating_sub(1)..last];
-            gap.iter_mut().filter(|cells| **cells != u32::MAX).for_each(|cells| *cells = cells.saturating_mul(*cells));
-            self.of(gap);
-            self.draw(gap, |_, _| {});
+            self.square_gap(&mut row[first.saturating_sub(1)..last]);
             from = end;
         }
+    }
+
+    /// The same between two marked cells. Of equal distances beside each other those at the ends are taken into the envelope: of the
+    /// others each is the least at its own cell alone.
+    fn square_gap(&mut self, gap: &mut [u32]) {
+        self.parabolas.clear();
+        let mut at = 0;
+        for equal in gap.chunk_by_mut(|a, b| a == b) {
+            let last = at + equal.len() as u32 - 1;
+            if equal[0] != u32::MAX {
+                let squared = equal[0].saturating_mul(equal[0]);
+                equal.fill(squared);
+                self.add(at, squared);
+                if last > at {
+                    self.add(last, squared);
+                }
+            }
+            at = last + 1;
+        }
+        self.draw(gap, |own, _, _, squared| *own = (*own).min(squared));
     }
 
     /// Takes the envelope of squared distances beside a line.
     fn of(&mut self, values: &[u32]) {
         self.parabolas.clear();
         for (at, &value) in (0..).zip(values).filter(|(_, value)| **value != u32::MAX) {
-            let number = f64::from(at);
-            let height = f64::from(value) + number * number;
-            let mut from = f64::NEG_INFINITY;
-            while let Some(before) = self.parabolas.last() {
-                let above = height - before.height;
-                // Mostly the parabola before is that of the cell before: a division less.
-                let n = at - before.at;
-                from = if n == 1 { above * 0.5 } else { above / (2.0 * f64::from(n)) };
-                if from > before.from {
-                    break;
-                }
-                self.parabolas.pop();
-                from = f64::NEG_INFINITY;
-            }
-            self.parabolas.push(Parabola { from, at, value, height });
+            self.add(at, value);
         }
     }
 
-    /// Writes the squared distances along the line; calls `tell` with every cell and the nearest one to it.
-    fn draw(&self, cells: &mut [u32], mut tell: impl FnMut(usize, usize)) {
+    /// Takes the squared distance beside a cell into the envelope of those before it.
+    fn add(&mut self, at: u32, value: u32) {
+        let number = f64::from(at);
+        let height = f64::from(value) + number * number;
+        let mut from = f64::NEG_INFINITY;
+        while let Some(before) = self.parabolas.last() {
+            let above = height - before.height;
+            // Mostly the parabola before is that of the cell before: a division less.
+            let n = at - before.at;
+            from = if n == 1 { above * 0.5 } else { above / (2.0 * f64::from(n)) };
+            if from > before.from {
+                break;
+            }
+            self.parabolas.pop();
+            from = f64::NEG_INFINITY;
+        }
+        self.parabolas.push(Parabola { from, at, value, height });
+    }
+
+    /// Calls `set` with the value of every cell of a line, its number, that of the nearest cell and the squared distance to it.
+    fn draw(&self, cells: &mut [u32], mut set: impl FnMut(&mut u32, usize, usize, u32)) {
         let mut done = 0;
         for (k, parabola) in self.parabolas.iter().enumerate() {
             let next = self.parabolas.get(k + 1).filter(|next| next.from < cells.len() as f64);
             let end = next.map_or(cells.len(), |next| if next.from < 0.0 { 0 } else { next.from as usize + 1 });
             let Parabola { at, value, .. } = *parabola;
             for (q, cell) in (done as u32..).zip(cells.get_mut(done..end).unwrap_or_default()) {
-                tell(q as usize, at as usize);
-                *cell = value.saturating_add(q.abs_diff(at).wrapping_mul(q.abs_diff(at)));
+                let off = q.abs_diff(at);
+                set(cell, q as usize, at as usize, value.saturating_add(off.wrapping_mul(off)));
             }
             done = done.max(end);
         }
