@@ -40,12 +40,11 @@ const BORDER_CROSSING: i64 = 2;
 /// Most cells of a leap.
 const MAX_LEAP: u8 = 250;
 
-/// Whole cells that a line may pass from anywhere in a cell, by its squared distance to the nearest opaque one; beyond the table
-/// it is [`MAX_LEAP`].
+/// [`LineOfSight::leap`] by the squared distance to the nearest opaque cell; beyond the table it is that of [`MAX_LEAP`].
 static LEAPS: LazyLock<Vec<u8>> = LazyLock::new(|| {
     let farthest = u32::from(MAX_LEAP) + 3;
-    let leap = |d2: u32| (f64::from(d2).sqrt() - DIAGONAL).floor().clamp(0.0, f64::from(MAX_LEAP)) as u8;
-    (0..=farthest * farthest).map(leap).collect()
+    let leap = |d2: u32| 1 + (f64::from(d2).sqrt() - DIAGONAL).floor().clamp(0.0, f64::from(MAX_LEAP)) as u8;
+    std::iter::once(0).chain((1..=farthest * farthest).map(leap)).collect()
 });
 
 /// Where a line ends.
@@ -91,16 +90,14 @@ impl LineOfSight {
         let n_cells = squared.cells().n_cells();
         let height = n_cells.checked_div(width).unwrap_or(0);
         let mut leap = vec![0; n_cells];
-        let mut distances = vec![0; width];
-        for (row, leaps) in leap.chunks_exact_mut(width.max(1)).enumerate() {
-            squared.read(row * width, &mut distances, |cells| cells);
-            let left_of_row = row.min(height - 1 - row).min(usize::from(MAX_LEAP));
-            for (column, (leap, &squared)) in leaps.iter_mut().zip(&distances).enumerate().filter(|(_, at)| *at.1 != 0)
-            {
-                // The border of the grid stops a line, too.
-                let left = column.min(width - 1 - column).min(left_of_row) as u8;
-                *leap = 1 + LEAPS.get(squared as usize).copied().unwrap_or(MAX_LEAP).min(left);
-            }
+        let leaps: &[u8] = &LEAPS;
+        // The border of the grid stops a line, too.
+        let left = |at: usize, n: usize| 1 + at.min(n - 1 - at).min(usize::from(MAX_LEAP)) as u8;
+        let left_of_columns: Vec<u8> = (0..width).map(|column| left(column, width)).collect();
+        for (row, out) in leap.chunks_exact_mut(width.max(1)).enumerate() {
+            squared.read(row * width, out, |squared| leaps.get(squared as usize).copied().unwrap_or(1 + MAX_LEAP));
+            let left_of_row = left(row, height);
+            out.iter_mut().zip(&left_of_columns).for_each(|(leap, left)| *leap = (*leap).min(*left).min(left_of_row));
         }
         Self { width, leap }
     }

@@ -119,6 +119,17 @@ impl<T: Copy> SparseLayer<T> {
         })
     }
 
+    /// A layer of values by cell and its value here; all cells without values of their own have `other`.
+    pub fn map<U: Copy>(&self, other: U, value_of: impl Fn(usize, T) -> U) -> SparseLayer<U> {
+        let mut values = Vec::with_capacity(self.values.len());
+        values.extend(repeat_n(other, CHUNK_CELLS));
+        for (first, own) in self.chunks() {
+            values.extend(own.iter().enumerate().map(|(k, &value)| value_of(first + k, value)));
+            values.extend(repeat_n(other, CHUNK_CELLS - own.len()));
+        }
+        SparseLayer { cells: self.cells.clone(), values }
+    }
+
     /// Gives consecutive cells one value; those without values of their own stay.
     pub fn fill(&mut self, cells: Range<usize>, value: T) {
         for (cells, place) in self.cells.places(cells.start, cells.len()) {
@@ -185,6 +196,7 @@ mod tests {
             let has_values = |chunk: &[u32]| chunk.iter().any(|number| *number != 0);
             let cells = SparseCells::of(numbers.len(), |cell| numbers[cell] != 0);
             let layer = cells.layer_of(0, |cell| numbers[cell]);
+            let mapped = layer.map(0, |cell, number| cell as u32 + number);
             let mut written = cells.layer(9u64);
             for cell in cells.iter() {
                 written[cell] = u64::from(numbers[cell]);
@@ -193,6 +205,7 @@ mod tests {
                 prop_assert_eq!(layer[cell], number);
                 let is_own = numbers.chunks(CHUNK_CELLS).nth(cell / CHUNK_CELLS).is_some_and(has_values);
                 prop_assert_eq!(written[cell], if is_own { u64::from(number) } else { 9 });
+                prop_assert_eq!(mapped[cell], if is_own { cell as u32 + number } else { 0 });
             }
             let own: Vec<(usize, u64)> = cells.iter().map(|cell| (cell, u64::from(numbers[cell]))).collect();
             prop_assert_eq!(written.iter().collect::<Vec<_>>(), &own[..]);

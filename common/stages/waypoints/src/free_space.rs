@@ -77,8 +77,8 @@ impl FreeSpace {
         // Minimum squared distance in cells, with a tolerance of a tenth of a millimetre.
         let needed = (radius_m * f64::from(TENTHS_PER_M) - 1.0) / f64::from(spec.cell_tenths);
         let needed = (needed.max(0.0) * needed.max(0.0)).ceil() as u32;
-        let stands = |cell: usize| !grid.is_keepout(cell) && squared[cell] >= needed.max(1);
-        let mut part = squared.cells().layer_of(0, |cell| u32::from(stands(cell)));
+        let stands = |cell: usize, squared: u32| !grid.is_keepout(cell) && squared >= needed.max(1);
+        let mut part = squared.map(0, |cell, squared| u32::from(stands(cell, squared)));
         let mut runs = runs_of(&part, spec.width as usize);
         let sizes = label(&mut runs, spec.width);
         runs.iter().filter(|run| run.part != 1).for_each(|run| part.fill(run.cells(), run.part));
