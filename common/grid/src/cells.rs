@@ -92,9 +92,14 @@ pub fn fill_holes(solid: &Mask) -> Mask {
         // One seed for every stretch of unset cells above and below.
         let beside = [row.checked_sub(width), (row + width < reached.cells.len()).then_some(row + width)];
         for other in beside.into_iter().flatten() {
-            let stretch = other + start - row..other + end - row;
-            let is_first = |i: &usize| !reached.cells[*i] && (*i == stretch.start || reached.cells[*i - 1]);
-            seeds.extend(stretch.clone().filter(is_first));
+            let first = other + start - row;
+            let mut is_before = true;
+            for (k, &is_reached) in reached.cells[first..other + end - row].iter().enumerate() {
+                if is_before && !is_reached {
+                    seeds.push(first + k);
+                }
+                is_before = is_reached;
+            }
         }
     }
     let cells = reached.cells.iter().zip(&solid.cells).map(|(&reached, &solid)| solid || !reached).collect();
