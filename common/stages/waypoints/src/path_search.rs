@@ -82,7 +82,7 @@ impl PathGrid {
             KeptOff::of(&mut closed, &kept, &squared, size[0])
         });
         drop(closed);
-        let open = squared.cells().layer_of(false, |cell| squared[cell] != 0);
+        let open = squared.map(false, |_, squared| squared != 0);
         let sight = LineOfSight::from_distances(&squared, size[0]);
         Some(Self { spec, width: size[0], open, open_around, squared, sight, kept_off })
     }
@@ -135,10 +135,10 @@ impl PathGrid {
         self.kept_off.is_some()
     }
 
-    /// Order in which a cell is taken away in thinning: the squared distance to what is unreachable, and within a distance that the
-    /// robot keeps less than everywhere else.
-    pub(crate) fn rank(&self, cell: usize) -> u32 {
-        self.kept_off.as_ref().map_or(self.squared[cell], |kept_off| kept_off.rank[cell])
+    /// Order in which reachable cells are taken away in thinning: the squared distance to what is unreachable, and within a distance
+    /// that the robot keeps less than everywhere else. 0 for unreachable cells.
+    pub(crate) fn ranks(&self) -> &SparseLayer<u32> {
+        self.kept_off.as_ref().map_or(&self.squared, |kept_off| &kept_off.rank)
     }
 
     /// The eight cells around a cell, counter-clockwise from the right.
@@ -161,19 +161,16 @@ impl PathGrid {
     pub(crate) fn steps_on(&self, cell: usize, reached_by: u8, mut visit: impl FnMut(usize, u32, u8)) {
         // Within distances that the robot keeps a way around may cost less.
         let reached_by = if self.keeps_distances() { NO_STEP } else { reached_by };
-        let steps = STEPS_ON[usize::from(reached_by)][usize::from(self.open_around[cell])];
-        let around = self.neighbours(cell);
+        let mut steps = STEPS_ON[usize::from(reached_by)][usize::from(self.open_around[cell])];
         let is_dear = self.is_kept_off(cell);
         let cost = |next: usize, step: u32| {
             if is_dear || self.is_kept_off(next) { KEPT_OFF_FACTOR * step } else { step }
         };
-        for (direction, step) in
-            [(4, SIDE), (0, SIDE), (6, SIDE), (2, SIDE), (5, CORNER), (7, CORNER), (3, CORNER), (1, CORNER)]
-        {
-            if steps & 1 << direction != 0 {
-                let next = around[usize::from(direction)];
-                visit(next, cost(next, step), direction);
-            }
+        while steps != 0 {
+            let Step { direction, beside, above, length } = STEP_ORDER[steps.trailing_zeros() as usize];
+            let next = cell.wrapping_add_signed(above * self.width as isize + beside);
+            visit(next, cost(next, length), direction);
+            steps &= steps - 1;
         }
     }
 
@@ -317,7 +314,7 @@ fn open_around(cells: &SparseCells, closed: &[bool], width: usize) -> SparseLaye
 
 /// The steps that lead from a cell, as bits, by its reachable neighbours: no path passes between two blocked cells that meet at a
 /// corner, nor past one.
-static STEPS: [u8; 256] = {
+const STEPS: [u8; 256] = {
     let mut table = [0; 256];
     let mut open = 0;
     while open < 256 {
@@ -332,23 +329,59 @@ static STEPS: [u8; 256] = {
 /// The direction of no step: in the cell where a search begins.
 pub(crate) const NO_STEP: u8 = 8;
 
-/// The steps by which a search goes on from a cell, by the direction of the step that reached it and its reachable neighbours.
+/// A step from a cell to one around it.
+#[derive(Clone, Copy)]
+struct Step {
+    /// As a bit of [`PathGrid::neighbours`].
+    direction: u8,
+    /// Cells to the right, and rows upwards.
+    beside: isize,
+    above: isize,
+    length: u32,
+}
+
+/// All steps in the order in which a search tries them.
+const STEP_ORDER: [Step; 8] = [
+    Step { direction: 4, beside: -1, above: 0, length: SIDE },
+    Step { direction: 0, beside: 1, above: 0, length: SIDE },
+    Step { direction: 6, beside: 0, above: -1, length: SIDE },
+    Step { direction: 2, beside: 0, above: 1, length: SIDE },
+    Step { direction: 5, beside: -1, above: -1, length: CORNER },
+    Step { direction: 7, beside: 1, above: -1, length: CORNER },
+    Step { direction: 3, beside: -1, above: 1, length: CORNER },
+    Step { direction: 1, beside: 1, above: 1, length: CORNER },
+];
+
+/// Directions as bits of the steps that are tried.
+const fn in_order(directions: u8) -> u8 {
+    let (mut steps, mut k) = (0, 0);
+    while k < STEP_ORDER.len() {
+        steps |= (directions >> STEP_ORDER[k].direction & 1) << k;
+        k += 1;
+    }
+    steps
+}
+
+/// The steps by which a search goes on from a cell, as bits of [`STEP_ORDER`], by the direction of the step that reached it and its
+/// reachable neighbours.
 static STEPS_ON: [[u8; 256]; NO_STEP as usize + 1] = {
-    let mut table = [STEPS; NO_STEP as usize + 1];
+    let mut table = [[0; 256]; NO_STEP as usize + 1];
     let mut by = 0;
-    while by < 8 {
+    while by <= NO_STEP as usize {
         let mut open = 0;
         while open < 256 {
             // Directions counted from that of the step.
             let closed = !(open as u8).rotate_right(by as u32);
-            let kept = if by % 2 == 0 {
+            let kept = if by == NO_STEP as usize {
+                u8::MAX
+            } else if by % 2 == 0 {
                 // What is beside the cell before leads to what is beside this one, where it is reachable.
                 0b1000_0011 | (closed >> 3 & 1) << 2 | (closed >> 5 & 1) << 6
             } else {
                 // Both cells between the two lead there; so do those behind them.
                 0b0000_0001 | (closed >> 2 & 1) << 1 | (closed >> 6 & 1) << 7
             };
-            table[by][open] &= u8::rotate_left(kept, by as u32);
+            table[by][open] = in_order(STEPS[open] & u8::rotate_left(kept, by as u32));
             open += 1;
         }
         by += 1;

@@ -5,44 +5,53 @@ use grid::SparseLayer;
 
 /// A line of cells on the reachable free space.
 pub(crate) struct Line {
-    is_on: SparseLayer<bool>,
-    /// Neighbours on the line of each cell on it, as bits, without those across a corner between two unreachable cells.
-    around: SparseLayer<u8>,
+    /// Of each cell its neighbours on the line, as bits, without those across a corner between two unreachable cells; and
+    /// [`ON_LINE`] and [`TRIED`].
+    cells: SparseLayer<u16>,
 }
+
+/// Set for cells on the line.
+const ON_LINE: u16 = 1 << 8;
+/// Set for cells that were to be taken off before, whether they could be or not.
+const TRIED: u16 = 1 << 9;
 
 impl Line {
     /// All reachable cells.
     fn of_all(path_grid: &PathGrid) -> Self {
-        let open = &path_grid.open_around;
-        let around = open.cells().layer_of(0, |cell| NEAR[usize::from(open[cell])]);
-        Self { is_on: path_grid.open.clone(), around }
+        let bits = |cell: usize, around: u8| {
+            if path_grid.open[cell] { ON_LINE | u16::from(NEAR[usize::from(around)]) } else { 0 }
+        };
+        Self { cells: path_grid.open_around.map(0, bits) }
     }
 
-    /// Takes a cell off; calls `tell` with its neighbours.
+    /// Takes a cell off; calls `tell` with each of its neighbours that was tried before and can be taken off now.
     fn remove(&mut self, path_grid: &PathGrid, cell: usize, mut tell: impl FnMut(usize)) {
-        self.is_on[cell] = false;
-        let (bits, around) = (self.around[cell], path_grid.neighbours(cell));
+        self.cells[cell] &= !ON_LINE;
+        let (bits, around) = (self.cells[cell], path_grid.neighbours(cell));
         for k in (0..8).filter(|k| bits & 1 << k != 0) {
-            self.around[around[k]] &= !(1 << ((k + 4) % 8));
-            tell(around[k]);
+            let neighbour = &mut self.cells[around[k]];
+            *neighbour &= !(1 << ((k + 4) % 8));
+            if *neighbour & TRIED != 0 && can_be_removed(*neighbour) {
+                tell(around[k]);
+            }
         }
     }
 
     /// The neighbours on the line, counter-clockwise from the right.
     fn neighbours(&self, path_grid: &PathGrid, cell: usize) -> impl Iterator<Item = usize> + use<> {
-        let bits = self.around[cell];
+        let bits = self.cells[cell];
         path_grid.neighbours(cell).into_iter().enumerate().filter(move |(k, _)| bits & 1 << k != 0).map(|(_, c)| c)
-    }
-
-    /// True if taking a cell off changes neither connectivity nor holes: for a simple point.
-    fn is_simple(&self, cell: usize) -> bool {
-        SIMPLE[usize::from(self.around[cell])]
     }
 
     /// Its cells, in their order.
     fn cells(&self) -> Vec<usize> {
-        self.is_on.iter().filter(|(_, is_on)| *is_on).map(|(cell, _)| cell).collect()
+        self.cells.iter().filter(|(_, bits)| bits & ON_LINE != 0).map(|(cell, _)| cell).collect()
     }
+}
+
+/// True for a cell on the line without which neither connectivity nor holes are others: a simple point.
+fn can_be_removed(bits: u16) -> bool {
+    bits & ON_LINE != 0 && SIMPLE[usize::from(bits & 0xff)]
 }
 
 /// The skeleton cells after removing cells from the border inwards, while connectivity and holes are preserved. `anchors`
@@ -56,42 +65,43 @@ impl Line {
 pub(crate) fn skeleton(path_grid: &PathGrid, anchors: &[usize]) -> Line {
     let mut line = Line::of_all(path_grid);
     // Neighbours of cells as before, but never taken off.
-    anchors.iter().for_each(|&cell| line.is_on[cell] = false);
-    let rank = |cell: usize| (path_grid.rank(cell), cell);
-    let mut again = Vec::new();
-    for at in by_distance(path_grid) {
-        let at = at as usize;
-        let now = rank(at);
-        again.push(at);
-        while let Some(cell) = again.pop() {
-            if !line.is_on[cell] || !line.is_simple(cell) {
-                continue;
+    anchors.iter().for_each(|&cell| line.cells[cell] &= !ON_LINE);
+    let mut waiting = Vec::new();
+    for next in by_distance(path_grid) {
+        let bits = &mut line.cells[next as usize];
+        *bits |= TRIED;
+        if can_be_removed(*bits) {
+            waiting.push(next as usize);
+        }
+        while let Some(cell) = waiting.pop() {
+            // Another one may be needed now.
+            if can_be_removed(line.cells[cell]) {
+                line.remove(path_grid, cell, |beside| waiting.push(beside));
             }
-            line.remove(path_grid, cell, |beside| {
-                // A cell that was needed before may have become removable.
-                if rank(beside) < now {
-                    again.push(beside);
-                }
-            });
         }
     }
-    anchors.iter().for_each(|&cell| line.is_on[cell] = true);
+    anchors.iter().for_each(|&cell| line.cells[cell] |= ON_LINE);
     line
 }
 
 /// The reachable cells by their distance from what is not, then by number.
 fn by_distance(path_grid: &PathGrid) -> Vec<u32> {
-    let cells = || path_grid.open.iter().filter(|(_, is_open)| *is_open).map(|(cell, _)| cell);
-    let farthest = cells().map(|cell| path_grid.rank(cell)).max().unwrap_or(0) as usize;
+    let ranked = || path_grid.ranks().iter().filter(|(_, rank)| *rank != 0).map(|(cell, rank)| (cell, rank as usize));
     // Counted, not compared: most of many cells share a few distances.
-    let mut next = vec![0u32; farthest + 2];
-    cells().for_each(|cell| next[path_grid.rank(cell) as usize + 1] += 1);
-    for k in 1..next.len() {
-        next[k] += next[k - 1];
+    let mut next: Vec<u32> = Vec::new();
+    ranked().for_each(|(_, rank)| {
+        if rank >= next.len() {
+            next.resize(rank + 1, 0);
+        }
+        next[rank] += 1;
+    });
+    let mut n_cells = 0;
+    for place in &mut next {
+        (*place, n_cells) = (n_cells, n_cells + *place);
     }
-    let mut order = vec![0; next[farthest + 1] as usize];
-    cells().for_each(|cell| {
-        let place = &mut next[path_grid.rank(cell) as usize];
+    let mut order = vec![0; n_cells as usize];
+    ranked().for_each(|(cell, rank)| {
+        let place = &mut next[rank];
         order[*place as usize] = cell as u32;
         *place += 1;
     });
@@ -112,7 +122,7 @@ pub(crate) struct Chain {
 /// Nodes and chains of a skeleton. The nodes are the anchors, in their order, then the junctions. A loop at one node is cut
 /// into three chains.
 pub(crate) fn trace(path_grid: &PathGrid, line: &Line, anchors: &[usize]) -> (Vec<usize>, Vec<Chain>) {
-    let (floor, on_line) = (line.is_on.cells(), line.cells());
+    let (floor, on_line) = (line.cells.cells(), line.cells());
     let node = floor.layer(NO_NODE);
     let mut tracer = LineTracer { path_grid, line, node, nodes: anchors.to_vec(), chains: Vec::new() };
     anchors.iter().zip(0..).for_each(|(&cell, number)| tracer.node[cell] = number);
@@ -338,7 +348,10 @@ mod tests {
     fn assert_whole(path_grid: &PathGrid, line: &Line, nodes: &[usize], chain: &Chain) {
         assert_eq!(chain.nodes.map(|n| nodes[n]), [chain.cells[0], *chain.cells.last().unwrap()]);
         for pair in chain.cells.windows(2) {
-            assert!(line.is_on[pair[0]] && line.neighbours(path_grid, pair[0]).any(|c| c == pair[1]), "{pair:?}");
+            assert!(
+                line.cells[pair[0]] & ON_LINE != 0 && line.neighbours(path_grid, pair[0]).any(|c| c == pair[1]),
+                "{pair:?}"
+            );
         }
     }
 
