@@ -133,9 +133,12 @@ pub fn spaces_not_mapped(input: &ExportInput<'_>) -> Vec<RoomNotMapped> {
 /// Of each space, its cells, and those of them that are floor.
 fn cells_of_spaces(grid: &Grid<'_>, n_spaces: usize) -> Vec<[u32; 2]> {
     let mut cells = vec![[0u32; 2]; n_spaces];
-    for (space, floor) in grid.space.iter().zip(grid.floor) {
-        if let Some(counts) = usize::from(*space).checked_sub(1).and_then(|k| cells.get_mut(k)) {
-            *counts = [counts[0] + 1, counts[1] + u32::from(*floor != 0)];
+    let mut floors = grid.floor;
+    for run in grid.space.chunk_by(|a, b| a == b) {
+        let floors = floors.split_off(..run.len()).unwrap_or_default();
+        if let Some(counts) = usize::from(run[0]).checked_sub(1).and_then(|k| cells.get_mut(k)) {
+            counts[0] += run.len() as u32;
+            counts[1] += floors.iter().map(|floor| u32::from(*floor != 0)).sum::<u32>();
         }
     }
     cells

@@ -85,16 +85,23 @@ pub(crate) struct SpaceCells {
 impl SpaceCells {
     pub(crate) fn of(grid: &Grid<'_>, n_spaces: usize) -> Self {
         let mut first = vec![0u32; n_spaces + 2];
-        let owned = || grid.space.iter().enumerate().filter(|(_, space)| **space != 0);
-        owned().for_each(|(_, &space)| first[usize::from(space) + 1] += 1);
+        let owned = || {
+            let runs = grid.space.chunk_by(|a, b| a == b).scan(0u32, |end, run| {
+                let begin = std::mem::replace(end, *end + run.len() as u32);
+                Some((usize::from(run[0]), begin..*end))
+            });
+            runs.filter(|(space, _)| *space != 0)
+        };
+        owned().for_each(|(space, run)| first[space + 1] += run.len() as u32);
         for k in 1..first.len() {
             first[k] += first[k - 1];
         }
         let (mut next, mut cells) = (first.clone(), vec![0; first[n_spaces + 1] as usize]);
-        for (cell, &space) in owned() {
-            let at = &mut next[usize::from(space)];
-            cells[*at as usize] = cell as u32;
-            *at += 1;
+        for (space, run) in owned() {
+            let at = &mut next[space];
+            let end = *at + run.len() as u32;
+            cells[*at as usize..end as usize].iter_mut().zip(run).for_each(|(to, cell)| *to = cell);
+            *at = end;
         }
         Self { cells, first }
     }
@@ -136,11 +143,14 @@ pub(crate) fn centre_of(storey: &StoreyInputs<'_>, cells: &SpaceCells, space: us
     if let Some((_, cell)) = nearest {
         return Ok(SpaceCentre { at: free_space.middle(cell), clearance_m: free_space.clearance_of(cell) });
     }
-    Err(if cells().any(|i| free_space.part(i) != 0 && inside(free_space.middle(i))) {
-        not_reached(storey, cells().filter(|&i| inside(free_space.middle(i))), space)
-    } else {
-        no_place(site, grid, robot, space, cells)
-    })
+    let mut parts = BTreeSet::new();
+    for cell in cells() {
+        let part = free_space.part(cell);
+        if part != 0 && !parts.contains(&part) && inside(free_space.middle(cell)) {
+            parts.insert(part);
+        }
+    }
+    Err(if parts.is_empty() { no_place(site, grid, robot, space, cells) } else { not_reached(storey, &parts, space) })
 }
 
 /// Why the robot cannot stand anywhere in a space of these cells, none of which is in the free space.
@@ -166,11 +176,10 @@ pub(crate) fn no_place<C: Iterator<Item = usize>>(
     }
 }
 
-/// Why no way leads to the parts of a space: what keeps the robot from that with the fewest obstacles.
-fn not_reached(storey: &StoreyInputs<'_>, cells: impl Iterator<Item = usize>, space: usize) -> Refusal {
+/// Why no way leads to the parts of the free space in a space: what keeps the robot from that with the fewest obstacles.
+fn not_reached(storey: &StoreyInputs<'_>, parts: &BTreeSet<u32>, space: usize) -> Refusal {
     let StoreyInputs { site, schedule_state, robot, .. } = *storey;
-    let parts: BTreeSet<u32> = cells.map(|cell| storey.free_space.part(cell)).filter(|&part| part != 0).collect();
-    let obstacles = parts.into_iter().map(|part| storey.barriers[part as usize].as_slice());
+    let obstacles = parts.iter().map(|&part| storey.barriers[part as usize].as_slice());
     let fewest = obstacles.filter(|obstacles| !obstacles.is_empty()).min_by_key(|obstacles| obstacles.len());
     fewest
         .and_then(|obstacles| behind(site, schedule_state, robot, obstacles, space))
