@@ -92,14 +92,19 @@ impl SlabSamples {
         let spec = sample_spec(bounds)?;
         let mask = || Mask::new(spec.width as usize, spec.height as usize);
         let mut samples = Self { spec, here: mask(), below: mask() };
-        for triangle in faces.all() {
+        let [lowest, highest] = [floor_z - REACH, floor_z + REACH];
+        let reaches_up_to = |triangle: &[[i32; 3]; 3]| triangle.iter().any(|corner| corner[2] <= highest);
+        for triangle in faces.slabs.iter().filter(|triangle| reaches_up_to(triangle)) {
             each_sample(&spec, triangle, |place, z| {
-                samples.here.cells[place as usize] |= (z - floor_z).abs() <= REACH;
+                samples.here.cells[place as usize] |= (lowest..=highest).contains(&z);
+                samples.below.cells[place as usize] |= z < lowest;
             });
         }
         // Footings lie below walls, and are no floor that somebody falls on.
-        for triangle in &faces.slabs {
-            each_sample(&spec, triangle, |place, z| samples.below.cells[place as usize] |= z < floor_z - REACH);
+        for triangle in faces.footings.iter().filter(|triangle| reaches_up_to(triangle)) {
+            each_sample(&spec, triangle, |place, z| {
+                samples.here.cells[place as usize] |= (lowest..=highest).contains(&z)
+            });
         }
         Some(samples)
     }

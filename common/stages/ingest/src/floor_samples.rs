@@ -24,6 +24,7 @@ pub(crate) fn each_sample(spec: &GridSpec, t: &[[i32; 3]; 3], mut found: impl Fn
     let least = |k: usize| p.iter().map(|q| q[k]).fold(f64::INFINITY, f64::min);
     let greatest = |k: usize| p.iter().map(|q| q[k]).fold(f64::NEG_INFINITY, f64::max);
     let edges = [[1, 2], [2, 0], [0, 1]];
+    let is_level = t.iter().all(|corner| corner[2] == t[0][2]);
     for row in whole(least(1), greatest(1), spec.height) {
         let y = f64::from(row);
         // Where the row crosses the edges, a cell farther than rounding can be wrong.
@@ -37,13 +38,27 @@ pub(crate) fn each_sample(spec: &GridSpec, t: &[[i32; 3]; 3], mut found: impl Fn
                 lo = lo.max(x - 1.0);
             }
         }
-        for column in whole(lo, hi, spec.width) {
+        let doubled = |column: u32| {
             let x = f64::from(column);
-            let doubled = edges.map(|[a, b]| (p[b][0] - p[a][0]) * (y - p[a][1]) - (x - p[a][0]) * (p[b][1] - p[a][1]));
-            if doubled.iter().all(|area| *area >= 0.0) {
-                let z = (0..3).map(|k| doubled[k] / double * f64::from(t[k][2])).sum::<f64>().round() as i32;
-                found(row * spec.width + column, z);
-            }
+            edges.map(|[a, b]| (p[b][0] - p[a][0]) * (y - p[a][1]) - (x - p[a][0]) * (p[b][1] - p[a][1]))
+        };
+        let is_outside = |column: u32| doubled(column).iter().any(|area| *area < 0.0);
+        let mut columns = whole(lo, hi, spec.width);
+        // What is between two columns inside is inside.
+        while !columns.is_empty() && is_outside(columns.start) {
+            columns.start += 1;
+        }
+        while !columns.is_empty() && is_outside(columns.end - 1) {
+            columns.end -= 1;
+        }
+        for column in columns {
+            let z = if is_level {
+                t[0][2]
+            } else {
+                let doubled = doubled(column);
+                (0..3).map(|k| doubled[k] / double * f64::from(t[k][2])).sum::<f64>().round() as i32
+            };
+            found(row * spec.width + column, z);
         }
     }
 }
