@@ -79,6 +79,7 @@
 //! - latitude and longitude: `src/geographic.rs`
 
 mod assumed_rooms;
+mod cell_facts;
 mod coverage_curve;
 mod csv;
 mod deviations;

@@ -1,6 +1,7 @@
 //! `waypoints.png`: the map, cells that scans see, the tour and its stops; one pixel per cell, row 0 at the top. Below it the
 //! coverage curve: scans against the share of the faces that they see, with a cross for the plan.
 
+use crate::cell_facts::CellFacts;
 use crate::coverage_curve::coverage_curve;
 use crate::image::{Image, Rgb, picture};
 use crate::input::{ExportFile, ExportInput};
@@ -32,7 +33,12 @@ const GRID: Rgb888 = Rgb888::new(220, 220, 220);
 pub(crate) fn file(folder: &str, input: &ExportInput<'_>, grid: &Grid<'_>) -> ExportFile {
     let spec = grid.spec();
     let seen = seen_cells(input, grid);
-    let pixels: Vec<Rgb> = (0..spec.n_cells()).map(|index| colour(grid, index, seen[index])).collect();
+    let pixels = CellFacts::of_classes(grid.class)
+        .with(grid.planning.iter().map(|&planning| planning == 0))
+        .with(grid.planning.iter().map(|&planning| planning == 100))
+        .with(seen.into_iter())
+        .with((0..spec.n_cells()).map(|index| grid.is_keepout(index)))
+        .pixels(colour);
     let curve = CurveChart::of(input, grid);
     let mut image = match &curve {
         Some(_) => Image::new(spec.width as usize, pixels).with_room_below(CurveChart::SIZE, FREE),
@@ -46,16 +52,15 @@ pub(crate) fn file(folder: &str, input: &ExportInput<'_>, grid: &Grid<'_>) -> Ex
     ExportFile::new(format!("{folder}/waypoints.png"), picture(image))
 }
 
-fn colour(grid: &Grid<'_>, index: usize, is_seen: bool) -> Rgb {
-    match (grid.class_of(index), grid.planning[index]) {
-        (Class::Door, 0) => DOOR,
-        (Class::Door, 100) => CLOSED,
-        (Class::None, 100) => CLOSED,
+fn colour(class: Option<Class>, [is_free, is_occupied, is_seen, is_keepout]: [bool; 4]) -> Rgb {
+    match class {
+        Some(Class::Door) if is_free => DOOR,
+        Some(Class::Door | Class::None) if is_occupied => CLOSED,
         // Treads on which the robot drives, too.
-        (_, 0) if is_seen => SEEN,
-        (_, 0) if grid.is_keepout(index) => KEEPOUT,
-        (_, 0) => FREE,
-        (Class::None, _) => UNKNOWN,
+        _ if is_free && is_seen => SEEN,
+        _ if is_free && is_keepout => KEEPOUT,
+        _ if is_free => FREE,
+        Some(Class::None) => UNKNOWN,
         _ => SOLID,
     }
 }

@@ -1,5 +1,6 @@
 //! `semantic.png` and `classes.png`: one pixel per cell, row 0 at the top.
 
+use crate::cell_facts::CellFacts;
 use crate::image::{Image, Rgb, picture, png_bytes, rows_from_top};
 use crate::input::{ExportFile, ExportInput};
 use crate::labels::mark;
@@ -52,14 +53,14 @@ fn semantic(input: &ExportInput<'_>, grid: &Grid<'_>) -> Image {
     // By the number of a space in a grid; 0 is none.
     let is_blocked = (0..site.spaces.len()).map(|space| input.schedule_state.is_blocked(space));
     let is_blocked: Vec<bool> = std::iter::once(false).chain(is_blocked).collect();
-    let layers = grid.class.iter().zip(grid.space).zip(grid.floor).zip(grid.planning);
-    let masks = other_levels.cells.iter().zip(&closed.cells);
-    let colours = colours();
-    let pixels = layers.zip(masks).map(|((((&class, &space), &floor), &planning), (&is_other_level, &is_closed))| {
-        let facts = [is_closed, is_other_level, is_blocked[usize::from(space)], space > 0, floor != 0, planning == 0];
-        colours[key_of(class, facts)]
-    });
-    let pixels = pixels.collect();
+    let pixels = CellFacts::of_classes(grid.class)
+        .with(closed.cells.iter().copied())
+        .with(other_levels.cells.iter().copied())
+        .with(grid.space.iter().map(|&space| is_blocked[usize::from(space)]))
+        .with(grid.space.iter().map(|&space| space != 0))
+        .with(grid.floor.iter().map(|&floor| floor != 0))
+        .with(grid.planning.iter().map(|&planning| planning == 0))
+        .pixels(colour);
     let mut image = Image::new(spec.width as usize, pixels);
     let from_top = |row: u32| (spec.height - 1 - row) as i32;
     for (index, space) in site.spaces.iter().enumerate() {
@@ -80,33 +81,19 @@ fn semantic(input: &ExportInput<'_>, grid: &Grid<'_>) -> Image {
     image
 }
 
-/// Bits of a class in the key of a colour; a bit for each fact follows.
-const CLASS_BITS: usize = 4;
-const N_FACTS: usize = 6;
-
-fn key_of(class: u8, facts: [bool; N_FACTS]) -> usize {
-    let bits = facts.into_iter().zip(CLASS_BITS..);
-    bits.fold(usize::from(class), |key, (fact, bit)| key | usize::from(fact) << bit)
-}
-
-/// The colour of a cell by its key: cells are looked up, not decided one by one.
-fn colours() -> Vec<Rgb> {
-    let colour = |key: usize| {
-        let facts: [bool; N_FACTS] = std::array::from_fn(|k| key >> (CLASS_BITS + k) & 1 == 1);
-        let [is_closed, is_other_level, is_blocked, in_space, has_floor, is_free] = facts;
-        match Class::ALL.get(key % (1 << CLASS_BITS)) {
-            Some(Class::Door) if is_closed => CLOSED_DOOR,
-            Some(Class::Door) => DOOR,
-            Some(Class::Stair | Class::Ramp) => STAIR,
-            Some(Class::Slab | Class::None) if is_other_level && !has_floor => OTHER_LEVEL,
-            Some(Class::None) if is_blocked => BLOCKED_SPACE,
-            Some(Class::None) if in_space && has_floor => OPEN_SPACE,
-            Some(Class::None) if is_free => FREE,
-            Some(Class::None) => UNKNOWN,
-            _ => SOLID,
-        }
-    };
-    (0..1 << (CLASS_BITS + N_FACTS)).map(colour).collect()
+fn colour(class: Option<Class>, facts: [bool; 6]) -> Rgb {
+    let [is_closed, is_other_level, is_blocked, in_space, has_floor, is_free] = facts;
+    match class {
+        Some(Class::Door) if is_closed => CLOSED_DOOR,
+        Some(Class::Door) => DOOR,
+        Some(Class::Stair | Class::Ramp) => STAIR,
+        Some(Class::Slab | Class::None) if is_other_level && !has_floor => OTHER_LEVEL,
+        Some(Class::None) if is_blocked => BLOCKED_SPACE,
+        Some(Class::None) if in_space && has_floor => OPEN_SPACE,
+        Some(Class::None) if is_free => FREE,
+        Some(Class::None) => UNKNOWN,
+        _ => SOLID,
+    }
 }
 
 /// A space's waypoint, or the centroid of its floor if it has none.

@@ -44,7 +44,15 @@ impl Layer {
         // The lowest value has pixel 1, at a whole multiple of the finest below it.
         let offset = ((low / FINEST).floor() - steps) * FINEST;
         let pixel = |cell: T| ((value(cell) - offset) / scale).round().clamp(1.0, f64::from(u16::MAX)) as u16;
-        let pixels = cells.iter().map(|&cell| if cell == none { NONE_PIXEL } else { pixel(cell) }).collect();
+        // Most cells have the value of the cell before.
+        let mut known = (none, NONE_PIXEL);
+        let pixels = cells.iter().map(|&cell| {
+            if cell != known.0 {
+                known = (cell, if cell == none { NONE_PIXEL } else { pixel(cell) });
+            }
+            known.1
+        });
+        let pixels = pixels.collect();
         Self { name, unit, offset, scale, pixels }
     }
 
@@ -57,8 +65,9 @@ impl Layer {
             spec.resolution_m(),
         );
         let width = spec.width as usize;
-        let from_top: Vec<u8> = rows_from_top(&pixels, width).flatten().flat_map(|pixel| pixel.to_be_bytes()).collect();
-        let image = grey_16_bits(spec.width, spec.height, &from_top);
+        let mut from_top = rows_from_top(&pixels, width).collect::<Vec<_>>().concat();
+        from_top.iter_mut().for_each(|pixel| *pixel = pixel.to_be());
+        let image = grey_16_bits(spec.width, spec.height, bytemuck::cast_slice(&from_top));
         [ExportFile::new(format!("{folder}/{name}.png"), image), ExportFile::new(format!("{folder}/{name}.yaml"), yaml)]
     }
 }
