@@ -16,7 +16,7 @@ const N_CLASSES: usize = 1 << CLASS_BITS;
 const _: () = assert!(Class::ALL.len() <= N_CLASSES);
 
 impl CellFacts {
-    /// By the numbers of the classes; a number that is none stays one.
+    /// By the numbers of the classes; a number of no class has no class.
     pub(crate) fn of_classes(classes: &[u8]) -> Self {
         let keys = classes.iter().map(|&class| u16::from(class.min(N_CLASSES as u8 - 1))).collect();
         Self { keys, n_facts: 0 }

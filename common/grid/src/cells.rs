@@ -93,12 +93,13 @@ pub fn fill_holes(solid: &Mask) -> Mask {
         let beside = [row.checked_sub(width), (row + width < reached.cells.len()).then_some(row + width)];
         for other in beside.into_iter().flatten() {
             let first = other + start - row;
-            let mut is_before = true;
+            // One begins behind a cell that is reached, or at the first.
+            let mut begins = true;
             for (k, &is_reached) in reached.cells[first..other + end - row].iter().enumerate() {
-                if is_before && !is_reached {
+                if begins && !is_reached {
                     seeds.push(first + k);
                 }
-                is_before = is_reached;
+                begins = is_reached;
             }
         }
     }
