@@ -201,16 +201,6 @@ impl FreeSpace {
             [f64::from(self.squared[cell]), (f64::from(self.squared[cell]).sqrt() + 1.5).powi(2)];
         let (column, row) = (i64::from(at.column), i64::from(at.row));
         let mut nearest = f64::INFINITY;
-        let check = |x: i64, y: i64, nearest: &mut f64| {
-            let inside = 0 <= x && x < i64::from(self.spec.width) && 0 <= y && y < i64::from(self.spec.height);
-            if inside {
-                let other = Cell { column: x as u32, row: y as u32 };
-                if self.squared[self.spec.index(other)] == 0 {
-                    let c = self.spec.centre_of(other);
-                    *nearest = nearest.min(p.distance_m(&c));
-                }
-            }
-        };
         let reach = (max_squared.sqrt() as i64).min(i64::from(self.spec.height));
         let resolution_m = self.spec.resolution_m();
         // From the row of the point outwards, until a row is farther away as a whole.
@@ -220,13 +210,23 @@ impl FreeSpace {
             }
             let far = (dy * dy) as f64;
             let from = (min_squared - far).max(0.0).sqrt() as i64;
-            let to = ((max_squared - far).max(0.0).sqrt() as i64).min(i64::from(self.spec.width));
-            for dx in from..=to {
-                if (dx - 1) as f64 * resolution_m > nearest {
-                    break;
+            let to = (max_squared - far).max(0.0).sqrt() as i64;
+            for side in [1, -1] {
+                // To the first cell of the row that is not free, each time over those that are free around the cell before.
+                let mut dx = from;
+                while dx <= to && (dx - 1) as f64 * resolution_m <= nearest {
+                    let [x, y] = [column + side * dx, row + dy];
+                    if !(0..i64::from(self.spec.width)).contains(&x) || !(0..i64::from(self.spec.height)).contains(&y) {
+                        break;
+                    }
+                    let other = Cell { column: x as u32, row: y as u32 };
+                    let squared = self.squared[self.spec.index(other)];
+                    if squared == 0 {
+                        nearest = nearest.min(p.distance_m(&self.spec.centre_of(other)));
+                        break;
+                    }
+                    dx += f64::from(squared).sqrt().ceil() as i64;
                 }
-                check(column + dx, row + dy, &mut nearest);
-                check(column - dx, row + dy, &mut nearest);
             }
         }
         nearest
