@@ -6,7 +6,7 @@ use crate::coverage_curve::coverage_curve;
 use crate::image::{Image, Rgb, picture};
 use crate::input::{ExportFile, ExportInput};
 use crate::lettering::{LetterSize, Lettering};
-use crate::text::rounded;
+use crate::text::share;
 use embedded_graphics::geometry::{OriginDimensions, Point, Size};
 use embedded_graphics::pixelcolor::{Rgb888, RgbColor};
 use embedded_graphics::prelude::{DrawTarget, Pixel};
@@ -159,7 +159,7 @@ impl CurveChart {
         let coverage: Vec<f64> =
             coverage_curve(input.mission_plan, Some(map_storey)).into_iter().map(|point| point.coverage).collect();
         let storey = input.mission_plan.storeys.iter().find(|storey| storey.map_storey == map_storey)?;
-        let share = rounded(f64::from(storey.n_seen) / f64::from(storey.n_faces.max(1)));
+        let share = share(storey.n_seen, storey.n_faces)?;
         (!coverage.is_empty()).then_some(Self { coverage, plan: (storey.n_scans, share) })
     }
 

@@ -17,6 +17,11 @@ pub fn rounded(metres: f64) -> f64 {
     if rounded == 0.0 { 0.0 } else { rounded }
 }
 
+/// A share, rounded alike wherever it is told; `None` of nothing.
+pub(crate) fn share(n: u32, of: u32) -> Option<f64> {
+    (of > 0).then(|| rounded(f64::from(n) / f64::from(of)))
+}
+
 /// An element with a text, which keeps what XML allows.
 pub(crate) fn xml_text(xml: &mut Writer<Vec<u8>>, name: &str, content: &str) -> std::io::Result<()> {
     let is_bad = |c: char| (c < ' ' && !matches!(c, '\t' | '\n' | '\r')) || matches!(c, '\u{fffe}' | '\u{ffff}');

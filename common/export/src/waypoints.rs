@@ -3,7 +3,7 @@
 use crate::coverage_curve::{CurvePoint, coverage_curve};
 use crate::input::ExportInput;
 use crate::scan_summary::ScanSummary;
-use crate::text::{rounded, text_or_null};
+use crate::text::{rounded, share, text_or_null};
 use frames::Attitude;
 use messages::{
     DriveModel, JOULES_PER_WH, MissionPlan, MissionPlanStoreyRecord, NoWaypoint, ScanSensor, Site, WaypointRecord,
@@ -315,10 +315,6 @@ fn space(input: &ExportInput<'_>, index: usize) -> SpaceOutcome {
         access: record.access.get().name(),
         access_reason: text_or_null(input.mission_plan.access_reason(index)),
     }
-}
-
-fn share(n: u32, of: u32) -> Option<f64> {
-    (of > 0).then(|| rounded(f64::from(n) / f64::from(of)))
 }
 
 fn waypoint(input: &ExportInput<'_>, w: &WaypointRecord) -> Waypoint {
