@@ -284,7 +284,7 @@ def a_link_restores_storey_date_layers_and_selection(browser, site):
     browser.wait_for_text(room)
     first = browser.settled("#plan")
     browser.open(site.url + "#" + browser.run("return location.hash.slice(1)"))
-    until("the same picture", lambda: differing(first, browser.settled("#plan")) < 50)
+    browser.restored("the same picture", "#plan", first)
     browser.open(site.link(**{"from": OFFICE, "to": KITCHEN}))
     browser.wait_for_text("Doors passed")
 
@@ -308,7 +308,7 @@ def a_link_restores_the_part_of_the_plan_the_tab_the_camera_and_the_cut(browser,
     until("the plan stands still", stands_still)
     plan, kept = looks[-1]
     browser.open(site.url + kept)
-    until("the same part", lambda: differing(plan, browser.settled("#plan")) < 50)
+    browser.restored("the same part", "#plan", plan)
     assert browser.named("[role=tab]", "Mission").get_attribute("aria-selected") == "true"
     browser.named("button", "3D").click()
     until("the building", lambda: len(set(browser.picture("#scene canvas").resize((64, 64)).getdata())) > 20)

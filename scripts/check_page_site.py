@@ -331,7 +331,7 @@ def a_link_and_a_saved_view_restore_tasks_dates_filters_and_what_is_hidden(brows
     link = until("the copy", lambda: browser.run("return watched.copied"))
     told = clicks.within_three()
     browser.open(link)
-    until("the same picture", lambda: differing(picture, browser.settled("#plan")) < 50)
+    browser.restored("the same picture", "#plan", picture)
     assert {key: browser.fragment().get(key) for key in keys} == kept
     # A view is saved, left and used again.
     clicks = Clicks(browser)
@@ -345,7 +345,7 @@ def a_link_and_a_saved_view_restore_tasks_dates_filters_and_what_is_hidden(brows
     clicks.press("[role=tab], button", "Views")
     clicks.press("button", "Doors in May")
     until("the view", lambda: all(browser.fragment().get(key) == value for key, value in kept.items() if key != "tab"))
-    until("the same picture", lambda: differing(picture, browser.settled("#plan")) < 50)
+    browser.restored("the same picture", "#plan", picture)
     clicks.within_three()
     with tempfile.TemporaryDirectory() as folder:
         downloads_to(browser, folder)
@@ -481,7 +481,7 @@ def filters_hide_isolate_and_colour_by_state(browser, site):
     n_walls = sum(e["class"] == "wall" for e in elements.values())
     until("the number", lambda: f"{n_walls} of {len(elements)} elements are shown" in text_of(browser, "#shown-note"))
     browser.named("button", "Show all").click()
-    until("everything", lambda: differing(whole, browser.settled("#plan")) < 50)
+    browser.restored("everything", "#plan", whole)
     browser.named("button", "not started").click()
     until("nothing is not started at the end", lambda: f"0 of {len(elements)}" in text_of(browser, "#shown-note"))
     browser.named("button", "Show all").click()

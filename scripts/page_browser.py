@@ -1,4 +1,5 @@
 """What the browser tests of the page stand on: Chromium, a page in it, the programs of groundplan."""
+import functools
 import io
 import json
 import os
@@ -172,6 +173,21 @@ class Browser:
         until(f"{css} changes", lambda: differing(before, self.picture(css)) > pixels)
         return self.settled(css)
 
+    def restored(self, what, css, before):
+        """Waits until an element shows what it showed before; keeps both pictures if it never does. Where a cell of a map ends between
+        two pixels, Chromium draws it now on this one and now on that."""
+        looks = [before]
+
+        def is_restored():
+            looks[1:] = [self.settled(css)]
+            return missing(*looks) + missing(*looks[::-1]) < 50
+        try:
+            until(what, is_restored)
+        except AssertionError as never:
+            for name, look in zip(("before", "after"), looks):
+                look.save(self.folder() / f"failed-{what.replace(' ', '-')}-{name}.png")
+            raise AssertionError(f"{never}: {differing(*looks)} pixels differ, {missing(*looks)} and {missing(*looks[::-1])} by more than their place") from never
+
     def screen_of_map(self):
         """A function from metres to pixels of the screen: read from the coordinates under the pointer at two places."""
         box = self.run("const r = document.getElementById('plan').getBoundingClientRect(); return [r.left, r.top, r.width, r.height]")
@@ -190,15 +206,26 @@ class Browser:
 
     def shot(self, name):
         """A picture of the page for a person."""
+        self.driver.save_screenshot(str(self.folder() / f"{name}.png"))
+
+    @staticmethod
+    def folder():
         folder = ROOT / "target/page/screenshots"
         folder.mkdir(parents=True, exist_ok=True)
-        self.driver.save_screenshot(str(folder / f"{name}.png"))
+        return folder
 
 
 def differing(a, b):
     """Number of pixels that differ visibly."""
     difference = ImageChops.difference(a, b).convert("L").point(lambda v: 255 if v > 16 else 0)
     return difference.histogram()[255]
+
+
+def missing(a, b):
+    """Number of pixels of a picture that differ visibly from those of another at their place and beside it."""
+    beside = [ImageChops.offset(b, dx, dy) for dx in (-1, 0, 1) for dy in (-1, 0, 1)]
+    least = functools.reduce(ImageChops.darker, (ImageChops.difference(a, other).convert("L") for other in beside))
+    return least.point(lambda v: 255 if v > 16 else 0).histogram()[255]
 
 
 def get(url):
