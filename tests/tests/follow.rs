@@ -147,14 +147,13 @@ fn a_key_that_was_revoked_signs_nothing_any_more() {
     assert!(stolen > second);
     robot.says("a key that was revoked may be in it");
     assert_eq!(robot.status().unwrap()["follower"]["epoch"], second);
-    // A server whose key is not in its list does not start with it.
+    // A server whose key is not in its list does not start with it, and a site does not start without its server.
     tower.list(3, &["next"]);
     server.down();
-    server.start_up();
-    server.wait_for_status("it does not run", |status| {
-        status["daemons"]["site-server"]["process_id"].as_u64().unwrap_or(0) == 0
-            && status["daemons"]["rasterize"]["process_id"] != 0
-    });
+    let refused = server.run(&[&"up"]);
+    let told = String::from_utf8_lossy(&refused.stderr);
+    assert_eq!(refused.status.code(), Some(2), "{told}");
+    assert!(told.contains("is not in it") && told.contains("site-server cannot use"), "{told}");
 }
 
 #[test]
