@@ -1,5 +1,4 @@
 """What the browser tests of the page stand on: Chromium, a page in it, the programs of groundplan."""
-import functools
 import io
 import json
 import os
@@ -180,13 +179,13 @@ class Browser:
 
         def is_restored():
             looks[1:] = [self.settled(css)]
-            return missing(*looks) + missing(*looks[::-1]) < 50
+            return differing_areas(*looks) < 50
         try:
             until(what, is_restored)
         except AssertionError as never:
             for name, look in zip(("before", "after"), looks):
                 look.save(self.folder() / f"failed-{what.replace(' ', '-')}-{name}.png")
-            raise AssertionError(f"{never}: {differing(*looks)} pixels differ, {missing(*looks)} and {missing(*looks[::-1])} by more than their place") from never
+            raise AssertionError(f"{never}: {differing(*looks)} pixels differ, {differing_areas(*looks)} of them in areas") from never
 
     def screen_of_map(self):
         """A function from metres to pixels of the screen: read from the coordinates under the pointer at two places."""
@@ -217,15 +216,20 @@ class Browser:
 
 def differing(a, b):
     """Number of pixels that differ visibly."""
-    difference = ImageChops.difference(a, b).convert("L").point(lambda v: 255 if v > 16 else 0)
-    return difference.histogram()[255]
+    return differences(a, b).histogram()[255]
 
 
-def missing(a, b):
-    """Number of pixels of a picture that differ visibly from those of another at their place and beside it."""
-    beside = [ImageChops.offset(b, dx, dy) for dx in (-1, 0, 1) for dy in (-1, 0, 1)]
-    least = functools.reduce(ImageChops.darker, (ImageChops.difference(a, other).convert("L") for other in beside))
-    return least.point(lambda v: 255 if v > 16 else 0).histogram()[255]
+def differences(a, b):
+    """A picture that is white where two differ visibly, and black elsewhere."""
+    return ImageChops.difference(a, b).convert("L").point(lambda v: 255 if v > 16 else 0)
+
+
+def differing_areas(a, b):
+    """Number of pixels that differ visibly together with three neighbours: a line of one pixel is none of them."""
+    mask = differences(a, b)
+    for x, y in ((1, 0), (0, 1)):
+        mask = ImageChops.darker(mask, ImageChops.offset(mask, x, y))
+    return mask.histogram()[255]
 
 
 def get(url):
