@@ -2,8 +2,8 @@
 """Compares exported worlds with the planning maps beside them, from the exported files alone.
 
     python3 scripts/check_world.py OUT...          judge the folders that `groundplan convert` or `export` wrote
-    python3 scripts/check_world.py --self-test OUT take and add pieces in copies of the first world; each must be noticed. Of several
-                                                   folders, of one site at several dates, the world of each is none of the next one
+    python3 scripts/check_world.py --self-test OUT take and add pieces in copies of the world; each must be noticed. Of several folders,
+                                                   of one site at several dates, the world of each is none of the next one
 
 Needs numpy and Pillow. Prints a line with the verdict for each folder. Exit codes: 0 all agree, 1 one does not, 2 a folder cannot
 be read.
@@ -616,11 +616,12 @@ def shifted(root):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--self-test", action="store_true", help="damage copies of the first world, and take each world for the next: all must be noticed")
+    parser.add_argument("--self-test", action="store_true", help="damage copies of the worlds too: each must be noticed")
     parser.add_argument("folders", metavar="OUT", nargs="+", type=pathlib.Path)
     options = parser.parse_args()
+    look = self_test if options.self_test else verdict
     try:
-        verdicts = [(self_test if options.self_test and not i else verdict)(out) for i, out in enumerate(options.folders)]
+        verdicts = [look(out) for out in options.folders]
         if options.self_test:
             verdicts.append(dates_are_told_apart(options.folders))
     except (OSError, ValueError, LookupError, TypeError, ElementTree.ParseError) as problem:
