@@ -314,8 +314,8 @@ fn full_shared_memory_is_reported_and_the_last_map_stays() {
         assert!(begun.elapsed() < DEADLINE);
         waiter.wait(Duration::from_millis(100)).unwrap();
     }
-    // What is left is enough for heartbeats and commands, and not for grids of four times as many cells: 13 MB are. What the maps before
-    // these held is given back first.
+    // What is left is enough for heartbeats and commands, and not for grids of four times as many cells: 12 MB are not, 14 are. What
+    // the maps before these held is given back first.
     let filler = Path::new("/dev/shm/filler");
     let free_bytes = shared_memory_at_rest();
     std::fs::write(filler, vec![1u8; free_bytes - (9 << 20)]).unwrap();
