@@ -74,6 +74,35 @@ fn nav2_goes_on_without_a_reader_that_hangs_and_status_says_so() {
 }
 
 #[test]
+fn a_robot_that_was_silent_for_longer_than_it_may_be_is_heard_and_served_again() {
+    if !has_peer() {
+        return;
+    }
+    let domain = domain();
+    let mut live = site(domain, "slam_map_topic = \"/map\"\n");
+    let map = turned_map(&convert(&demo_model(), &[]), 0, live.home.path());
+    let mut robot = join(domain, &[&"--lease", &"2", &"--publish-slam-map", &map]);
+    robot.wait_until("maps", |last| last.contains_key("/groundplan/changed"));
+    let wait_for_graph = |words: [&str; 2]| {
+        let begun = Instant::now();
+        while !words.iter().all(|words| graph(&live).contains(words)) {
+            assert!(begun.elapsed() < DEADLINE, "{}", graph(&live));
+            std::thread::sleep(POLL_INTERVAL);
+        }
+    };
+    wait_for_graph([", 1 other participant;", "/map 1 publisher"]);
+    // As where its network is away: it hears nothing of the bridge, and the bridge nothing of it.
+    robot.signal("-STOP");
+    wait_for_graph([", 0 other participants;", "/map 0 publishers"]);
+    live.text(&[&"date", &"2024-04-20"]);
+    robot.signal("-CONT");
+    robot.wait_until("the change", is_at("2024-04-20T00:00:00"));
+    wait_for_graph([", 1 other participant;", "/map 1 publisher"]);
+    assert_eq!(live.status().unwrap()["daemons"]["ros-bridge"]["restarts"], 1);
+    live.down();
+}
+
+#[test]
 fn the_plan_time_moves_from_ros_only_where_the_site_allows_it() {
     if !has_peer() {
         return;

@@ -1,6 +1,7 @@
 //! The node of the bridge in the ROS 2 graph: its topics and its services.
 
 mod library;
+mod lost_participants;
 mod node_entities;
 mod publishers;
 mod qos;
@@ -14,6 +15,7 @@ use daemon::{Failure, RosConfig, full_ros_name};
 use futures::executor::block_on;
 use futures::stream::{StreamExt, select};
 use library::Library;
+use lost_participants::LostParticipants;
 use node_entities::NodeEntities;
 use qos::{best_effort, latched, queue, volatile};
 use ros::RosMessage;
@@ -47,6 +49,7 @@ pub(crate) struct RosGraph {
     participant: Participant,
     entities: NodeEntities,
     library: Library,
+    lost: LostParticipants,
 }
 
 /// A part of the graph that cannot be had.
@@ -93,12 +96,14 @@ impl RosGraph {
         let node = context.new_node(name, options).map_err(create("the node"))?;
         let entities = NodeEntities::open(&context).map_err(create("the topic of nodes"))?;
         let (namespace, participant) = (config.namespace.clone(), context.domain_participant());
-        Ok(Self { node, namespace, participant, entities, library: Library::now() })
+        let lost = LostParticipants::of(&participant).map_err(create("a socket for announcements"))?;
+        Ok(Self { node, namespace, participant, entities, library: Library::now(), lost })
     }
 
-    /// Why nobody gets anything from here any more, or soon will not.
-    pub(crate) fn failure(&self) -> Option<&'static str> {
-        self.library.failure()
+    /// Once a second: why somebody gets nothing from here any more, or soon will not, until this process begins anew.
+    pub(crate) fn failure(&mut self) -> Option<&'static str> {
+        let why = "a participant was silent for too long, and the ROS 2 library does not take it back";
+        self.library.failure().or_else(|| self.lost.has_unheard().then_some(why))
     }
 
     /// Once a second: tells other nodes which readers and writers are this node's, where they may not know it.
