@@ -397,7 +397,12 @@ class Peer:
             # What the library reads when the first participant of a domain is made.
             os.environ["CYCLONEDDS_URI"] = f"<CycloneDDS><Domain><Discovery>{discovery}</Discovery></Domain></CycloneDDS>"
         # The last one does all the rest.
-        self.participants = [DomainParticipant(arguments.domain) for _ in range(arguments.participants)]
+        self.participants = [DomainParticipant(arguments.domain)]
+        while len(self.participants) < arguments.participants:
+            # The programs of a robot do not begin in one moment. Each announces itself from its beginning on, every few seconds; the
+            # bridge's library takes no more than eight announcements that come at once.
+            time.sleep(0.25)
+            self.participants.append(DomainParticipant(arguments.domain))
         self.participant = self.participants[-1]
         self.subscriber, self.publisher = Subscriber(self.participant), Publisher(self.participant)
         self.own = arguments.namespace.rstrip("/")
