@@ -7,7 +7,7 @@ usage: ros_peer.py [--domain N] [--namespace /groundplan] [--for SECONDS] [--pub
 
 Each message is one JSON line: topic, frame, and what a person wants to know of it.
 --publish-slam-map  it is the robot: it publishes a map of a map server as SLAM would, latched, once a second
---robot-at          it is the robot: its pose in its map on /tf; of several, the next one each second from when it is heard, and the last one stays
+--robot-at          it is the robot: its pose in its map on /tf; of several, the next one for each line of standard input, and the last one stays
 --clock             it is a simulator: it publishes /clock from this time on
 --plan              it is a planner: the shortest way over map and mask, as Nav2's costmap applies them
 --nav2              it is Nav2: it answers the calls by which it is stopped, loaded and resumed
@@ -25,6 +25,7 @@ import json
 import math
 import os
 import pathlib
+import select
 import sys
 import time
 from dataclasses import dataclass
@@ -515,6 +516,14 @@ def value_of(text: str) -> ParameterValue:
     return ParameterValue(kind, False, integer or 0, 0.0, words, [], [], [], [], [])
 
 
+def n_lines() -> int | None:
+    """Lines that have come on standard input since the last call; `None` at its end."""
+    if not select.select([sys.stdin], [], [], 0)[0]:
+        return 0
+    text = os.read(sys.stdin.fileno(), 4096)
+    return text.count(b"\n") if text else None
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--domain", type=int, default=0)
@@ -555,17 +564,14 @@ def main() -> None:
         clock_writer = peer.writer("rt/clock", Clock, BEST_EFFORT)
     begun = time.monotonic()
     map_due = tf_due = clock_due = begun
-    driving_since = None
+    n_driven = 0
     while (now := time.monotonic()) - begun < arguments.seconds:
         if slam_map_writer and now >= map_due:
             slam_map_writer.write(slam_map)
             map_due = now + 1
         if tf_writer and now >= tf_due:
-            # It drives once somebody hears it.
-            if driving_since is None and tf_writer.get_matched_subscriptions():
-                driving_since = now
-            driven = int(now - driving_since) if driving_since else 0
-            x, y, yaw = arguments.robot_at[min(driven, len(arguments.robot_at) - 1)]
+            n_driven += n_lines() or 0
+            x, y, yaw = arguments.robot_at[min(n_driven, len(arguments.robot_at) - 1)]
             rotation = Quaternion(0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2))
             transform = Transform(Vector3(x, y, 0.0), rotation)
             tf_writer.write(TFMessage([TransformStamped(Header(Time(0, 0), "map"), "base_link", transform)]))

@@ -14,10 +14,8 @@ new map is one JSON line; those of a drive come after the true pose of the robot
 import argparse
 import json
 import math
-import os
 import pathlib
 import random
-import select
 import struct
 import sys
 import time
@@ -44,6 +42,7 @@ from ros_peer import (
     Transform,
     TransformStamped,
     Vector3,
+    n_lines,
     read_map,
 )
 from slam_drive import OCCUPIED, RESOLUTION_M, UNKNOWN, Drive
@@ -179,14 +178,6 @@ class SlamNode:
         x, y, yaw = robot
         transform = Transform(Vector3(x, y, 0.0), about_z(yaw))
         self.transforms.write(TFMessage([TransformStamped(Header(Time(0, 0), "map"), "base_link", transform)]))
-
-
-def n_lines() -> int | None:
-    """Lines that have come on standard input since the last call; `None` at its end."""
-    if not select.select([sys.stdin], [], [], 0)[0]:
-        return 0
-    text = os.read(sys.stdin.fileno(), 4096)
-    return text.count(b"\n") if text else None
 
 
 def run(node: SlamNode, maps, on_line: bool) -> None:

@@ -9,7 +9,7 @@ use std::time::Instant;
 use support::live::{DEADLINE, POLL_INTERVAL};
 use support::map_server::published_by_map_server;
 use support::ros_facts::{is_at, route_graph_is_in_the_frame_of_the_maps};
-use support::ros_peer::{domain, graph, has_peer, join, site};
+use support::ros_peer::{domain, graph, has_peer, join, site, wait_for_facts};
 use support::{convert, demo_model, turned_map};
 
 /// Two places of the ground floor: open before the walls of the rooms stand, closed while they are built, and further apart
@@ -198,16 +198,7 @@ fn maps_are_moved_into_the_frame_of_slam_and_the_robot_is_placed() {
     peer.wait_until("a map", |last| last.contains_key("/groundplan/map"));
     let map = peer.last["/groundplan/map"].clone();
     assert_eq!((&map["frame"], &map["resolution_m"]), (&"map".into(), &0.05.into()), "{map}");
-    let deadline = Instant::now() + DEADLINE;
-    let facts = loop {
-        let report = std::fs::read(live.root.path().join("board/ros-bridge.json")).unwrap();
-        let facts = serde_json::from_slice::<Value>(&report).unwrap()["facts"].clone();
-        if facts["robot_in_map"].is_object() {
-            break facts;
-        }
-        assert!(Instant::now() < deadline, "{facts}");
-        std::thread::sleep(POLL_INTERVAL);
-    };
+    let facts = wait_for_facts(&live, |facts| facts["robot_in_map"].is_object());
     let asked: Value = serde_json::from_str(&live.text(&[&"align", &"--json"])).unwrap();
     let number = |value: &Value, key: &str| value[key].as_f64().unwrap();
     let pose = &asked["map_from_slam"];
@@ -245,13 +236,26 @@ fn a_robot_that_drives_down_the_ramp_gets_the_maps_of_the_level_there() {
     // The line is that from the level below.
     let [to, from] = [place(&line[0]), place(&line[line.len() - 1])];
     let (sin, cos) = libm::sincos(pose[2]);
-    // A quarter of a metre a second, in the robot's own map.
-    let poses = (0..=10).map(|k| {
-        let [x, y] = [0, 1].map(|i| from[i] + (to[i] - from[i]) * f64::from(k) / 10.0 - pose[i]);
+    const N_STEPS: usize = 10;
+    let at = |k: usize| [0, 1].map(|i| from[i] + (to[i] - from[i]) * k as f64 / N_STEPS as f64);
+    // The same in the robot's own map.
+    let poses = (0..=N_STEPS).map(at).map(|[x, y]| {
+        let [x, y] = [x - pose[0], y - pose[1]];
         format!("{},{},0", cos * x + sin * y, cos * y - sin * x)
     });
     let way = poses.collect::<Vec<_>>().join(";");
     let mut peer = join(domain, &[&"--publish-slam-map", &robot, &"--robot-at", &way]);
+    // It goes on once it has been seen where it is, or on the level below.
+    for place in (0..=N_STEPS).map(at) {
+        wait_for_facts(&live, |facts| {
+            let is_there = |k: usize| {
+                let seen = facts["robot_in_map"][["x_m", "y_m"][k]].as_f64();
+                seen.is_some_and(|seen| (seen - place[k]).abs() < 0.05)
+            };
+            facts["storey"] == 2 || [0, 1].into_iter().all(is_there)
+        });
+        peer.step(1);
+    }
     peer.wait_until("the level below", |last| last.get("/groundplan/changed").is_some_and(|now| now["storey"] == 2));
     // All outputs are those of that storey.
     let out = live.home.path().join("out");

@@ -1,6 +1,6 @@
 //! A participant of the ROS 2 graph, and sites with a bridge.
 
-use super::live::Live;
+use super::live::{DEADLINE, Live, POLL_INTERVAL};
 use super::peer::Peer;
 use super::{announce, demo_model, root};
 use serde_json::Value;
@@ -8,6 +8,7 @@ use std::ffi::OsStr;
 use std::fs::File;
 use std::path::Path;
 use std::process::Command;
+use std::time::Instant;
 
 /// True, unless CycloneDDS cannot be had: then it says so.
 pub(crate) fn has_peer() -> bool {
@@ -61,4 +62,18 @@ pub(crate) fn graph(live: &Live) -> String {
     let checks: Value = serde_json::from_slice(&live.run(&[&"doctor", &"--json"]).stdout).unwrap();
     let check = checks.as_array().unwrap().iter().find(|check| check["what"] == "ROS 2").cloned();
     check.unwrap()["found"].as_str().unwrap().to_owned()
+}
+
+/// Waits until what the bridge says of itself is as it should be.
+pub(crate) fn wait_for_facts(live: &Live, is_so: impl Fn(&Value) -> bool) -> Value {
+    let begun = Instant::now();
+    loop {
+        let report = std::fs::read(live.root.path().join("board/ros-bridge.json")).unwrap();
+        let facts = serde_json::from_slice::<Value>(&report).unwrap()["facts"].take();
+        if is_so(&facts) {
+            return facts;
+        }
+        assert!(begun.elapsed() < DEADLINE, "{facts}");
+        std::thread::sleep(POLL_INTERVAL);
+    }
 }
