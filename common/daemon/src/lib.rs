@@ -163,7 +163,7 @@ pub use ros_config::{
     full_ros_name,
 };
 pub use ros_faults::SimTimeError;
-pub use run::{Arguments, in_background, run, run_with};
+pub use run::{Arguments, behind_others, in_background, run, run_with};
 pub use save::Save;
 pub use schedule_inputs::{
     MAX_TABLE_BYTES, mend_progress, progress_in_force, read_progress, rules_in_force, saving_observed,

@@ -33,11 +33,19 @@ pub struct Arguments {
 }
 
 /// Lowers the priority of this process: for daemons whose results are not needed within milliseconds. Called before any
-/// thread is started, because threads inherit it.
+/// thread is started, because threads inherit it. Where others keep all cores busy it has a seventieth of one.
 pub fn in_background() {
-    const NICENESS: i32 = 19;
+    lower_priority(19);
+}
+
+/// The same for work that somebody waits for: it has a tenth of a core that others keep busy.
+pub fn behind_others() {
+    lower_priority(10);
+}
+
+fn lower_priority(niceness: i32) {
     // Lowering the priority is always allowed.
-    let _ = rustix::process::nice(NICENESS);
+    let _ = rustix::process::nice(niceness);
 }
 
 /// Runs the daemon of a service until it is stopped, as a program that was built from a commit: exit code 0; 1 if it cannot go on, 2 for a configuration or

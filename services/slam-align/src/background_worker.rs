@@ -35,8 +35,8 @@ impl<J: Send + 'static, R: Send + 'static> Worker<J, R> {
         let (done, outcomes) = channel();
         let thread = std::thread::Builder::new().name("slam-align-work".to_owned());
         thread.spawn(move || {
-            // Tracking and publication must not wait for it; threads of the pool inherit the priority.
-            daemon::in_background();
+            // Tracking and publication must not wait for it, but a robot without a pose does; threads of the pool inherit the priority.
+            daemon::behind_others();
             let Ok(pool) = rayon::ThreadPoolBuilder::new().num_threads(n_threads).build() else { return };
             pool.install(|| {
                 for job in pending {
