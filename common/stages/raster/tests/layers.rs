@@ -293,7 +293,7 @@ fn the_number_of_threads_changes_nothing() {
         pool.install(|| {
             let mut house = House::new();
             house.door(0.8, DoorCapability::Swing);
-            house.map().grid.bytes().to_vec()
+            house.map().grid.as_ref().to_vec()
         })
     };
     assert_eq!(draw(1), draw(4));

@@ -185,7 +185,7 @@ impl House {
         rasterizer.draw(&site, &schedule_state);
         let grid = ArchiveBuffer::copy_of(rasterizer.drawn().next().unwrap().archive);
         let index = rasterizer.index(&site, &schedule_state, "test", &[], &SafetyRules::default()).finish();
-        Drawn { grid, index }
+        Drawn { grid: Checked::new(grid).unwrap(), index }
     }
 }
 
@@ -210,13 +210,13 @@ pub(crate) fn assert_filter_frees_nothing(grid: &Grid<'_>) {
 
 /// A drawn storey.
 pub(crate) struct Drawn {
-    pub(crate) grid: ArchiveBuffer,
+    pub(crate) grid: Checked<payload::Grid>,
     pub(crate) index: ArchiveBuffer,
 }
 
 impl Drawn {
     pub(crate) fn grid(&self) -> Grid<'_> {
-        Grid::open(self.grid.bytes()).unwrap()
+        self.grid.view()
     }
 
     pub(crate) fn at(&self, x: f64, y: f64) -> usize {
