@@ -280,7 +280,7 @@ class Programs:
 
 
 class LiveSite:
-    """Daemons with a state and a bus of their own, as `tests/tests/support/live.rs` has them."""
+    """Daemons with a state and a bus of their own, as `tests/src/live.rs` has them."""
 
     def __init__(self, programs, web="", more=""):
         self.programs = programs

@@ -1,11 +1,9 @@
 //! `groundplan align` on files.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
-mod support;
-
+use end_to_end::{Maps, assert_filter_frees_nothing, convert, demo_model, groundplan, turned_map};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
-use support::{Maps, assert_filter_frees_nothing, convert, demo_model, groundplan, turned_map};
 
 fn localization(maps: &Maps, storey: usize) -> PathBuf {
     maps.path().join(maps.manifest["storeys"][storey]["directory"].as_str().unwrap()).join("localization.yaml")

@@ -1,13 +1,11 @@
 //! `groundplan align` on maps that are bent, mirrored, grey or negated, and what it says about the storey.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
-mod support;
-
+use end_to_end::{Maps, convert, demo_model, groundplan, turned_map};
 use occupancy::{Cell, OccupancyMap};
 use serde_json::Value;
 use std::ffi::OsStr;
 use std::path::Path;
-use support::{Maps, convert, demo_model, groundplan, turned_map};
 
 fn align(reference: &Path, slam: &Path, more: &[&str]) -> (Option<i32>, Value) {
     let mut arguments: Vec<&dyn AsRef<OsStr>> = vec![&"align", &"--reference", &reference, &"--slam", &slam, &"--json"];

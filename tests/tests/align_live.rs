@@ -1,14 +1,12 @@
 //! The `slam-map` topic and the running daemons.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
-mod support;
-
+use end_to_end::house::{House, PLAIN};
+use end_to_end::live::{DEADLINE, Live};
+use end_to_end::mapping_robot::{MappingRobot, planning_at};
+use end_to_end::{convert, demo_model, turned_map};
 use serde_json::Value;
 use std::time::Instant;
-use support::house::{House, PLAIN};
-use support::live::{DEADLINE, Live};
-use support::mapping_robot::{MappingRobot, planning_at};
-use support::{convert, demo_model, turned_map};
 
 fn json(live: &Live, arguments: &[&dyn AsRef<std::ffi::OsStr>]) -> Value {
     serde_json::from_str(&live.text(arguments)).unwrap()

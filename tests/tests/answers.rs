@@ -1,13 +1,11 @@
 //! Questions about a site: ways, rooms and doors of model files and of running daemons.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
-mod support;
-
+use end_to_end::live::Live;
+use end_to_end::{convert, demo_model, groundplan, root};
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::path::Path;
-use support::live::Live;
-use support::{convert, demo_model, groundplan, root};
 
 /// A robot that climbs stairs and is as wide as the default one.
 fn climbing_robot(home: &Path) -> std::path::PathBuf {

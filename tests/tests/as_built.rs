@@ -1,14 +1,12 @@
 //! `groundplan as-built` of a running site: the new model gives without observations the maps that the site has with them.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
-mod support;
-
+use end_to_end::live::{DEADLINE, Live};
+use end_to_end::mapping_robot::{MappingRobot, planning_at};
+use end_to_end::{convert, demo_model};
 use serde_json::Value;
 use std::path::Path;
 use std::time::Instant;
-use support::live::{DEADLINE, Live};
-use support::mapping_robot::{MappingRobot, planning_at};
-use support::{convert, demo_model};
 
 /// Map files of an output folder, by their paths.
 fn maps_of(folder: &Path) -> Vec<(String, Vec<u8>)> {

@@ -1,11 +1,11 @@
 //! Questions over HTTP and MCP to the running demo, judged by exported maps and by the converter.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
-mod support;
-
 use bus::Daemon;
 use daemon::facts::AskFacts;
 use daemon::{Report, StatusBoard};
+use end_to_end::live::{DEADLINE, Live, POLL_INTERVAL};
+use end_to_end::{client, demo_model, groundplan};
 use serde_json::{Value, json};
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::{BufRead, BufReader, Read, Write};
@@ -13,8 +13,6 @@ use std::net::TcpStream;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::Instant;
-use support::live::{DEADLINE, Live, POLL_INTERVAL};
-use support::{client, demo_model, groundplan};
 
 /// Work on partitions, rooms closed by tasks; the structure alone; all open.
 const DATES: [&str; 3] = ["2024-04-29T10:00:00", "2024-03-27T12:00:00", "2024-06-03T12:00:00"];

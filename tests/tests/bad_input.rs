@@ -1,10 +1,8 @@
 //! Broken, hostile and useless files: a clear error, no panic, no hang, earlier output untouched.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
-mod support;
-
+use end_to_end::{contents, convert, demo_model, groundplan};
 use std::path::Path;
-use support::{contents, convert, demo_model, groundplan};
 
 /// A metre project, a storey and a wall of 4 x 0.2 x 3 m; `{}` takes more records.
 fn house(more: &str) -> String {

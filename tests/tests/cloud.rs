@@ -1,13 +1,11 @@
 //! The demo building as a cloud: what has points at a date, and arguments that no cloud can have.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
-mod support;
-
+use end_to_end::{convert, demo_model, groundplan};
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::ffi::OsStr;
 use std::process::Output;
-use support::{convert, demo_model, groundplan};
 
 /// Number of points by class.
 fn points_by_class(structure: &Value) -> BTreeMap<&str, u64> {

@@ -1,11 +1,9 @@
 //! Every file of the corpus gives what `corpus.toml` says of it, or fails for the reason that stands there.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
-mod support;
-
+use end_to_end::{FREE, announce, convert, corpus, files_in, groundplan};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use support::{FREE, announce, convert, corpus, files_in, groundplan};
 use toml::{Table, Value};
 
 /// Folders of the corpus with models.

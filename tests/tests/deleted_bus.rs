@@ -1,15 +1,13 @@
 //! Files of the bus are deleted under running daemons: by hand, or by a login manager that removes a user's shared memory.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
-mod support;
-
+use end_to_end::live::{DEADLINE, Live};
+use end_to_end::{convert, demo_model, turned_map};
 use serde_json::Value;
 use std::fs;
 use std::io::ErrorKind;
 use std::process::{Command, Stdio};
 use std::time::Instant;
-use support::live::{DEADLINE, Live};
-use support::{convert, demo_model, turned_map};
 
 /// The current generation of the bus; 0 if there is none.
 fn generation(live: &Live) -> u64 {
@@ -19,7 +17,7 @@ fn generation(live: &Live) -> u64 {
 }
 
 fn delete_segments(live: &Live) {
-    for path in support::files_in("/dev/shm".as_ref()) {
+    for path in end_to_end::files_in("/dev/shm".as_ref()) {
         if path.to_string_lossy().contains(&format!("/{}", live.prefix)) {
             // One that goes at this moment is gone too.
             let _ = fs::remove_file(path);
@@ -74,7 +72,7 @@ fn a_search_goes_on_when_the_bus_is_replaced() {
     let maps = convert(&demo_model(), &[]);
     let mut live = Live::of(&demo_model(), "");
     let robot = turned_map(&maps, 0, live.home.path());
-    let mut asked = Command::new(support::client());
+    let mut asked = Command::new(end_to_end::client());
     let asked = asked.arg("slam-map").arg(robot).arg("--config").arg(live.config()).stdout(Stdio::null());
     let mut asked = asked.stderr(Stdio::null()).spawn().unwrap();
     wait_until(&live, "it searches", |status| status["daemons"]["slam-align"]["stage"] == "reading");

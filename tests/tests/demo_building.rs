@@ -1,10 +1,8 @@
 //! The demo building from file to maps, checked against its generator.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
-mod support;
-
+use end_to_end::{FREE, OCCUPIED, Storey, UNKNOWN, convert, demo_model, groundplan, root};
 use serde_json::Value;
-use support::{FREE, OCCUPIED, Storey, UNKNOWN, convert, demo_model, groundplan, root};
 
 fn by_name<'a>(map: &'a Value, name: &str) -> &'a Value {
     let all = map.as_object().unwrap().values();
@@ -100,8 +98,10 @@ fn doors_are_free_for_a_robot_that_fits_and_can_open_them() {
     let mirrored = &by_name(elements, "G.D04 plant room")["attributes"];
     assert_eq!(mirrored["operation_type"], "SINGLE_SWING_RIGHT", "the type says left, the placement mirrors it");
     assert_eq!(mirrored["clear_width_m"], 0.76);
-    let low =
-        convert(&demo_model(), &["--robot", support::root().join("config/robots/wheeled-low.toml").to_str().unwrap()]);
+    let low = convert(
+        &demo_model(),
+        &["--robot", end_to_end::root().join("config/robots/wheeled-low.toml").to_str().unwrap()],
+    );
     assert_eq!(low.storey(0).planning(9.0, 6.78), OCCUPIED, "a base that opens nothing");
     assert_eq!(low.storey(0).planning(14.8, 6.78), FREE, "an opening without a door");
 }
@@ -195,7 +195,7 @@ fn a_frame_is_kept_by_a_second_run_and_changed_on_demand() {
         let model = demo_model();
         let mut arguments: Vec<&dyn AsRef<std::ffi::OsStr>> = vec![&"convert", &model, &"-o", &out];
         arguments.extend(more.iter().map(|a| a as &dyn AsRef<std::ffi::OsStr>));
-        assert!(support::groundplan(&arguments).status.success());
+        assert!(end_to_end::groundplan(&arguments).status.success());
         let text: Value = serde_json::from_slice(&std::fs::read(&frame).unwrap()).unwrap();
         (text["map_from_world"]["x_m"].as_f64().unwrap(), text["frame_epoch"].as_u64().unwrap())
     };
@@ -287,7 +287,7 @@ fn the_terminal_and_the_report_tell_what_is_reached_of_each_storey() {
         &"-o",
         &out,
         &"--robot",
-        &support::root().join("config/robots/wheeled-low.toml"),
+        &end_to_end::root().join("config/robots/wheeled-low.toml"),
     ]);
     let output_text = String::from_utf8_lossy(&output.stdout).into_owned();
     assert!(output_text.starts_with("map: the model neither turned nor shifted\n"), "{output_text}");

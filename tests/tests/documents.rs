@@ -1,11 +1,9 @@
 //! The pages of `docs`: their commands and programs run as they are printed, and the messages that they quote are those of the code.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
-mod support;
-
+use end_to_end::pages::{Counts, Page, blocks, has_pieces, pieces, sources};
+use end_to_end::root;
 use std::collections::BTreeMap;
-use support::pages::{Counts, Page, blocks, has_pieces, pieces, sources};
-use support::root;
 
 fn text_of(name: &str) -> String {
     std::fs::read_to_string(root().join("docs").join(name)).unwrap()

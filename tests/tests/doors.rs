@@ -1,12 +1,10 @@
 //! Doors of small models: what closes them is said truly, and what is passable is a way of free cells on the map.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
-mod support;
-
+use end_to_end::house::{House, PLAIN};
+use end_to_end::{FREE, Maps, OCCUPIED, convert};
 use proptest::prelude::*;
 use serde_json::Value;
-use support::house::{House, PLAIN};
-use support::{FREE, Maps, OCCUPIED, convert};
 
 /// The wall between the two rooms stands from here to there.
 const WALL_Y: [f64; 2] = [3.0, 3.2];

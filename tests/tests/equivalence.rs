@@ -1,12 +1,10 @@
 //! The daemons write what `convert` writes, for every building of the corpus: a line for each.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
-mod support;
-
+use end_to_end::live::Live;
+use end_to_end::{contents, corpus, files_in, groundplan};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use support::live::Live;
-use support::{contents, corpus, files_in, groundplan};
 
 /// Dates of a walk over a schedule: many steps, and where it ends.
 const STEPS: usize = 10;

@@ -4,17 +4,15 @@
 //! One fault of each kind runs with all tests; `scripts/test --long` runs the whole matrix.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
-mod support;
-
 use bus::{Bus, Daemon, Domain, GridSlot, RawSample, RawSubscriber, Stamp, TopicName, Waiter, topics};
+use end_to_end::live::{DEADLINE, Live};
+use end_to_end::{announce, contents, groundplan};
 use messages::{Grid, Grids, ScheduleState};
 use site_view::ConsistentSet;
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::Command;
 use std::time::{Duration, Instant};
-use support::live::{DEADLINE, Live};
-use support::{announce, contents, groundplan};
 
 /// Dates between which the maps of the demo building differ.
 const DATES: [&str; 4] = ["2024-04-06T12:00:00", "2024-04-27T12:00:00", "2024-05-20T12:00:00", "2024-06-03T12:00:00"];
@@ -151,7 +149,7 @@ fn end(mut live: Live) {
 fn kill_at_work(live: &Live, victim: &str, work: &[&str], delay: Duration) {
     let process = if victim == "keeper" { keeper_of(live) } else { process_of(live, victim) };
     let config = live.config();
-    let client = support::client();
+    let client = end_to_end::client();
     let mut asked = Command::new(client);
     asked.args(work).arg("--no-wait").arg("--config").arg(config);
     let mut asked = asked.stdout(std::process::Stdio::null()).stderr(std::process::Stdio::null()).spawn().unwrap();
@@ -222,7 +220,7 @@ fn two_clients_at_once_are_both_answered_and_one_wins() {
     let config = live.config();
     for _ in 0..5 {
         let ask = |date: &str| {
-            let mut command = Command::new(support::client());
+            let mut command = Command::new(end_to_end::client());
             command.args(["date", date, "--no-wait", "--config"]).arg(&config).spawn().unwrap()
         };
         let mut asked = [ask(DATES[0]), ask(DATES[1]), ask(DATES[2])];
@@ -241,7 +239,7 @@ fn two_clients_at_once_are_both_answered_and_one_wins() {
 #[test]
 fn a_subscriber_that_hangs_with_a_sample_in_hand_holds_nobody_up() {
     let live = Live::start();
-    let client = support::client();
+    let client = end_to_end::client();
     let mut follower = Command::new(client);
     follower.args(["monitor", "--json", "--config"]).arg(live.config());
     let mut follower = follower.stdout(std::process::Stdio::null()).spawn().unwrap();

@@ -1,11 +1,9 @@
 //! The demo building for fleets: ids that stay and change with the date, doors that others open, formats that are asked for.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
-mod support;
-
+use end_to_end::{Maps, convert, demo_model, groundplan};
 use serde_json::Value;
 use std::collections::BTreeSet;
-use support::{Maps, convert, demo_model, groundplan};
 
 fn at(date: &str, more: &[&str]) -> Maps {
     convert(&demo_model(), &[&["--date", date, "--resolution", "0.1", "--fleet", "vda5050,lif"], more].concat())

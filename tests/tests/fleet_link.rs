@@ -2,15 +2,13 @@
 //! what one of them saw comes into force for all.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
-mod support;
-
+use end_to_end::live::{DEADLINE, Live, POLL_INTERVAL};
+use end_to_end::mapping_robot::{MappingRobot, planning_at};
+use end_to_end::tower::{FIRST, Tower, published};
+use end_to_end::{convert, demo_model, groundplan};
 use serde_json::Value;
 use std::net::TcpListener;
 use std::time::Instant;
-use support::live::{DEADLINE, Live, POLL_INTERVAL};
-use support::mapping_robot::{MappingRobot, planning_at};
-use support::tower::{FIRST, Tower, published};
-use support::{convert, demo_model, groundplan};
 
 /// Two robots of one make, and the ports of their site.
 struct Linked {
@@ -22,7 +20,7 @@ struct Linked {
 impl Linked {
     fn new() -> Self {
         let port = || TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
-        Self { tower: Tower::new(), link: port(), page: port() }
+        Self { tower: Tower::with_keys(), link: port(), page: port() }
     }
 
     fn serve(&self, more: &str) -> String {

@@ -1,14 +1,12 @@
 //! Flight waypoints of the demo building and of a site on terrain, from the command line and from running daemons.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
-mod support;
-
+use end_to_end::live::Live;
+use end_to_end::{Maps, contents, convert, demo_model, groundplan, terrain_site};
 use serde_json::Value;
 use std::collections::BTreeSet;
 use std::ffi::OsStr;
 use std::path::Path;
-use support::live::Live;
-use support::{Maps, contents, convert, demo_model, groundplan, terrain_site};
 
 const OPTIONS: &str = "waypoints = []\n[flight]\nheights_m = [1.2, 3.0]\nclearance_m = 0.4\nspacing_m = 3.0\n";
 

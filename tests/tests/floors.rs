@@ -1,11 +1,9 @@
 //! Floors of small models, and warnings where the model has none.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
-mod support;
-
+use end_to_end::house::{House, PLAIN};
+use end_to_end::{FREE, Maps, OCCUPIED, UNKNOWN, convert};
 use proptest::prelude::*;
-use support::house::{House, PLAIN};
-use support::{FREE, Maps, OCCUPIED, UNKNOWN, convert};
 
 fn converted(house: &House) -> Maps {
     let home = tempfile::tempdir().unwrap();

@@ -2,20 +2,18 @@
 //! not signed, and go on without the store.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
-mod support;
-
+use end_to_end::live::{DEADLINE, Live, POLL_INTERVAL};
+use end_to_end::tower::{FIRST, Tower, published};
+use end_to_end::{announce, contents, demo_model, files_in};
 use serde_json::Value;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::Instant;
-use support::live::{DEADLINE, Live, POLL_INTERVAL};
-use support::tower::{FIRST, Tower, published};
-use support::{announce, contents, demo_model, files_in};
 
 #[test]
 fn a_robot_shows_the_very_maps_of_the_server() {
-    let tower = Tower::new();
+    let tower = Tower::with_keys();
     let server = Live::of(&demo_model(), &tower.serve("signing", FIRST));
     let first = published(&server, &tower, 0);
     let robot = Live::following(&tower.follow(""));
@@ -36,7 +34,7 @@ fn a_robot_shows_the_very_maps_of_the_server() {
 
 #[test]
 fn what_dies_comes_back_with_the_same_maps_and_higher_epochs() {
-    let tower = Tower::new();
+    let tower = Tower::with_keys();
     let mut server = Live::of(&demo_model(), &tower.serve("signing", FIRST));
     let first = published(&server, &tower, 0);
     let robot = Live::following(&tower.follow(""));
@@ -74,7 +72,7 @@ fn what_dies_comes_back_with_the_same_maps_and_higher_epochs() {
 
 #[test]
 fn nothing_older_changed_or_foreign_is_shown() {
-    let tower = Tower::new();
+    let tower = Tower::with_keys();
     let server = Live::of(&demo_model(), &tower.serve("signing", FIRST));
     let first = published(&server, &tower, 0);
     let old = std::fs::read(tower.current()).unwrap();
@@ -94,7 +92,7 @@ fn nothing_older_changed_or_foreign_is_shown() {
     replaced(&tower.current(), forged.as_bytes());
     robot.says("the signature of its index is wrong");
     // One that somebody else signed, from a list of keys of his own.
-    let other = Tower::new();
+    let other = Tower::with_keys();
     let of_other = Live::of(&demo_model(), &other.serve("signing", FIRST));
     published(&of_other, &other, 0);
     replaced(&tower.current(), &std::fs::read(other.current()).unwrap());
@@ -120,7 +118,7 @@ fn replaced(path: &Path, bytes: &[u8]) {
 
 #[test]
 fn a_key_that_was_revoked_signs_nothing_any_more() {
-    let tower = Tower::new();
+    let tower = Tower::with_keys();
     let mut server = Live::of(&demo_model(), &tower.serve("signing", FIRST));
     let first = published(&server, &tower, 0);
     let robot = Live::following(&tower.follow(""));
@@ -158,7 +156,7 @@ fn a_key_that_was_revoked_signs_nothing_any_more() {
 
 #[test]
 fn what_a_store_lost_is_told_and_comes_back_with_the_server() {
-    let tower = Tower::new();
+    let tower = Tower::with_keys();
     let mut server = Live::of(&demo_model(), &tower.serve("signing", FIRST));
     let first = published(&server, &tower, 0);
     // A blob that is lost, and one that is another's.
@@ -192,7 +190,7 @@ fn what_a_store_lost_is_told_and_comes_back_with_the_server() {
 
 #[test]
 fn a_robot_fetches_the_storeys_that_it_needs_alone() {
-    let tower = Tower::new();
+    let tower = Tower::with_keys();
     let server = Live::of(&demo_model(), &tower.serve("signing", FIRST));
     let first = published(&server, &tower, 0);
     let robot = Live::following(&tower.follow("storeys = [\"1\"]\n"));
@@ -219,7 +217,7 @@ fn a_robot_fetches_the_storeys_that_it_needs_alone() {
 
 #[test]
 fn each_make_of_robot_has_its_own_maps() {
-    let tower = Tower::new();
+    let tower = Tower::with_keys();
     std::fs::write(tower.at("low.toml"), "name = \"low\"\nheight_m = 0.4\nradius_m = 0.2\n").unwrap();
     let low = tower.at("low.toml");
     let robots = format!("{FIRST}[[robots]]\nname = \"lift\"\n[[robots]]\nname = \"scan\"\nprofile = {low:?}\n");
@@ -242,7 +240,7 @@ fn each_make_of_robot_has_its_own_maps() {
 
 #[test]
 fn a_robot_that_was_off_shows_what_it_has_while_what_is_newer_cannot_be_fetched() {
-    let tower = Tower::new();
+    let tower = Tower::with_keys();
     let server = Live::of(&demo_model(), &tower.serve("signing", FIRST));
     let first = published(&server, &tower, 0);
     let mut robot = Live::following(&tower.follow(""));
@@ -272,7 +270,7 @@ fn a_robot_that_was_off_shows_what_it_has_while_what_is_newer_cannot_be_fetched(
 
 #[test]
 fn a_store_that_was_set_back_makes_no_epoch_fall() {
-    let tower = Tower::new();
+    let tower = Tower::with_keys();
     let mut server = Live::of(&demo_model(), &tower.serve("signing", FIRST));
     let first = published(&server, &tower, 0);
     server.text(&[&"date", &"2024-05-20"]);
@@ -308,7 +306,7 @@ fn soon(tower: &Tower, seconds: &[i64]) -> (String, Vec<i64>) {
         let time = jiff::Timestamp::from_second(s).unwrap().to_zoned(jiff::tz::TimeZone::UTC);
         time.strftime("%d.%m.%Y %H:%M:%S").to_string()
     };
-    let shipped = std::fs::read_to_string(support::root().join("tests/fixtures/demo-schedule.csv")).unwrap();
+    let shipped = std::fs::read_to_string(end_to_end::root().join("tests/fixtures/demo-schedule.csv")).unwrap();
     let instants: Vec<i64> = seconds.iter().map(|s| now + s).collect();
     let mut lines: Vec<String> = shipped.lines().take(1).map(str::to_owned).collect();
     let mut next = instants.iter().cycle();
@@ -329,7 +327,7 @@ fn soon(tower: &Tower, seconds: &[i64]) -> (String, Vec<i64>) {
 
 #[test]
 fn a_robot_goes_on_to_later_maps_by_its_own_clock_without_server_and_store() {
-    let tower = Tower::new();
+    let tower = Tower::with_keys();
     let (schedule, instants) = soon(&tower, &[45, 55, 65]);
     let mut server = Live::of(&demo_model(), &tower.serve("signing", &schedule));
     server.text(&[&"date", &"--wall"]);
@@ -395,7 +393,7 @@ fn behind_a_web_server() -> Option<(Tower, Live, u64, WebServer)> {
         announce("SKIPPED: no python3 for a web server");
         return None;
     }
-    let tower = Tower::new();
+    let tower = Tower::with_keys();
     let server = Live::of(&demo_model(), &tower.serve("signing", FIRST));
     let first = published(&server, &tower, 0);
     let web = WebServer::start(&tower.store());
@@ -419,8 +417,8 @@ fn a_folder_behind_any_web_server_serves_a_site() {
 
 /// A package of Python in the environment of the tests; `None`, and a loud word, where it cannot be had.
 fn python_program(package: &str, program: &str) -> Option<PathBuf> {
-    let installed = Command::new("bash").arg(support::root().join("scripts/python-env")).arg(package).status();
-    let path = support::root().join("target/venv/bin").join(program);
+    let installed = Command::new("bash").arg(end_to_end::root().join("scripts/python-env")).arg(package).status();
+    let path = end_to_end::root().join("target/venv/bin").join(program);
     if !installed.is_ok_and(|status| status.success()) || !path.is_file() {
         announce(&format!("SKIPPED: {package} could not be installed"));
         return None;
@@ -452,7 +450,7 @@ fn request(port: u16, request: &str) -> String {
 fn a_bucket_serves_a_site() {
     // moto: an S3 service for tests, with conditions and ranges.
     let Some(moto) = python_program("moto[server]==5.2.5", "moto_server") else { return };
-    let tower = Tower::new();
+    let tower = Tower::with_keys();
     let port = free_port();
     let mut command = Command::new(moto);
     command.args(["-H", "127.0.0.1", "-p", &port.to_string()]).stdout(Stdio::null()).stderr(Stdio::null());
@@ -594,7 +592,7 @@ fn differing(a: &[(PathBuf, Vec<u8>)], b: &[(PathBuf, Vec<u8>)]) -> Vec<PathBuf>
 
 #[test]
 fn whoever_has_no_groundplan_fetches_the_files_of_export_by_their_sha256() {
-    let tower = Tower::new();
+    let tower = Tower::with_keys();
     std::fs::create_dir(tower.store()).unwrap();
     if Command::new("python3").arg("--version").output().is_err() {
         announce("SKIPPED: no python3 for a web server");
@@ -670,9 +668,9 @@ fn whoever_has_no_groundplan_fetches_the_files_of_export_by_their_sha256() {
 
 /// The files of fleets in a store, judged by the formats' schemas and against the maps.
 fn judged(tower: &Tower) {
-    let python = support::root().join("target/venv/bin/python");
+    let python = end_to_end::root().join("target/venv/bin/python");
     let mut install = Command::new("bash");
-    install.arg(support::root().join("scripts/python-env"));
+    install.arg(end_to_end::root().join("scripts/python-env"));
     install.args(["numpy", "shapely==2.2.0", "jsonschema==4.26.0", "rfc3339-validator==0.1.4"]);
     let is_installed = install.status().is_ok_and(|status| status.success());
     if !is_installed || !python.is_file() {
@@ -681,7 +679,7 @@ fn judged(tower: &Tower) {
         );
         return;
     }
-    let script = support::root().join("scripts/check_fleet.py");
+    let script = end_to_end::root().join("scripts/check_fleet.py");
     let output = Command::new(python)
         .arg(script)
         .arg("--self-test")
@@ -730,7 +728,7 @@ impl Drop for Raised<'_> {
 
 #[test]
 fn files_of_a_robot_are_those_of_its_maps_whatever_dies() {
-    let tower = Tower::new();
+    let tower = Tower::with_keys();
     let server = Live::of(&demo_model(), &(tower.serve("signing", FIRST) + "export = [\"maps\"]\n"));
     exported(&server, &tower, "2024-04-15T00:00:00");
     let robot = Live::following(&tower.follow("files = \"files\"\n"));
@@ -789,7 +787,7 @@ fn files_of_a_robot_are_those_of_its_maps_whatever_dies() {
 
 #[test]
 fn maps_do_not_wait_for_files_that_a_store_has_lost() {
-    let tower = Tower::new();
+    let tower = Tower::with_keys();
     let server = Live::of(&demo_model(), &(tower.serve("signing", FIRST) + "export = [\"maps\"]\n"));
     let first = exported(&server, &tower, "2024-04-15T00:00:00");
     let semantic = server.exported("first").into_iter().find(|(path, _)| path == Path::new("semantic.json")).unwrap();
@@ -818,7 +816,7 @@ fn maps_do_not_wait_for_files_that_a_store_has_lost() {
 
 #[test]
 fn files_of_later_maps_are_there_before_and_are_shown_with_them() {
-    let tower = Tower::new();
+    let tower = Tower::with_keys();
     let (schedule, instants) = soon(&tower, &[60, 70]);
     let serve = tower.serve("signing", &schedule) + "export = [\"vda5050\"]\n";
     let mut server = Live::of(&demo_model(), &serve);

@@ -1,11 +1,9 @@
 //! Footprints in `semantic.json`: within the tolerance that it says, whatever the detail; exact ones on request.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
-mod support;
-
+use end_to_end::{Maps, convert, demo_model};
 use serde_json::Value;
 use std::fmt::Write;
-use support::{Maps, convert, demo_model};
 
 const RADIUS_M: f64 = 0.4;
 

@@ -1,20 +1,18 @@
 //! Foxglove beside running daemons, with a WebSocket client that decodes what comes by the schemas that were advertised.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
-mod support;
-
+use end_to_end::foxglove_peer::{PACKAGES, connect, served};
+use end_to_end::live::{DEADLINE, Live, POLL_INTERVAL};
+use end_to_end::map_server::published_by_map_server;
+use end_to_end::peer::Peer;
+use end_to_end::ros_peer::domain;
+use end_to_end::{announce, client, convert, demo_model, root, turned_map};
 use serde_json::Value;
 use sha2::{Digest, Sha256};
 use std::io::Write;
 use std::net::{Ipv4Addr, SocketAddr, TcpListener, TcpStream};
 use std::process::{Command, Stdio};
 use std::time::Instant;
-use support::foxglove_peer::{PACKAGES, connect, served};
-use support::live::{DEADLINE, Live, POLL_INTERVAL};
-use support::map_server::published_by_map_server;
-use support::peer::Peer;
-use support::ros_peer::domain;
-use support::{announce, client, convert, demo_model, root, turned_map};
 
 /// True, unless what the client needs cannot be had: then it says so.
 fn has_client() -> bool {

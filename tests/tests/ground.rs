@@ -1,14 +1,12 @@
 //! The walkable surface as files: what is in it at a date, read by a mesh library, and the same from running daemons.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
-mod support;
-
+use end_to_end::live::Live;
+use end_to_end::{announce, convert, demo_model, groundplan, root};
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::Command;
-use support::live::Live;
-use support::{announce, convert, demo_model, groundplan, root};
 
 const DATE: &str = "2024-04-27T08:00:00";
 
@@ -65,7 +63,7 @@ fn what_is_not_built_yet_is_no_ground_and_without_the_option_there_is_no_file() 
     assert!(!without.path().join("ground.ply").exists());
     let early = convert(&demo_model(), &["--with-ground", "--resolution", "0.2", "--date", "2024-03-01T00:00:00"]);
     let late = convert(&demo_model(), &["--with-ground", "--resolution", "0.2", "--date", DATE]);
-    let floor = |maps: &support::Maps| areas(&maps.json("ground.json")).get("floor").copied().unwrap_or(0.0);
+    let floor = |maps: &end_to_end::Maps| areas(&maps.json("ground.json")).get("floor").copied().unwrap_or(0.0);
     assert!(floor(&early) < floor(&late), "{} {}", floor(&early), floor(&late));
     assert_eq!(late.json("ground.json")["plan_time"], DATE);
 }

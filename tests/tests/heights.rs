@@ -1,17 +1,15 @@
 //! Heights, slopes and limits of speed in recordings, in the ROS 2 graph, in Foxglove and in Python, against the exported files.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
-mod support;
-
+use end_to_end::foxglove_peer::{connect, served};
+use end_to_end::live::Live;
+use end_to_end::ros_peer::{domain, join};
+use end_to_end::{announce, client, demo_model, files_in, groundplan, root};
 use serde_json::Value;
 use sha2::{Digest, Sha256};
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
-use support::foxglove_peer::{connect, served};
-use support::live::Live;
-use support::ros_peer::{domain, join};
-use support::{announce, client, demo_model, files_in, groundplan, root};
 
 /// What reads recordings.
 const READERS: [&str; 5] = ["rosbags==0.11.9", "mcap==1.6.0", "mcap-ros2-support==0.6.0", "numpy", "pillow==11.3.0"];

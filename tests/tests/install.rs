@@ -1,12 +1,10 @@
 //! Installed files and their places; what systemd says of the units.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
-mod support;
-
+use end_to_end::{announce, client, contents, files_in, root, write_program};
 use std::io::{BufRead, BufReader, Read, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
-use support::{announce, client, contents, files_in, root, write_program};
 
 /// Exposure, in tenths, that `systemd-analyze security` may find in a unit: all are on the bus only.
 const EXPOSURE_MAX: &str = "15";
@@ -182,8 +180,8 @@ fn daemons_of_a_demo_that_is_killed_leave_too() {
         String::from_utf8_lossy(&line).contains(&format!("--config\0{config}"))
     };
     while std::fs::read_dir("/proc").unwrap().flatten().any(is_of_demo) {
-        assert!(begun.elapsed() < support::live::DEADLINE, "a daemon is left");
-        std::thread::sleep(support::live::POLL_INTERVAL);
+        assert!(begun.elapsed() < end_to_end::live::DEADLINE, "a daemon is left");
+        std::thread::sleep(end_to_end::live::POLL_INTERVAL);
     }
     // What a killed process cannot remove.
     let site: toml::Table = text.parse().unwrap();

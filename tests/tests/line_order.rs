@@ -2,11 +2,9 @@
 //! elements with several openings follow the numbers, because the kernel cuts openings in their order.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
-mod support;
-
+use end_to_end::{convert, corpus, demo_model};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
-use support::{convert, corpus, demo_model};
 
 /// SplitMix64: the next number of a sequence.
 fn next(state: &mut u64) -> u64 {

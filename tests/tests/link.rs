@@ -1,13 +1,11 @@
 //! A planner's schedule file beside a model: links, their table, a new revision of the plan, provenance.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
-mod support;
-
+use end_to_end::groundplan;
+use end_to_end::house::{House, PLAIN};
 use serde_json::Value;
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
-use support::groundplan;
-use support::house::{House, PLAIN};
 
 /// Walls A-1020, A1030, A1040 and =A1050, each with its number as a property; A1040 is removed by D1 while it is built.
 struct Project {

@@ -1,13 +1,11 @@
 //! The daemons of a site as real processes: started, asked, killed, stopped.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
-mod support;
-
+use end_to_end::live::{DEADLINE, Live};
+use end_to_end::{contents, groundplan};
 use serde_json::Value;
 use std::ffi::OsStr;
 use std::time::Instant;
-use support::live::{DEADLINE, Live};
-use support::{contents, groundplan};
 
 #[test]
 fn the_next_date_changes_the_maps_and_export_writes_what_convert_writes() {
@@ -21,7 +19,7 @@ fn the_next_date_changes_the_maps_and_export_writes_what_convert_writes() {
         check_export_is_convert(&live, &[&"--date", &date]);
     }
     // The configuration may name another robot and resolution than those that are in force.
-    let legged = support::root().join("config/robots/legged.toml");
+    let legged = end_to_end::root().join("config/robots/legged.toml");
     live.text(&[&"robot", &legged]);
     let site = std::fs::read_to_string(live.config()).unwrap();
     std::fs::write(live.config(), format!("{site}[robot]\nresolution_m = 0.1\n")).unwrap();
@@ -52,7 +50,7 @@ fn check_export_is_convert(live: &Live, options: &[&dyn AsRef<OsStr>]) {
 fn what_was_set_survives_the_death_of_every_process() {
     let mut live = Live::start();
     live.text(&[&"date", &"2024-04-29T10:00:00"]);
-    live.text(&[&"robot", &support::root().join("config/robots/legged.toml")]);
+    live.text(&[&"robot", &end_to_end::root().join("config/robots/legged.toml")]);
     let check = |live: &Live| {
         let content = &live.index()["content"];
         assert_eq!((&content["plan_time"], &content["robot"]), (&"2024-04-29T10:00:00".into(), &"legged".into()));
@@ -173,7 +171,7 @@ fn a_date_with_an_offset_needs_the_zone_of_the_site() {
     let rules = home.path().join("schedule.toml");
     std::fs::write(&rules, "site_zone = \"Europe/Amsterdam\"\n").unwrap();
     let schedule = format!("[schedule]\nplan_time = \"2024-02-29T23:00:00Z\"\nrules = {:?}\n", rules);
-    let mut live = Live::of(&support::demo_model(), &schedule);
+    let mut live = Live::of(&end_to_end::demo_model(), &schedule);
     assert!(live.text(&[&"date"]).starts_with("2024-03-01T00:00:00"));
     assert_eq!(live.text(&[&"date", &"2024-04-29T08:00:00Z"]), "2024-04-29T10:00:00");
     // The zone is that of the rules in force, whatever became of their file.
@@ -197,7 +195,7 @@ fn without_maps(models: &str) -> Live {
     let site = std::fs::read_to_string(live.config()).unwrap();
     std::fs::write(live.home.path().join("broken.ifc"), "this is no model").unwrap();
     std::fs::write(live.config(), site.replace("models = [\"demo.ifc\"]", &format!("models = [{models}]"))).unwrap();
-    let mut up = std::process::Command::new(support::client());
+    let mut up = std::process::Command::new(end_to_end::client());
     up.arg("up").arg("--config").arg(live.config()).stderr(std::process::Stdio::null());
     live.up = Some(up.spawn().unwrap());
     let begun = Instant::now();

@@ -1,13 +1,11 @@
 //! Schedule files of a running site: in the place of the model's schedule, read again when they change, kept when they are spoilt.
 
-mod support;
-
+use end_to_end::live::{DEADLINE, Live, POLL_INTERVAL};
+use end_to_end::{contents, demo_model, groundplan, root};
 use serde_json::Value;
 use std::path::Path;
 use std::process::Command;
 use std::time::Instant;
-use support::live::{DEADLINE, Live, POLL_INTERVAL};
-use support::{contents, demo_model, groundplan, root};
 
 const DATE: &str = "2024-04-29T10:00:00";
 

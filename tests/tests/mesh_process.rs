@@ -1,14 +1,12 @@
 //! Bodies of which nothing bounds what the kernel needs, and those that are costly to cut, are meshed in a process of their own.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
-mod support;
-
+use end_to_end::{client, demo_model};
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
 use std::fmt::Write;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
-use support::{client, demo_model};
 
 /// Generous: it tells a hang, not a slow machine.
 const DEADLINE: Duration = Duration::from_secs(240);
@@ -173,7 +171,7 @@ fn a_body_without_bounds_is_meshed_like_any_other() {
     let home = tempfile::tempdir().unwrap();
     let model = home.path().join("model.ifc");
     std::fs::write(&model, demo_with_a_turned_profile(40)).unwrap();
-    let maps = support::convert(&model, &[]);
+    let maps = end_to_end::convert(&model, &[]);
     let semantic = maps.json("semantic.json");
     let turned = &semantic["elements"]["turned0000000000000000"];
     // Half a metre and some to both sides; the angle is small.
@@ -183,7 +181,7 @@ fn a_body_without_bounds_is_meshed_like_any_other() {
 }
 
 /// What `report.json` says of openings that are not cut: the GlobalIds of elements, and why.
-fn not_cut(maps: &support::Maps) -> Vec<(String, String)> {
+fn not_cut(maps: &end_to_end::Maps) -> Vec<(String, String)> {
     let report = maps.json("report.json");
     let found = report["diagnostics"].as_array().unwrap().iter().filter(|found| found["code"] == "openings_not_cut");
     let text = |value: &Value| value.as_str().unwrap().to_owned();
@@ -196,19 +194,19 @@ fn a_cut_that_takes_too_long_ends_and_its_element_is_whole_and_named() {
     let model = home.path().join("model.ifc");
     // More than twice the time that it may take.
     std::fs::write(&model, demo_with_a_star_in_a_wall(1400)).unwrap();
-    let maps = support::convert(&model, &[]);
+    let maps = end_to_end::convert(&model, &[]);
     let [(element, why)] = &not_cut(&maps)[..] else { panic!("{:?}", not_cut(&maps)) };
     assert_eq!(element, "starred000000000000000");
     assert!(why.contains("more than 10 s of CPU time"), "{why}");
     // In the middle the opening would leave nothing of the wall.
-    assert_eq!(maps.storey(0).planning(-6.0, 0.15), support::OCCUPIED);
+    assert_eq!(maps.storey(0).planning(-6.0, 0.15), end_to_end::OCCUPIED);
     // All others are as without it.
-    let elements = |maps: &support::Maps| {
+    let elements = |maps: &end_to_end::Maps| {
         let mut elements = maps.json("semantic.json")["elements"].as_object().unwrap().clone();
         elements.remove("starred000000000000000");
         elements
     };
-    let demo = support::convert(&demo_model(), &[]);
+    let demo = end_to_end::convert(&demo_model(), &[]);
     assert_eq!(elements(&maps), elements(&demo));
 }
 
@@ -218,8 +216,8 @@ fn a_costly_cut_that_ends_is_made() {
     let model = home.path().join("model.ifc");
     // More than 1,200 triangles are cut apart.
     std::fs::write(&model, demo_with_a_star_in_a_wall(320)).unwrap();
-    let maps = support::convert(&model, &[]);
+    let maps = end_to_end::convert(&model, &[]);
     assert_eq!(not_cut(&maps), []);
-    assert_ne!(maps.storey(0).planning(-6.0, 0.15), support::OCCUPIED);
-    assert_eq!(maps.storey(0).planning(-7.9, 0.15), support::OCCUPIED);
+    assert_ne!(maps.storey(0).planning(-6.0, 0.15), end_to_end::OCCUPIED);
+    assert_eq!(maps.storey(0).planning(-7.9, 0.15), end_to_end::OCCUPIED);
 }

@@ -1,13 +1,11 @@
 //! `groundplan check`: models with one fault each, in schemas, units and places that vary, and models without any.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
-mod support;
-
+use end_to_end::{demo_model, groundplan, root};
 use serde_json::Value;
 use std::collections::BTreeSet;
 use std::path::Path;
 use std::process::Command;
-use support::{demo_model, groundplan, root};
 
 /// Writes a model with a fault, or none, and gives what is wrong with it.
 fn model(path: &Path, fault: &str, options: &[&str]) -> Value {

@@ -1,11 +1,9 @@
 //! The demo building as an octree: what is occupied at a date, and arguments that no octree can have.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
-mod support;
-
+use end_to_end::{Maps, convert, demo_model, groundplan};
 use serde_json::Value;
 use std::ffi::OsStr;
-use support::{Maps, convert, demo_model, groundplan};
 
 fn made(more: &[&str]) -> (Maps, Value) {
     let maps = convert(&demo_model(), &[&["--octomap", "--resolution", "0.2"], more].concat());

@@ -1,16 +1,14 @@
 //! Open-RMF's own reader loads what is written for it, and finds in both formats what the route graph has at the date.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
-mod support;
-
+use end_to_end::house::{House, PLAIN};
+use end_to_end::{Maps, convert, corpus, demo_model, files_in};
 use rmf_site_format::legacy::building_map::BuildingMap;
 use rmf_site_format::legacy::nav_graph::NavGraph;
 use rmf_site_format::{Category, DoorType, LiftCabin, Site};
 use serde_json::Value;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
-use support::house::{House, PLAIN};
-use support::{Maps, convert, corpus, demo_model, files_in};
 
 /// Two points of a line, or one twice, in tenths of a millimetre, the smaller first.
 type Line = [[i64; 2]; 2];

@@ -1,14 +1,12 @@
 //! Output folders: foreign files are never lost, and every manifest lists its files.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
-mod support;
-
+use end_to_end::{contents, convert, demo_model, groundplan};
 use serde_json::Value;
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::Path;
-use support::{contents, convert, demo_model, groundplan};
 
 /// Converts the demo building into a folder: exit code and standard error.
 fn run(out: &Path, more: &[&str]) -> (Option<i32>, String) {

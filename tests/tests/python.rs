@@ -1,15 +1,13 @@
 //! Python programs read the running daemons' memory in place, with the package in `common/python`.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
-mod support;
-
+use end_to_end::live::Live;
+use end_to_end::tower::{FIRST, Tower, published};
+use end_to_end::{announce, root};
 use serde_json::Value;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
-use support::live::Live;
-use support::tower::{FIRST, Tower, published};
-use support::{announce, root};
 
 /// Prints the set of a site, and the next one, while it holds on to an array of the first.
 const FOLLOWER: &str = r#"
@@ -43,7 +41,7 @@ with groundplan.Bus(sys.argv[1], sys.argv[2]) as bus:
     threading.Thread(target=lambda: (sys.stdin.read(), ended.set()), daemon=True).start()
     while not ended.is_set():
         reader.current()
-        ended.wait(0.2)
+        ended.wait(1)
 "#;
 
 /// Says when the maps may be used, and then when they may not be used any more because of one daemon.
@@ -183,8 +181,8 @@ fn a_robot_in_python_uses_the_maps_of_a_server_until_what_follows_it_falls_silen
     if python().is_none() {
         return;
     }
-    let tower = Tower::new();
-    let server = Live::of(&support::demo_model(), &tower.serve("signing", FIRST));
+    let tower = Tower::with_keys();
+    let server = Live::of(&end_to_end::demo_model(), &tower.serve("signing", FIRST));
     let first = published(&server, &tower, 0);
     let mut live = Live::following(&tower.follow(""));
     live.shows(first);
@@ -214,7 +212,7 @@ fn each_robot_in_python_has_maps_of_its_own() {
         std::fs::write(&path, format!("name = \"{profile}\"\n")).unwrap();
         tables += &format!("[[robots]]\nname = {robot:?}\nprofile = {path:?}\nresolution_m = 0.1\n");
     }
-    let mut live = Live::of(&support::demo_model(), &tables);
+    let mut live = Live::of(&end_to_end::demo_model(), &tables);
     let (mut program, said) = started(&live, ROBOTS);
     assert!(program.wait().unwrap().success());
     assert!(said.starts_with("tall; low; the bus has no ") && said.contains("robot=\"lift\""), "{said}");

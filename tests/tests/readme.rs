@@ -1,11 +1,9 @@
 //! The commands of README.md, as they are printed, in a clone of the repository.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
-mod support;
-
+use end_to_end::pages::{Page, blocks};
+use end_to_end::{announce, client, root};
 use std::process::Command;
-use support::pages::{Page, blocks};
-use support::{announce, client, root};
 
 /// Begins the part of README.md that is about a running site.
 const LIVE: &str = "\n## Live use\n";

@@ -1,14 +1,12 @@
 //! The construction as a recording, read with MCAP's own reader for ROS 2.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
-mod support;
-
+use end_to_end::live::Live;
+use end_to_end::{announce, client, demo_model, files_in, groundplan, root};
 use serde_json::Value;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
 use std::process::{Command, Stdio};
-use support::live::Live;
-use support::{announce, client, demo_model, files_in, groundplan, root};
 
 /// Topics of a storey.
 const N_TOPICS: usize = 7;

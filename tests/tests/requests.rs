@@ -1,15 +1,13 @@
 //! Requests to running daemons: progress that reaches the client, and bytes that are no request.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
-mod support;
-
 use bus::{Bus, CommandError, Daemon, Domain, OpenCommand, Reply, Waiter};
 use daemon::{Answer, Client, ClientError, FileText, IngestRequest, RasterizeRequest, ScheduleRequest};
+use end_to_end::live::{DEADLINE, Live};
 use std::io::{BufRead, BufReader};
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
-use support::live::{DEADLINE, Live};
 
 fn join(live: &Live) -> (Bus, Waiter) {
     Bus::join(&Domain::shared(&live.prefix, live.root.path()).unwrap(), Daemon::Groundplan).unwrap()
@@ -58,7 +56,7 @@ fn a_load_goes_on_when_its_client_dies() {
     let (bus, mut waiter) = join(&live);
     let sites = bus.subscriber(bus::topics::Site).unwrap();
     let before = wait_for(&mut waiter, || sites.take().unwrap()).header().epoch;
-    let mut load = Command::new(support::client());
+    let mut load = Command::new(end_to_end::client());
     load.args(["load", "--config"]).arg(live.config()).stderr(Stdio::piped());
     let mut load = load.spawn().unwrap();
     let mut line = String::new();

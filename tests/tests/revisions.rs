@@ -1,17 +1,15 @@
 //! Revisions of a running site: each takes effect as a whole or not at all, and those that an operator has to see first wait.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
-mod support;
-
 use bus::{Bus, Daemon, Domain};
 use daemon::{IngestAnswer, IngestRequest, RequestTimeouts, RevisionEffect};
+use end_to_end::house::{House, PLAIN};
+use end_to_end::live::{DEADLINE, Live};
 use serde_json::Value;
 use std::io::{Seek, SeekFrom, Write};
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
-use support::house::{House, PLAIN};
-use support::live::{DEADLINE, Live};
 
 /// Two rooms of a house with walls and a slab; `n_before` records before them give everything other GlobalIds.
 fn house(n_before: usize) -> House {
@@ -110,7 +108,8 @@ fn site(live: &Live) -> (u64, String) {
 
 /// Starts the daemons of a site that is not healthy.
 fn up(live: &mut Live) {
-    let up = Command::new(support::client()).arg("up").arg("--config").arg(live.config()).stderr(Stdio::null()).spawn();
+    let up =
+        Command::new(end_to_end::client()).arg("up").arg("--config").arg(live.config()).stderr(Stdio::null()).spawn();
     live.up = Some(up.unwrap());
     // A daemon reports before there is a bus to ask it on.
     wait_until(live, |live| live.run(&[&"date"]).status.success());

@@ -2,17 +2,15 @@
 //! other's business.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
-mod support;
-
 use bus::{Bus, Daemon};
 use daemon::{ActualsSource, FileText, RequestTimeouts, ScheduleAnswer, ScheduleRequest, SiteConfig};
+use end_to_end::live::{DEADLINE, Live, POLL_INTERVAL};
+use end_to_end::{contents, demo_model, groundplan};
 use serde_json::Value;
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::Command;
 use std::time::Instant;
-use support::live::{DEADLINE, Live, POLL_INTERVAL};
-use support::{client, contents, demo_model, groundplan};
 
 const LOW: &str = "name = \"low\"\nheight_m = 0.4\nradius_m = 0.2\n";
 const TALL: &str = "name = \"tall\"\nheight_m = 1.9\nradius_m = 0.45\n";
@@ -35,22 +33,6 @@ fn start() -> (Live, tempfile::TempDir) {
     let profiles = tempfile::tempdir().unwrap();
     let live = Live::of(&demo_model(), &robots(profiles.path()));
     (live, profiles)
-}
-
-impl Live {
-    /// Starts the site, which may have something to tell.
-    fn up_without_health(&mut self) {
-        let child = Command::new(client()).arg("up").arg("--config").arg(self.config()).stderr(Stdio::null()).spawn();
-        self.up = Some(child.unwrap());
-    }
-
-    fn wait_until_settled(&self, what: &str, is_so: impl Fn(&Self) -> bool) {
-        let begun = Instant::now();
-        while self.status().is_none_or(|status| status["daemons"].get("schedule-eval").is_none()) || !is_so(self) {
-            assert!(begun.elapsed() < DEADLINE, "{what}: {:?}", self.status());
-            std::thread::sleep(POLL_INTERVAL);
-        }
-    }
 }
 
 fn of_robot(live: &Live, robot: &str, arguments: &[&dyn AsRef<OsStr>]) -> std::process::Output {

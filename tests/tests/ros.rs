@@ -1,13 +1,11 @@
 //! Running daemons in the ROS 2 graph, with a CycloneDDS participant as peer and without ROS.
 
-mod support;
-
+use end_to_end::map_server::published_by_map_server;
+use end_to_end::ros_facts::wait_for_transform;
+use end_to_end::ros_peer::{domain, has_peer, join, site};
+use end_to_end::{convert, demo_model, turned_map};
 use std::process::Command;
 use std::time::Duration;
-use support::map_server::published_by_map_server;
-use support::ros_facts::wait_for_transform;
-use support::ros_peer::{domain, has_peer, join, site};
-use support::{convert, demo_model, turned_map};
 
 #[test]
 fn a_peer_gets_the_maps_of_the_files_and_those_of_the_next_date() {

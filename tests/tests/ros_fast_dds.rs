@@ -1,15 +1,13 @@
 //! Running daemons in the ROS 2 graph, with a participant on Fast DDS as peer, which is the usual one of ROS 2.
 
-mod support;
-
+use end_to_end::fast_dds::{has_peer, join};
+use end_to_end::live::Live;
+use end_to_end::map_server::published_by_map_server;
+use end_to_end::ros_facts::{is_at, route_graph_is_in_the_frame_of_the_maps, wait_for_transform};
+use end_to_end::ros_peer::{domain, site};
+use end_to_end::{convert, demo_model, turned_map};
 use serde_json::Value;
 use std::collections::BTreeMap;
-use support::fast_dds::{has_peer, join};
-use support::live::Live;
-use support::map_server::published_by_map_server;
-use support::ros_facts::{is_at, route_graph_is_in_the_frame_of_the_maps, wait_for_transform};
-use support::ros_peer::{domain, site};
-use support::{convert, demo_model, turned_map};
 
 /// What a map server publishes of the maps that the site exports, by topic.
 fn exported(live: &Live) -> BTreeMap<String, String> {

@@ -1,8 +1,7 @@
 //! Every message type as rosbags reads it.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
-mod support;
-
+use end_to_end::{announce, root};
 use ros::RosMessage;
 use ros::msg::builtin_interfaces::{Duration, Time};
 use ros::msg::diagnostic_msgs::{DiagnosticArray, DiagnosticStatus, KeyValue};
@@ -25,7 +24,6 @@ use ros::msg::visualization_msgs::{Marker, MarkerArray, MeshFile, UVCoordinate};
 use serde_json::{Value, json};
 use std::path::Path;
 use std::process::Command;
-use support::{announce, root};
 
 /// Messages in a folder, and the list of them.
 struct Samples<'a> {

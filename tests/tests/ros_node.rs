@@ -1,17 +1,15 @@
 //! A running bridge as a node of ROS 2 itself sees it, with rclpy.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
-mod support;
-
+use end_to_end::live::{DEADLINE, Live};
+use end_to_end::peer::Peer;
+use end_to_end::ros_node::{consumer, has_node, join};
+use end_to_end::ros_peer::{domain, site};
 use serde_json::Value;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
-use support::live::{DEADLINE, Live};
-use support::peer::Peer;
-use support::ros_node::{consumer, has_node, join};
-use support::ros_peer::{domain, site};
 
 /// The node of the bridge.
 const BRIDGE: &str = "/groundplan/ros_bridge";

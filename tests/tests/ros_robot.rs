@@ -1,16 +1,14 @@
 //! A robot with Nav2 and SLAM in the ROS 2 graph, played by a CycloneDDS participant: what it is told, and what it may ask.
 
-mod support;
-
+use end_to_end::live::{DEADLINE, POLL_INTERVAL};
+use end_to_end::map_server::published_by_map_server;
+use end_to_end::ros_facts::{is_at, route_graph_is_in_the_frame_of_the_maps};
+use end_to_end::ros_peer::{domain, graph, has_peer, join, site, wait_for_facts};
+use end_to_end::{convert, demo_model, turned_map};
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::process::Command;
 use std::time::Instant;
-use support::live::{DEADLINE, POLL_INTERVAL};
-use support::map_server::published_by_map_server;
-use support::ros_facts::{is_at, route_graph_is_in_the_frame_of_the_maps};
-use support::ros_peer::{domain, graph, has_peer, join, site, wait_for_facts};
-use support::{convert, demo_model, turned_map};
 
 /// Two places of the ground floor: open before the walls of the rooms stand, closed while they are built, and further apart
 /// behind them afterwards.

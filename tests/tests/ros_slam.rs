@@ -2,17 +2,15 @@
 //! maps, many participants, two publishers, another domain.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
-mod support;
-
+use end_to_end::live::{DEADLINE, Live, POLL_INTERVAL};
+use end_to_end::peer::Peer;
+use end_to_end::ros_peer::{domain, graph, has_peer, join, site, slam};
+use end_to_end::{Maps, convert, corpus, demo_model, turned_map};
 use frames::{Map, Rigid2, Slam, wrapped};
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::time::Instant;
-use support::live::{DEADLINE, Live, POLL_INTERVAL};
-use support::peer::Peer;
-use support::ros_peer::{domain, graph, has_peer, join, site, slam};
-use support::{Maps, convert, corpus, demo_model, turned_map};
 
 /// The date at which the maps of robots are made and the sites are.
 const FINISHED: &str = "2024-12-01";

@@ -1,11 +1,9 @@
 //! Distances and limits of speed by what elements are, on the demo building.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
-mod support;
-
+use end_to_end::{FREE, Maps, convert, demo_model, groundplan, terrain_site};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
-use support::{FREE, Maps, convert, demo_model, groundplan, terrain_site};
 
 /// A profile like the default one with these entries.
 fn robot(home: &Path, entries: &str) -> PathBuf {

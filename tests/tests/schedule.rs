@@ -1,14 +1,12 @@
 //! Schedules from file to states, changes and maps, on the demo building and against ground truth.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
-mod support;
-
+use end_to_end::{FREE, Maps, OCCUPIED, UNKNOWN, convert, corpus, demo_model, files_in, groundplan};
 use serde_json::Value;
 use std::collections::BTreeSet;
 use std::ffi::OsStr;
 use std::fmt::Write;
 use std::path::Path;
-use support::{FREE, Maps, OCCUPIED, UNKNOWN, convert, corpus, demo_model, files_in, groundplan};
 
 /// Runs a command and parses what it prints.
 fn json(arguments: &[&dyn AsRef<OsStr>]) -> Value {

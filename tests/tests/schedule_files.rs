@@ -1,13 +1,11 @@
 //! Schedule files of planners' tools from file to maps: the same as the schedule in the model, and bad ones.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
-mod support;
-
+use end_to_end::{convert, demo_model, groundplan, root};
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
-use support::{convert, demo_model, groundplan, root};
 
 /// The schedule of the demo building in the forms of planners' tools.
 fn demo_schedules() -> [PathBuf; 4] {

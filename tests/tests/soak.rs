@@ -2,18 +2,16 @@
 //! model and other robots; what the processes hold at the end is what they held after the first hundred.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
-mod support;
-
 use bus::{Bus, Daemon, Domain, Subscriber, Waiter, topics};
 use daemon::{Answer, Client, ScheduleRequest};
+use end_to_end::live::{DEADLINE, Live};
+use end_to_end::{client, demo_model, root};
 use site_view::SiteSetReader;
 use std::collections::BTreeMap;
 use std::os::unix::fs::MetadataExt;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
-use support::live::{DEADLINE, Live};
-use support::{client, demo_model, root};
 
 /// Date changes of a round; all that happens on the way begins and ends within it.
 const DATES_PER_ROUND: u32 = 100;

@@ -1,15 +1,13 @@
 //! Settings of running daemons: which value is in force, what outlives its file, and what is refused before a start.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
-mod support;
-
+use end_to_end::groundplan;
+use end_to_end::live::{DEADLINE, Live};
 use serde_json::Value;
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::Instant;
-use support::groundplan;
-use support::live::{DEADLINE, Live};
 
 /// A folder with files that a configuration names, and the configuration of them.
 fn files() -> (tempfile::TempDir, String) {
@@ -65,10 +63,10 @@ fn refused(live: &Live, arguments: &[&dyn AsRef<OsStr>]) -> String {
 }
 
 fn state_files(live: &Live) -> Vec<(PathBuf, Vec<u8>)> {
-    let mut files = support::contents(&live.home.path().join("state/settings"));
+    let mut files = end_to_end::contents(&live.home.path().join("state/settings"));
     let progress = live.home.path().join("state/progress");
     if progress.is_dir() {
-        files.extend(support::contents(&progress));
+        files.extend(end_to_end::contents(&progress));
     }
     files
 }
@@ -76,7 +74,7 @@ fn state_files(live: &Live) -> Vec<(PathBuf, Vec<u8>)> {
 #[test]
 fn settings_whose_state_is_damaged_or_removed_stay_in_force_and_that_is_told() {
     let (home, config) = files();
-    let mut live = Live::of(&support::demo_model(), &config);
+    let mut live = Live::of(&end_to_end::demo_model(), &config);
     let profile = home.path().join("other.toml");
     std::fs::write(&profile, "name = \"second\"\nradius_m = 0.3\n").unwrap();
     live.text(&[&"robot", &profile]);
@@ -90,7 +88,8 @@ fn settings_whose_state_is_damaged_or_removed_stay_in_force_and_that_is_told() {
     std::fs::write(&robot_file, bytes).unwrap();
     std::fs::remove_file(settings.join("schedule.plan_time.json")).unwrap();
     // A warning stands: the site is not healthy, and is not waited for.
-    let up = Command::new(support::client()).arg("up").arg("--config").arg(live.config()).stderr(Stdio::null()).spawn();
+    let up =
+        Command::new(end_to_end::client()).arg("up").arg("--config").arg(live.config()).stderr(Stdio::null()).spawn();
     live.up = Some(up.unwrap());
     for (daemon, file) in [("rasterize", "robot.profile.json"), ("schedule-eval", "schedule.plan_time.json")] {
         wait_until("it is told", &live, |status| {
@@ -104,7 +103,7 @@ fn settings_whose_state_is_damaged_or_removed_stay_in_force_and_that_is_told() {
 #[test]
 fn state_that_is_removed_in_both_forms_is_told_and_epochs_still_rise() {
     let (home, config) = files();
-    let mut live = Live::of(&support::demo_model(), &config);
+    let mut live = Live::of(&end_to_end::demo_model(), &config);
     let profile = home.path().join("other.toml");
     std::fs::write(&profile, "name = \"second\"\nradius_m = 0.3\n").unwrap();
     live.text(&[&"robot", &profile]);
@@ -125,7 +124,8 @@ fn state_that_is_removed_in_both_forms_is_told_and_epochs_still_rise() {
             std::fs::remove_file(state.join(&name)).unwrap_or_else(|why| panic!("{name}: {why}"));
         }
     }
-    let up = Command::new(support::client()).arg("up").arg("--config").arg(live.config()).stderr(Stdio::null()).spawn();
+    let up =
+        Command::new(end_to_end::client()).arg("up").arg("--config").arg(live.config()).stderr(Stdio::null()).spawn();
     live.up = Some(up.unwrap());
     for (daemon, file) in &removed[..3] {
         wait_until("it is told", &live, |status| {
@@ -143,7 +143,7 @@ fn state_that_is_removed_in_both_forms_is_told_and_epochs_still_rise() {
 #[test]
 fn settings_outlive_their_files_and_edits_of_the_site_win_over_commands() {
     let (home, config) = files();
-    let mut live = Live::of(&support::demo_model(), &config);
+    let mut live = Live::of(&end_to_end::demo_model(), &config);
     let path = |name: &str| home.path().join(name);
     assert_eq!(robot(&live), "first");
     assert_eq!(setting(&live, "robot.profile")["source"], "site_toml");

@@ -1,14 +1,12 @@
 //! Supervision of a site: what hangs, what is up, what was done.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
-mod support;
-
+use end_to_end::live::{DEADLINE, Live, POLL_INTERVAL};
 use serde_json::Value;
 use std::collections::BTreeSet;
 use std::io::{BufRead, BufReader};
 use std::process::{Command, Stdio};
 use std::time::Instant;
-use support::live::{DEADLINE, Live, POLL_INTERVAL};
 
 /// The report of a daemon in `status`.
 fn daemon(live: &Live, name: &str) -> Value {
@@ -68,7 +66,7 @@ fn a_service_whose_thread_waits_for_a_file_is_told_killed_and_started_again() {
     std::fs::write(&robot, "name = \"slim\"\nradius_m = 0.2\n").unwrap();
     let before = daemon(&live, "rasterize")["process_id"].as_u64().unwrap();
     let lock = locked_history(&live);
-    let mut command = Command::new(support::client());
+    let mut command = Command::new(end_to_end::client());
     let config = live.config();
     let command = command.arg("robot").arg(&robot).arg("--config").arg(&config).stderr(Stdio::null());
     let mut command = command.stdout(Stdio::null()).spawn().unwrap();
@@ -139,14 +137,14 @@ fn a_daemon_that_dies_while_the_site_is_half_edited_comes_back_when_it_is_whole(
 #[test]
 fn a_program_of_another_build_is_not_started() {
     let home = tempfile::tempdir().unwrap();
-    let own = support::client();
+    let own = end_to_end::client();
     // A link would be followed to the programs beside the file.
     std::fs::copy(&own, home.path().join("groundplan")).unwrap();
     for name in ["ifc-ingest", "schedule-eval", "waypoint-gen", "slam-align"] {
         std::os::unix::fs::symlink(own.with_file_name(name), home.path().join(name)).unwrap();
     }
     let other = home.path().join("rasterize");
-    support::write_program(&other, "#!/bin/sh\necho 'rasterize 0.9.0 (commit 0123456789ab)'\n");
+    end_to_end::write_program(&other, "#!/bin/sh\necho 'rasterize 0.9.0 (commit 0123456789ab)'\n");
     let live = Live::without_models("models = []\n");
     let run = |command: &str| {
         let mut client = Command::new(home.path().join("groundplan"));
@@ -202,7 +200,7 @@ fn every_process_logs_as_the_site_wants_it() {
         root.path().join("bus")
     );
     std::fs::write(&config, text).unwrap();
-    let mut up = Command::new(support::client());
+    let mut up = Command::new(end_to_end::client());
     let mut up = up.arg("up").arg("--config").arg(&config).stderr(Stdio::piped()).spawn().unwrap();
     let lines = BufReader::new(up.stderr.take().unwrap()).lines().map(Result::unwrap);
     let mut missing: BTreeSet<&str> =
@@ -219,7 +217,7 @@ fn every_process_logs_as_the_site_wants_it() {
             break;
         }
     }
-    assert!(support::groundplan(&[&"down", &"--config", &config]).status.success());
+    assert!(end_to_end::groundplan(&[&"down", &"--config", &config]).status.success());
     assert!(up.wait().unwrap().success());
     assert_eq!(missing, BTreeSet::new());
 }

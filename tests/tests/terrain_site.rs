@@ -1,12 +1,10 @@
 //! A site on rolling terrain, in every form in which files have it: the ground at dates against what the site was made of.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
-mod support;
-
+use end_to_end::{Maps, Storey, convert, terrain_site};
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use support::{Maps, Storey, convert, terrain_site};
 
 /// Corners are rounded, and the foot of a ramp lies within 2 cm of what is under it.
 const TOLERANCE_M2: f64 = 0.05;
@@ -198,7 +196,7 @@ fn way(model: &Path, from: &str, to: &str, max_slope_rad: f64) -> Value {
     let mut arguments: Vec<&dyn AsRef<std::ffi::OsStr>> = vec![&question, &profile, &robot];
     arguments.extend(rest.iter().map(|argument| argument as &dyn AsRef<std::ffi::OsStr>));
     arguments.extend([&ends as &dyn AsRef<std::ffi::OsStr>, &from, &to, &model]);
-    let output = support::groundplan(&arguments);
+    let output = end_to_end::groundplan(&arguments);
     serde_json::from_slice(&output.stdout).unwrap_or_else(|_| panic!("{}", String::from_utf8_lossy(&output.stderr)))
 }
 

@@ -3,8 +3,7 @@
 //! The users are numbers that the machine knows nothing of; only root can be several of them.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
-mod support;
-
+use end_to_end::live::DEADLINE;
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::fs::{self, File, Permissions};
@@ -13,7 +12,6 @@ use std::os::unix::fs::{MetadataExt, PermissionsExt, chown};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
-use support::live::DEADLINE;
 
 /// Who runs the daemons, and who asks: a number, and the groups that it is in.
 #[derive(Clone, Copy)]
@@ -48,7 +46,7 @@ impl Site {
         }
         let site = Self { home, memory, prefix, up: None };
         site.copy_programs();
-        fs::copy(support::demo_model(), site.home.path().join("demo.ifc")).unwrap();
+        fs::copy(end_to_end::demo_model(), site.home.path().join("demo.ifc")).unwrap();
         let config = format!(
             "state = \"state\"\nmodels = [\"demo.ifc\"]\n[schedule]\nplan_time = \"2024-03-01\"\n\
              [bus]\nprefix = {:?}\nroot = {:?}\n\
@@ -63,7 +61,7 @@ impl Site {
 
     /// The programs may lie where only root can go.
     fn copy_programs(&self) {
-        let client = support::client();
+        let client = end_to_end::client();
         let bin = self.home.path().join("bin");
         fs::create_dir(&bin).unwrap();
         let daemons = bus::Daemon::ALL.into_iter().filter(|daemon| daemon.is_of_site()).map(bus::Daemon::name);
@@ -73,7 +71,7 @@ impl Site {
                 fs::copy(&from, &to).unwrap();
             }
         }
-        for path in support::files_in(&bin).into_iter().chain([bin]) {
+        for path in end_to_end::files_in(&bin).into_iter().chain([bin]) {
             let others_too = fs::metadata(&path).unwrap().permissions().mode() | 0o055;
             fs::set_permissions(&path, Permissions::from_mode(others_too)).unwrap();
         }
@@ -142,14 +140,14 @@ impl Site {
     /// Owner and mode of everything that the bus has in memory.
     fn owners(&self) -> BTreeMap<PathBuf, (u32, u32)> {
         let mut todo = vec![self.root()];
-        let segments = support::files_in(Path::new("/dev/shm"));
+        let segments = end_to_end::files_in(Path::new("/dev/shm"));
         todo.extend(segments.into_iter().filter(|path| path.to_string_lossy().contains(&format!("/{}", self.prefix))));
         let mut found = BTreeMap::new();
         while let Some(path) = todo.pop() {
             // What goes at this moment is nobody's.
             let Ok(metadata) = fs::symlink_metadata(&path) else { continue };
             if metadata.is_dir() {
-                todo.extend(support::files_in(&path));
+                todo.extend(end_to_end::files_in(&path));
             }
             found.insert(path, (metadata.uid(), metadata.mode() & 0o7777));
         }
@@ -177,7 +175,7 @@ impl Drop for Site {
             let _ = Command::new("kill").arg(up.id().to_string()).status();
             let _ = up.wait();
         }
-        for path in support::files_in(Path::new("/dev/shm")) {
+        for path in end_to_end::files_in(Path::new("/dev/shm")) {
             if path.to_string_lossy().contains(&format!("/{}", self.prefix)) {
                 let _ = fs::remove_file(path);
             }
@@ -190,7 +188,7 @@ fn site() -> Option<Site> {
     if rustix::process::getuid().is_root() && Command::new("setpriv").arg("--version").output().is_ok() {
         return Some(Site::start());
     }
-    support::announce("SKIPPED: only root with setpriv can test several users");
+    end_to_end::announce("SKIPPED: only root with setpriv can test several users");
     None
 }
 

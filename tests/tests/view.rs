@@ -1,19 +1,17 @@
 //! The page's server beside running daemons and on files, asked as a browser asks it.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
-mod support;
-
 use bus::Daemon;
 use daemon::facts::WebFacts;
 use daemon::{Report, StatusBoard};
+use end_to_end::live::{DEADLINE, Live, POLL_INTERVAL};
+use end_to_end::{client, convert, demo_model};
 use serde_json::{Value, json};
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::Instant;
-use support::live::{DEADLINE, Live, POLL_INTERVAL};
-use support::{client, convert, demo_model};
 
 /// A server that ends with its value.
 struct Server {
@@ -288,7 +286,7 @@ fn a_taken_port_ends_a_page_of_files_and_is_named() {
     let taken = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
     let address = taken.local_addr().unwrap().to_string();
     let maps = convert(&demo_model(), &["--date", "2024-06-15T00:00:00"]);
-    let output = support::groundplan(&[&"view", &"--out", &maps.path(), &"--listen", &address]);
+    let output = end_to_end::groundplan(&[&"view", &"--out", &maps.path(), &"--listen", &address]);
     let why = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.code() == Some(1) && why.contains(&address) && why.contains("--listen"), "{why}");
 }
@@ -300,7 +298,7 @@ fn maps_that_are_converted_into_the_folder_are_shown_under_their_own_date() {
     let server = Server::view(&["--out", folder.to_str().unwrap()]);
     let before = date_of(&server.address, 0);
     let shown = planning_tile(&server.address, &before, 0);
-    let output = support::groundplan(&[&"convert", &demo_model(), &"--date", &"2024-05-13", &"-o", &folder]);
+    let output = end_to_end::groundplan(&[&"convert", &demo_model(), &"--date", &"2024-05-13", &"-o", &folder]);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let gone = format!("data/dates/{}.json", before["key"].as_str().unwrap());
     let (status, why) = ask(&server.address, "GET", &gone, "");

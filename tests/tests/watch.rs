@@ -1,15 +1,13 @@
 //! `export --watch` and the Nav2 hook script.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
-mod support;
-
+use end_to_end::live::{DEADLINE, Live};
+use end_to_end::{client, contents, root, write_program};
 use serde_json::Value;
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::time::Instant;
-use support::live::{DEADLINE, Live};
-use support::{client, contents, root, write_program};
 
 /// A watch; stopped when dropped.
 struct Watch(Child);

@@ -1,13 +1,11 @@
 //! Waypoints through the client and its daemon.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
-mod support;
-
+use end_to_end::live::Live;
+use end_to_end::{contents, convert, demo_model, groundplan};
 use serde_json::Value;
 use std::collections::BTreeSet;
 use std::path::Path;
-use support::live::Live;
-use support::{contents, convert, demo_model, groundplan};
 
 const DATE: &str = "2024-06-03T12:00:00";
 

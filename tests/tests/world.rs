@@ -1,13 +1,11 @@
 //! The demo building as a simulation world: read back as any reader of SDF would, in one frame with the maps.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
-mod support;
-
+use end_to_end::house::{House, PLAIN};
+use end_to_end::{FREE, Maps, OCCUPIED, UNKNOWN, convert, demo_model, terrain_site};
 use serde_json::Value;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
-use support::house::{House, PLAIN};
-use support::{FREE, Maps, OCCUPIED, UNKNOWN, convert, demo_model, terrain_site};
 
 /// A collision shape of a static model, as corners in `map` and faces.
 struct Shape {

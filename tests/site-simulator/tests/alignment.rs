@@ -1,9 +1,6 @@
 //! slam-align among the daemons of a site: what cannot be committed leaves bus, disk and state as they were, and is decided again.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
-#[path = "../../tests/support/house.rs"]
-#[expect(dead_code, reason = "other tests use the rest of it")]
-mod house;
 #[path = "support/models.rs"]
 mod models;
 #[path = "support/robot.rs"]

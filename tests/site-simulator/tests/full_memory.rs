@@ -1,9 +1,6 @@
 //! Revisions that find no room: what is tried again, and what is not.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
-#[path = "../../tests/support/house.rs"]
-#[expect(dead_code, reason = "other tests use the rest of it")]
-mod house;
 #[path = "support/models.rs"]
 #[expect(dead_code, reason = "other tests use the rest of it")]
 mod models;

@@ -4,9 +4,6 @@
 //! is what its operator asked for.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
-#[path = "../../tests/support/house.rs"]
-#[expect(dead_code, reason = "other tests use the rest of it")]
-mod house;
 #[path = "support/models.rs"]
 mod models;
 #[path = "support/robot.rs"]

@@ -9,9 +9,6 @@
 
 #[path = "support/drawn.rs"]
 mod drawn;
-#[path = "../../tests/support/house.rs"]
-#[expect(dead_code, reason = "other tests use the rest of it")]
-mod house;
 #[path = "support/published.rs"]
 mod published;
 #[path = "support/seeds.rs"]

@@ -2,9 +2,6 @@
 //! the daemons of the other.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
-#[path = "../../tests/support/house.rs"]
-#[expect(dead_code, reason = "other tests use the rest of it")]
-mod house;
 #[path = "support/models.rs"]
 #[expect(dead_code, reason = "other tests use the rest of it")]
 mod models;

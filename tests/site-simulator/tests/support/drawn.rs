@@ -1,8 +1,8 @@
 //! Maps of a small site with two storeys at each of its dates, in two revisions: by the daemons and the stages themselves.
 
-use crate::house::{House, PLAIN};
 use bus::{Bus, Daemon};
 use daemon::SiteConfig;
+use end_to_end::house::{House, PLAIN};
 use replica::{IndexClock, KeyList, PublicKey, SigningKey};
 use site_server::later_sets::LaterSets;
 use site_server::pieces::{SetPieces, SitePieces};

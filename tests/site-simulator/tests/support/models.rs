@@ -1,7 +1,7 @@
 //! Models of a small site, and a state folder in which the first of them is in force.
 
-use crate::house::{House, PLAIN};
 use bus::Daemon;
+use end_to_end::house::{House, PLAIN};
 use site_simulator::{DAEMONS, Daemons, End, SimulatedClock};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicI64;

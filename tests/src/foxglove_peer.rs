@@ -11,11 +11,11 @@ use std::process::Command;
 use std::time::Instant;
 
 /// What the client needs.
-pub(crate) const PACKAGES: [&str; 4] =
+pub const PACKAGES: [&str; 4] =
     ["websockets==15.0.1", "mcap-ros2-support==0.6.0", "mcap-protobuf-support==0.5.4", "numpy"];
 
 /// Where Foxglove is served, once maps are published: who connects now comes late.
-pub(crate) fn served(live: &Live) -> SocketAddr {
+pub fn served(live: &Live) -> SocketAddr {
     let begun = Instant::now();
     loop {
         let report: Option<Report<RosBridgeFacts>> = StatusBoard::of(live.root.path()).report(Daemon::RosBridge);
@@ -28,7 +28,7 @@ pub(crate) fn served(live: &Live) -> SocketAddr {
 }
 
 /// A client that prints what comes.
-pub(crate) fn connect(address: SocketAddr, more: &[&str]) -> Peer {
+pub fn connect(address: SocketAddr, more: &[&str]) -> Peer {
     let mut command = Command::new(root().join("target/venv/bin/python"));
     let url = format!("ws://{address}");
     Peer::start(command.arg(root().join("scripts/foxglove_peer.py")).args(["--url", &url]).args(more))

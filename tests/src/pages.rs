@@ -29,7 +29,7 @@ const PORTS: [&str; 4] = ["8642", "8643", "8765", "7447"];
 const SITES: [&str; 2] = ["tower", "scout"];
 
 /// A fenced block of a document.
-pub(crate) struct Block {
+pub struct Block {
     /// What stands behind the fence.
     info: String,
     lines: Vec<String>,
@@ -38,7 +38,7 @@ pub(crate) struct Block {
 }
 
 /// The fenced blocks of a text.
-pub(crate) fn blocks(text: &str) -> Vec<Block> {
+pub fn blocks(text: &str) -> Vec<Block> {
     let mut found: Vec<Block> = Vec::new();
     let mut is_open = false;
     for (number, line) in text.lines().enumerate() {
@@ -69,21 +69,21 @@ fn command_of(line: &str) -> Option<(String, i32)> {
 
 /// How many command lines of a page run, and how many cannot.
 #[derive(Debug, Default, Clone, Copy)]
-pub(crate) struct Counts {
-    pub(crate) n_run: usize,
-    pub(crate) n_not_run: usize,
+pub struct Counts {
+    pub n_run: usize,
+    pub n_not_run: usize,
 }
 
 /// A folder in which the commands of a page run, with what they left running.
-pub(crate) struct Page {
-    pub(crate) home: tempfile::TempDir,
+pub struct Page {
+    pub home: tempfile::TempDir,
     name: String,
     /// Texts of the page, and what stands for them here.
     private: Vec<(String, String)>,
     /// Folders in which those of buses are made, which go with this value.
     _buses: Vec<tempfile::TempDir>,
     served: Vec<Child>,
-    pub(crate) counts: Counts,
+    pub counts: Counts,
     /// True if programs of the page find the packages that they import.
     has_python: bool,
     has_curl: bool,
@@ -91,7 +91,7 @@ pub(crate) struct Page {
 
 impl Page {
     /// A folder with what a clone has, in which commands may write.
-    pub(crate) fn new(name: &str) -> Self {
+    pub fn new(name: &str) -> Self {
         let home = tempfile::tempdir().unwrap();
         for folder in ["config", "scripts", "tests"] {
             std::os::unix::fs::symlink(root().join(folder), home.path().join(folder)).unwrap();
@@ -126,7 +126,7 @@ impl Page {
     }
 
     /// Runs a whole document.
-    pub(crate) fn run(&mut self, blocks: &[Block]) {
+    pub fn run(&mut self, blocks: &[Block]) {
         // `None` where something that a command needs is not there.
         let mut printed = Some(String::new());
         for block in blocks {
@@ -151,7 +151,7 @@ impl Page {
     }
 
     /// Ends what still runs.
-    pub(crate) fn end(&mut self) -> Counts {
+    pub fn end(&mut self) -> Counts {
         for child in self.served.drain(..).rev() {
             end(child);
         }
@@ -288,7 +288,7 @@ fn n_commands(block: &Block) -> usize {
 }
 
 /// The texts between `..` of a line.
-pub(crate) fn pieces(line: &str) -> impl Iterator<Item = &str> {
+pub fn pieces(line: &str) -> impl Iterator<Item = &str> {
     line.split("..").map(str::trim).filter(|piece| !piece.is_empty())
 }
 
@@ -298,7 +298,7 @@ fn single_spaced(text: &str) -> String {
 }
 
 /// True if a text has the pieces in their order.
-pub(crate) fn has_pieces<'a>(text: &str, mut pieces: impl Iterator<Item = &'a str>) -> bool {
+pub fn has_pieces<'a>(text: &str, mut pieces: impl Iterator<Item = &'a str>) -> bool {
     let mut rest = text;
     pieces.all(|piece| match rest.split_once(piece) {
         Some((_, after)) => {
@@ -325,7 +325,7 @@ fn assert_is_example(block: &Block, path: &str, place: &str) {
 }
 
 /// Source text of all programs without tests, by file: texts that go over several lines are on one, quotes are not escaped.
-pub(crate) fn sources() -> BTreeMap<String, String> {
+pub fn sources() -> BTreeMap<String, String> {
     let (mut todo, mut found) = (vec![root().join("common"), root().join("services")], BTreeMap::new());
     while let Some(folder) = todo.pop() {
         for path in super::files_in(&folder) {

@@ -8,16 +8,16 @@ use messages::{InputHashes, SlamMap, SlamMapHead};
 use serde_json::Value;
 
 /// A robot that publishes a map of the ground floor as its own.
-pub(crate) struct MappingRobot {
+pub struct MappingRobot {
     publisher: Publisher<topics::SlamMap>,
     _bus: (Bus, Waiter),
-    pub(crate) cells: Vec<i8>,
+    pub cells: Vec<i8>,
     size: [u32; 2],
     epoch: u64,
 }
 
 impl MappingRobot {
-    pub(crate) fn of(live: &Live, maps: &Maps, map: &str) -> Self {
+    pub fn of(live: &Live, maps: &Maps, map: &str) -> Self {
         let config = SiteConfig::read(&live.config()).unwrap();
         let (bus, waiter) = Bus::join(&config.domain().unwrap(), Daemon::Robot).unwrap();
         let directory = maps.manifest["storeys"][0]["directory"].as_str().unwrap();
@@ -34,7 +34,7 @@ impl MappingRobot {
     }
 
     /// The robot sees through a rectangle of the model's map: x from, y from, x to, y to.
-    pub(crate) fn sees_through(&mut self, maps: &Maps, [x0, y0, x1, y1]: [f64; 4]) {
+    pub fn sees_through(&mut self, maps: &Maps, [x0, y0, x1, y1]: [f64; 4]) {
         let origin = [0, 1].map(|k| maps.manifest["storeys"][0]["origin_m"][k].as_f64().unwrap());
         for (index, cell) in self.cells.iter_mut().enumerate() {
             let (column, row) = (index as u32 % self.size[0], index as u32 / self.size[0]);
@@ -45,7 +45,7 @@ impl MappingRobot {
         }
     }
 
-    pub(crate) fn publish(&mut self, x_m: f64) {
+    pub fn publish(&mut self, x_m: f64) {
         let [width, height] = self.size;
         let head = SlamMapHead { resolution_m: 0.05, origin: [x_m, 1.0, 0.0], width, height };
         self.epoch += 1;
@@ -55,7 +55,7 @@ impl MappingRobot {
 }
 
 /// A pixel of the planning map that the daemons hold, at a place of the ground floor.
-pub(crate) fn planning_at(live: &Live, [x_m, y_m]: [f64; 2]) -> u8 {
+pub fn planning_at(live: &Live, [x_m, y_m]: [f64; 2]) -> u8 {
     let out = live.home.path().join("exported");
     live.text(&[&"export", &out]);
     let manifest: Value = serde_json::from_slice(&std::fs::read(out.join("manifest.json")).unwrap()).unwrap();

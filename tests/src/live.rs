@@ -9,18 +9,18 @@ use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
 /// The one deadline of every wait: far beyond what any machine needs.
-pub(crate) const DEADLINE: Duration = Duration::from_secs(120);
+pub const DEADLINE: Duration = Duration::from_secs(120);
 
 /// Interval between two looks at a status.
-pub(crate) const POLL_INTERVAL: Duration = Duration::from_millis(50);
+pub const POLL_INTERVAL: Duration = Duration::from_millis(50);
 
 /// A site with daemons of its own, on a bus of its own.
-pub(crate) struct Live {
-    pub(crate) home: tempfile::TempDir,
+pub struct Live {
+    pub home: tempfile::TempDir,
     /// Folder of the bus; goes with this value.
-    pub(crate) root: tempfile::TempDir,
-    pub(crate) prefix: String,
-    pub(crate) up: Option<Child>,
+    pub root: tempfile::TempDir,
+    pub prefix: String,
+    pub up: Option<Child>,
     /// The server that this site follows, in [`FOLLOWING`] tests.
     server: Option<Box<(Tower, Live)>>,
 }
@@ -37,12 +37,12 @@ const DRAWING: [&str; 4] = ["ifc-ingest", "schedule-eval", "rasterize", "waypoin
 
 impl Live {
     /// The demo building before its first slab.
-    pub(crate) fn start() -> Self {
+    pub fn start() -> Self {
         Self::of(&demo_model(), "[schedule]\nplan_time = \"2024-03-01\"\n")
     }
 
     /// A building, with more of its configuration.
-    pub(crate) fn of(model: &Path, more: &str) -> Self {
+    pub fn of(model: &Path, more: &str) -> Self {
         let all = format!("models = [\"demo.ifc\"]\n{more}");
         if std::env::var_os(FOLLOWING).is_some() {
             return Self::following_server(model, &all);
@@ -59,7 +59,7 @@ impl Live {
             .unwrap()
             .into_iter()
             .partition(|(key, _)| OF_DRAWING.contains(&key.as_str()));
-        let tower = Tower::new();
+        let tower = Tower::with_keys();
         let mut server = Self::without_models(&tower.serve("signing", &drawing.to_string()));
         std::fs::copy(model, server.home.path().join("demo.ifc")).unwrap();
         server.up();
@@ -84,7 +84,7 @@ impl Live {
     }
 
     /// A site that is not up, with this configuration beside its state and its bus.
-    pub(crate) fn without_models(more: &str) -> Self {
+    pub fn without_models(more: &str) -> Self {
         let home = tempfile::tempdir().unwrap();
         let root = tempfile::Builder::new().prefix("gplive").tempdir_in("/dev/shm").unwrap();
         let prefix = format!("{}_", root.path().file_name().unwrap().to_string_lossy().replace('.', ""));
@@ -93,22 +93,27 @@ impl Live {
         Self { home, root, prefix, up: None, server: None }
     }
 
-    pub(crate) fn config(&self) -> PathBuf {
+    pub fn config(&self) -> PathBuf {
         self.home.path().join("site.toml")
     }
 
-    pub(crate) fn up(&mut self) {
-        let child = Command::new(client()).arg("up").arg("--config").arg(self.config()).stderr(Stdio::null()).spawn();
-        self.up = Some(child.unwrap());
+    pub fn up(&mut self) {
+        self.up_without_health();
         self.wait_until_healthy();
     }
 
-    pub(crate) fn down(&mut self) {
+    /// Starts the site, which may have something to tell.
+    pub fn up_without_health(&mut self) {
+        let child = Command::new(client()).arg("up").arg("--config").arg(self.config()).stderr(Stdio::null()).spawn();
+        self.up = Some(child.unwrap());
+    }
+
+    pub fn down(&mut self) {
         assert!(self.run(&[&"down"]).status.success());
         assert!(self.up.take().unwrap().wait().unwrap().success());
     }
 
-    pub(crate) fn run(&self, arguments: &[&dyn AsRef<OsStr>]) -> Output {
+    pub fn run(&self, arguments: &[&dyn AsRef<OsStr>]) -> Output {
         let sets_date = arguments.len() > 1 && arguments[0].as_ref() == "date";
         if let Some(server) = self.server.as_deref().filter(|_| sets_date) {
             return self.decide(server, arguments);
@@ -118,18 +123,18 @@ impl Live {
         groundplan(&arguments.iter().copied().chain(more).collect::<Vec<_>>())
     }
 
-    pub(crate) fn text(&self, arguments: &[&dyn AsRef<OsStr>]) -> String {
+    pub fn text(&self, arguments: &[&dyn AsRef<OsStr>]) -> String {
         let output = self.run(arguments);
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
         String::from_utf8(output.stdout).unwrap().trim().to_owned()
     }
 
-    pub(crate) fn status(&self) -> Option<Value> {
+    pub fn status(&self) -> Option<Value> {
         serde_json::from_slice(&self.run(&[&"status", &"--json"]).stdout).ok()
     }
 
     /// The status once it is as it should be.
-    pub(crate) fn wait_for_status(&self, what: &str, is_so: impl Fn(&Value) -> bool) -> Value {
+    pub fn wait_for_status(&self, what: &str, is_so: impl Fn(&Value) -> bool) -> Value {
         let begun = Instant::now();
         loop {
             let status = self.status();
@@ -141,7 +146,15 @@ impl Live {
         }
     }
 
-    pub(crate) fn wait_until_healthy(&self) {
+    pub fn wait_until_settled(&self, what: &str, is_so: impl Fn(&Self) -> bool) {
+        let begun = Instant::now();
+        while self.status().is_none_or(|status| status["daemons"].get("schedule-eval").is_none()) || !is_so(self) {
+            assert!(begun.elapsed() < DEADLINE, "{what}: {:?}", self.status());
+            std::thread::sleep(POLL_INTERVAL);
+        }
+    }
+
+    pub fn wait_until_healthy(&self) {
         let begun = Instant::now();
         while self.status().is_none_or(|status| status["healthy"] != true) {
             assert!(begun.elapsed() < DEADLINE, "{:?}", self.status());
@@ -149,12 +162,12 @@ impl Live {
         }
     }
 
-    pub(crate) fn index(&self) -> Value {
+    pub fn index(&self) -> Value {
         serde_json::from_str(&self.text(&[&"topic", &"echo", &"grids"])).unwrap()
     }
 
     /// Kills a daemon and waits for its successor.
-    pub(crate) fn kill(&self, daemon: &str) {
+    pub fn kill(&self, daemon: &str) {
         let daemon = if self.server.is_some() && DRAWING.contains(&daemon) { "site-follow" } else { daemon };
         self.wait_until_healthy();
         let before = self.status().unwrap()["daemons"][daemon]["process_id"].clone();
@@ -173,7 +186,7 @@ impl Live {
         }
     }
 
-    pub(crate) fn segments(&self) -> usize {
+    pub fn segments(&self) -> usize {
         let names = std::fs::read_dir("/dev/shm").unwrap().map(|e| e.unwrap().file_name());
         names.filter(|name| name.to_string_lossy().starts_with(&self.prefix)).count()
     }

@@ -11,7 +11,7 @@ use std::process::Command;
 use std::time::Instant;
 
 /// True, unless CycloneDDS cannot be had: then it says so.
-pub(crate) fn has_peer() -> bool {
+pub fn has_peer() -> bool {
     let made = Command::new(root().join("scripts/python-env")).arg("cyclonedds==11.0.1").output().unwrap();
     if !made.status.success() {
         announce(&format!("SKIPPED: CycloneDDS cannot be installed: {}", String::from_utf8_lossy(&made.stderr)));
@@ -20,7 +20,7 @@ pub(crate) fn has_peer() -> bool {
 }
 
 /// A domain that no other test has as long as this process runs.
-pub(crate) fn domain() -> u16 {
+pub fn domain() -> u16 {
     let mut domains = 100..228;
     let free = domains.find(|domain| {
         let path = std::env::temp_dir().join(format!("groundplan-test-domain-{domain}"));
@@ -41,31 +41,31 @@ fn start(script: &str, domain: u16, more: &[&dyn AsRef<OsStr>]) -> Peer {
 }
 
 /// A participant that prints what comes.
-pub(crate) fn join(domain: u16, more: &[&dyn AsRef<OsStr>]) -> Peer {
+pub fn join(domain: u16, more: &[&dyn AsRef<OsStr>]) -> Peer {
     start("scripts/ros_peer.py", domain, more)
 }
 
 /// A SLAM node that publishes maps of a kind on `/map`.
-pub(crate) fn slam(domain: u16, kind: &str, path: &Path, more: &[&dyn AsRef<OsStr>]) -> Peer {
+pub fn slam(domain: u16, kind: &str, path: &Path, more: &[&dyn AsRef<OsStr>]) -> Peer {
     let own: [&dyn AsRef<OsStr>; 2] = [&kind, &path];
     start("scripts/ros_slam.py", domain, &own.iter().chain(more).copied().collect::<Vec<_>>())
 }
 
 /// The demo building in April 2024, with a bridge in a domain; `more` keys of `[ros]`.
-pub(crate) fn site(domain: u16, more: &str) -> Live {
+pub fn site(domain: u16, more: &str) -> Live {
     let ros = format!("[schedule]\nplan_time = \"2024-04-15\"\n[ros]\nenabled = true\ndomain_id = {domain}\n{more}");
     Live::of(&demo_model(), &ros)
 }
 
 /// What `doctor` says about the graph.
-pub(crate) fn graph(live: &Live) -> String {
+pub fn graph(live: &Live) -> String {
     let checks: Value = serde_json::from_slice(&live.run(&[&"doctor", &"--json"]).stdout).unwrap();
     let check = checks.as_array().unwrap().iter().find(|check| check["what"] == "ROS 2").cloned();
     check.unwrap()["found"].as_str().unwrap().to_owned()
 }
 
 /// Waits until what the bridge says of itself is as it should be.
-pub(crate) fn wait_for_facts(live: &Live, is_so: impl Fn(&Value) -> bool) -> Value {
+pub fn wait_for_facts(live: &Live, is_so: impl Fn(&Value) -> bool) -> Value {
     let begun = Instant::now();
     loop {
         let report = std::fs::read(live.root.path().join("board/ros-bridge.json")).unwrap();

@@ -9,19 +9,19 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::time::Instant;
 
 /// A process that prints what comes.
-pub(crate) struct Peer {
+pub struct Peer {
     process: Child,
     input: ChildStdin,
     /// What it has printed and is not read yet.
     lines: Receiver<String>,
     /// The last message of each topic.
-    pub(crate) last: BTreeMap<String, Value>,
+    pub last: BTreeMap<String, Value>,
     /// Topics in the order in which messages came.
-    pub(crate) order: Vec<String>,
+    pub order: Vec<String>,
 }
 
 impl Peer {
-    pub(crate) fn start(command: &mut Command) -> Self {
+    pub fn start(command: &mut Command) -> Self {
         let mut process = command.stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().unwrap();
         let input = process.stdin.take().unwrap();
         let printed = BufReader::new(process.stdout.take().unwrap()).lines();
@@ -32,17 +32,17 @@ impl Peer {
     }
 
     /// Sends so many lines, for each of which it does its next step.
-    pub(crate) fn step(&mut self, n_steps: usize) {
+    pub fn step(&mut self, n_steps: usize) {
         self.input.write_all("\n".repeat(n_steps).as_bytes()).unwrap();
     }
 
     /// Sends it a signal, as `kill` names it.
-    pub(crate) fn signal(&self, signal: &str) {
+    pub fn signal(&self, signal: &str) {
         assert!(Command::new("kill").args([signal, &self.process.id().to_string()]).status().unwrap().success());
     }
 
     /// Reads messages until they are as they should be.
-    pub(crate) fn wait_until(&mut self, what: &str, is_so: impl Fn(&BTreeMap<String, Value>) -> bool) {
+    pub fn wait_until(&mut self, what: &str, is_so: impl Fn(&BTreeMap<String, Value>) -> bool) {
         let begun = Instant::now();
         while !is_so(&self.last) {
             assert!(self.read(), "{what}: the peer has ended");
@@ -51,7 +51,7 @@ impl Peer {
     }
 
     /// Reads until there is nothing more to come.
-    pub(crate) fn wait_until_its_end(&mut self) {
+    pub fn wait_until_its_end(&mut self) {
         let begun = Instant::now();
         while self.read() {
             assert!(begun.elapsed() < DEADLINE, "the peer does not end");

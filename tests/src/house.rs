@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 /// A model in metres; bodies are given in the world.
-pub(crate) struct House {
+pub struct House {
     schema: &'static str,
     records: String,
     on_storey: Vec<usize>,
@@ -18,10 +18,10 @@ pub(crate) struct House {
 const FIRST: usize = 20;
 
 /// Attributes behind the representation that are not given.
-pub(crate) const PLAIN: &str = "$,$";
+pub const PLAIN: &str = "$,$";
 
 impl House {
-    pub(crate) fn new(schema: &'static str) -> Self {
+    pub fn new(schema: &'static str) -> Self {
         let (on_storey, spaces, storeys) = (Vec::new(), Vec::new(), vec![8]);
         Self { schema, records: String::new(), on_storey, spaces, storeys, n_records: FIRST }
     }
@@ -50,14 +50,7 @@ impl House {
     }
 
     /// An element of the storey; `rest` are its attributes behind the representation. Returns its record.
-    pub(crate) fn add_prism(
-        &mut self,
-        entity: &str,
-        name: &str,
-        rest: &str,
-        outline: &[[f64; 2]],
-        y: [f64; 2],
-    ) -> usize {
+    pub fn add_prism(&mut self, entity: &str, name: &str, rest: &str, outline: &[[f64; 2]], y: [f64; 2]) -> usize {
         let body = self.prism(outline, y);
         let element = self.record(&format!("{entity}('{:0>22}',$,'{name}',$,$,#7,#{body},{rest})", self.n_records));
         self.on_storey.push(element);
@@ -65,20 +58,20 @@ impl House {
     }
 
     /// An element of the storey that is a box, from corner to corner.
-    pub(crate) fn add(&mut self, entity: &str, name: &str, rest: &str, [min, max]: [[f64; 3]; 2]) -> usize {
+    pub fn add(&mut self, entity: &str, name: &str, rest: &str, [min, max]: [[f64; 3]; 2]) -> usize {
         let outline = [[min[0], min[2]], [max[0], min[2]], [max[0], max[2]], [min[0], max[2]]];
         self.add_prism(entity, name, rest, &outline, [min[1], max[1]])
     }
 
     /// An element of the storey without a body. Returns its record.
-    pub(crate) fn add_bodiless(&mut self, entity: &str, name: &str, rest: &str) -> usize {
+    pub fn add_bodiless(&mut self, entity: &str, name: &str, rest: &str) -> usize {
         let element = self.record(&format!("{entity}('{:0>22}',$,'{name}',$,$,#7,$,{rest})", self.n_records));
         self.on_storey.push(element);
         element
     }
 
     /// An opening of an element that is a box. Returns its record.
-    pub(crate) fn add_opening(&mut self, host: usize, corners: [[f64; 3]; 2]) -> usize {
+    pub fn add_opening(&mut self, host: usize, corners: [[f64; 3]; 2]) -> usize {
         let opening = self.add("IFCOPENINGELEMENT", "Opening", PLAIN, corners);
         self.on_storey.pop();
         self.record(&format!("IFCRELVOIDSELEMENT('v{opening}',$,$,$,#{host},#{opening})"));
@@ -86,18 +79,18 @@ impl House {
     }
 
     /// Lets an element fill an opening.
-    pub(crate) fn fill(&mut self, opening: usize, element: usize) {
+    pub fn fill(&mut self, opening: usize, element: usize) {
         self.record(&format!("IFCRELFILLSELEMENT('f{element}',$,$,$,#{opening},#{element})"));
     }
 
     /// Makes elements parts of another one.
-    pub(crate) fn aggregate(&mut self, whole: usize, parts: &[usize]) {
+    pub fn aggregate(&mut self, whole: usize, parts: &[usize]) {
         let parts: Vec<String> = parts.iter().map(|part| format!("#{part}")).collect();
         self.record(&format!("IFCRELAGGREGATES('a{whole}',$,$,$,#{whole},({}))", parts.join(",")));
     }
 
     /// Panels of a door: operation, position, and share of the width.
-    pub(crate) fn add_panels(&mut self, door: usize, panels: &[(&str, &str, f64)]) {
+    pub fn add_panels(&mut self, door: usize, panels: &[(&str, &str, f64)]) {
         for (k, (operation, position, share)) in panels.iter().enumerate() {
             let panel = self.record(&format!(
                 "IFCDOORPANELPROPERTIES('p{door}_{k}',$,$,$,0.05,.{operation}.,{share:?},.{position}.,$)"
@@ -107,19 +100,19 @@ impl House {
     }
 
     /// A room that is a box.
-    pub(crate) fn add_room(&mut self, name: &str, corners: [[f64; 3]; 2]) {
+    pub fn add_room(&mut self, name: &str, corners: [[f64; 3]; 2]) {
         self.add_space(name, "INTERNAL", corners);
     }
 
     /// A space of this PredefinedType that is a box.
-    pub(crate) fn add_space(&mut self, name: &str, predefined_type: &str, corners: [[f64; 3]; 2]) {
+    pub fn add_space(&mut self, name: &str, predefined_type: &str, corners: [[f64; 3]; 2]) {
         let room = self.add("IFCSPACE", name, &format!("$,.ELEMENT.,.{predefined_type}.,$"), corners);
         self.on_storey.pop();
         self.spaces.push((self.storeys[self.storeys.len() - 1], room));
     }
 
     /// One more storey, of the spaces from here on; what stands on it is told by heights.
-    pub(crate) fn add_storey(&mut self, name: &str, z: f64) {
+    pub fn add_storey(&mut self, name: &str, z: f64) {
         let at = self.record(&format!("IFCCARTESIANPOINT((0.,0.,{z:?}))"));
         let axes = self.record(&format!("IFCAXIS2PLACEMENT3D(#{at},$,$)"));
         let place = self.record(&format!("IFCLOCALPLACEMENT($,#{axes})"));
@@ -129,24 +122,24 @@ impl House {
     }
 
     /// Elements from here on are contained nowhere, and so are those before.
-    pub(crate) fn contain_nothing(&mut self) {
+    pub fn contain_nothing(&mut self) {
         self.on_storey.clear();
     }
 
     /// A record that nothing uses: what follows has other GlobalIds.
-    pub(crate) fn add_unused(&mut self) {
+    pub fn add_unused(&mut self) {
         self.record("IFCCARTESIANPOINT((0.,0.,0.))");
     }
 
     /// A text property of an element.
-    pub(crate) fn add_text_property(&mut self, element: usize, set: &str, property: &str, text: &str) {
+    pub fn add_text_property(&mut self, element: usize, set: &str, property: &str, text: &str) {
         let value = self.record(&format!("IFCPROPERTYSINGLEVALUE('{property}',$,IFCTEXT('{text}'),$)"));
         let set = self.record(&format!("IFCPROPERTYSET('p{element}',$,'{set}',$,(#{value}))"));
         self.record(&format!("IFCRELDEFINESBYPROPERTIES('d{element}',$,$,$,(#{element}),#{set})"));
     }
 
     /// Walls of 0.2 m around a rectangle in plan, from `z` up, with nothing in them.
-    pub(crate) fn add_walls(&mut self, [x0, y0, x1, y1]: [f64; 4], z: [f64; 2]) {
+    pub fn add_walls(&mut self, [x0, y0, x1, y1]: [f64; 4], z: [f64; 2]) {
         let walls = [
             [[x0 - 0.2, y0 - 0.2], [x1 + 0.2, y0]],
             [[x0 - 0.2, y1], [x1 + 0.2, y1 + 0.2]],
@@ -159,7 +152,7 @@ impl House {
     }
 
     /// Writes the model into a folder.
-    pub(crate) fn write(&self, folder: &Path) -> PathBuf {
+    pub fn write(&self, folder: &Path) -> PathBuf {
         let list = |ids: &[usize]| ids.iter().map(|id| format!("#{id}")).collect::<Vec<_>>().join(",");
         let mut relations = String::new();
         if !self.on_storey.is_empty() {

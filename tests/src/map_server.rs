@@ -5,7 +5,7 @@ use sha2::{Digest, Sha256};
 use std::path::Path;
 
 /// sha256 of a layer of a map storey as Nav2's map server publishes the file that `export` writes.
-pub(crate) fn published_by_map_server(folder: &Path, storey: usize, layer: &str) -> String {
+pub fn published_by_map_server(folder: &Path, storey: usize, layer: &str) -> String {
     let manifest: Value = serde_json::from_slice(&std::fs::read(folder.join("manifest.json")).unwrap()).unwrap();
     let directory = folder.join(manifest["storeys"][storey]["directory"].as_str().unwrap());
     let (width, _, pixels) = grid::decode_pgm(&std::fs::read(directory.join(layer)).unwrap()).unwrap();

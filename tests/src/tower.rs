@@ -7,15 +7,15 @@ use std::path::PathBuf;
 use std::process::{Command, Stdio};
 
 /// The date of a site at its start.
-pub(crate) const FIRST: &str = "[schedule]\nplan_time = \"2024-04-15\"\n";
+pub const FIRST: &str = "[schedule]\nplan_time = \"2024-04-15\"\n";
 
 /// Keys of a site and its store, in a folder.
-pub(crate) struct Tower {
-    pub(crate) home: tempfile::TempDir,
+pub struct Tower {
+    pub home: tempfile::TempDir,
 }
 
 impl Tower {
-    pub(crate) fn new() -> Self {
+    pub fn with_keys() -> Self {
         let tower = Self { home: tempfile::tempdir().unwrap() };
         tower.key("root");
         tower.key("signing");
@@ -23,23 +23,23 @@ impl Tower {
         tower
     }
 
-    pub(crate) fn at(&self, name: &str) -> PathBuf {
+    pub fn at(&self, name: &str) -> PathBuf {
         self.home.path().join(name)
     }
 
-    pub(crate) fn key(&self, name: &str) {
+    pub fn key(&self, name: &str) {
         let output = groundplan(&[&"key", &"new", &self.at(&format!("{name}.pem"))]);
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     }
 
-    pub(crate) fn public(&self, name: &str) -> String {
+    pub fn public(&self, name: &str) -> String {
         let output = groundplan(&[&"key", &"show", &self.at(&format!("{name}.pem"))]);
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
         String::from_utf8(output.stdout).unwrap().trim().to_owned()
     }
 
     /// Signs a list of keys.
-    pub(crate) fn list(&self, number: u32, names: &[&str]) {
+    pub fn list(&self, number: u32, names: &[&str]) {
         let mut command = Command::new(client());
         command.args(["key", "list", "--site", "tower", "--number", &number.to_string()]);
         command.arg("--root").arg(self.at("root.pem")).arg("-o").arg(self.at("keys.jsonl"));
@@ -49,33 +49,33 @@ impl Tower {
         assert!(command.status().unwrap().success());
     }
 
-    pub(crate) fn store(&self) -> PathBuf {
+    pub fn store(&self) -> PathBuf {
         self.at("store")
     }
 
     /// The index that is the newest.
-    pub(crate) fn current(&self) -> PathBuf {
+    pub fn current(&self) -> PathBuf {
         self.at("store/tower/current.jsonl")
     }
 
     /// What a server has in its configuration, with the name of the key that signs.
-    pub(crate) fn serve(&self, key: &str, more: &str) -> String {
+    pub fn serve(&self, key: &str, more: &str) -> String {
         let [store, key, keys] = [self.store(), self.at(&format!("{key}.pem")), self.at("keys.jsonl")];
         format!("{more}[serve]\nstore = {store:?}\nsite = \"tower\"\nkey = {key:?}\nkeys = {keys:?}\n")
     }
 
     /// What a robot has in its configuration.
-    pub(crate) fn follow(&self, more: &str) -> String {
+    pub fn follow(&self, more: &str) -> String {
         self.follow_at(self.store().to_str().unwrap(), more)
     }
 
-    pub(crate) fn follow_at(&self, store: &str, more: &str) -> String {
+    pub fn follow_at(&self, store: &str, more: &str) -> String {
         let root = self.public("root");
         format!("[follow]\nstore = {store:?}\nsite = \"tower\"\nroots = [{root:?}]\npoll_s = 1\n{more}")
     }
 
     /// The plan time of the first set of the newest index, once its mission plan is in it.
-    pub(crate) fn plan_time(&self) -> Option<String> {
+    pub fn plan_time(&self) -> Option<String> {
         let text = std::fs::read_to_string(self.current()).unwrap();
         let index: Value = serde_json::from_str(text.lines().nth(2)?).ok()?;
         let set = &index["sets"][0];
@@ -84,12 +84,12 @@ impl Tower {
     }
 
     /// Epoch of the newest index.
-    pub(crate) fn epoch(&self) -> u64 {
+    pub fn epoch(&self) -> u64 {
         self.index()["epoch"].as_u64().unwrap()
     }
 
     /// The newest index.
-    pub(crate) fn index(&self) -> Value {
+    pub fn index(&self) -> Value {
         let text = std::fs::read_to_string(self.current()).unwrap();
         serde_json::from_str(text.lines().nth(2).unwrap()).unwrap()
     }
@@ -97,30 +97,30 @@ impl Tower {
 
 impl Live {
     /// A robot without models.
-    pub(crate) fn following(config: &str) -> Self {
+    pub fn following(config: &str) -> Self {
         let mut robot = Self::without_models(config);
         robot.start_up();
         robot
     }
 
-    pub(crate) fn start_up(&mut self) {
+    pub fn start_up(&mut self) {
         let mut command = Command::new(client());
         self.up = Some(command.arg("up").arg("--config").arg(self.config()).stderr(Stdio::null()).spawn().unwrap());
     }
 
     /// The status of a robot that shows an index of at least this epoch, whole.
-    pub(crate) fn shows(&self, epoch: u64) -> Value {
+    pub fn shows(&self, epoch: u64) -> Value {
         self.wait_for_status("the index is shown", |status| {
             status["follower"]["epoch"].as_u64().is_some_and(|shown| shown >= epoch) && status["healthy"] == true
         })
     }
 
     /// What site-follow says is wrong, once it says something with these words.
-    pub(crate) fn says(&self, words: &str) -> String {
+    pub fn says(&self, words: &str) -> String {
         self.daemon_says("site-follow", words)
     }
 
-    pub(crate) fn daemon_says(&self, name: &str, words: &str) -> String {
+    pub fn daemon_says(&self, name: &str, words: &str) -> String {
         let text = |status: &Value| {
             let daemon = &status["daemons"][name];
             format!("{} {}", daemon["error"].as_str().unwrap_or(""), daemon["warning"].as_str().unwrap_or(""))
@@ -128,7 +128,7 @@ impl Live {
         text(&self.wait_for_status(words, |status| text(status).contains(words)))
     }
 
-    pub(crate) fn exported(&self, name: &str) -> Vec<(PathBuf, Vec<u8>)> {
+    pub fn exported(&self, name: &str) -> Vec<(PathBuf, Vec<u8>)> {
         let out = self.home.path().join(name);
         self.text(&[&"export", &out, &"--force"]);
         contents(&out)
@@ -136,7 +136,7 @@ impl Live {
 }
 
 /// The server has published what it draws now.
-pub(crate) fn published(server: &Live, tower: &Tower, after: u64) -> u64 {
+pub fn published(server: &Live, tower: &Tower, after: u64) -> u64 {
     server.wait_for_status("it is published", |status| {
         let is_drawn = status["healthy"] == true;
         let shown = status["clock"]["plan_time"].as_str().map(str::to_owned);

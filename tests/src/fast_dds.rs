@@ -10,7 +10,7 @@ use std::sync::OnceLock;
 const NO_FAST_DDS: i32 = 3;
 
 /// True, unless Fast DDS cannot be had: then it says so. All tests of a process look once.
-pub(crate) fn has_peer() -> bool {
+pub fn has_peer() -> bool {
     static HAS_PEER: OnceLock<bool> = OnceLock::new();
     *HAS_PEER.get_or_init(build)
 }
@@ -27,7 +27,7 @@ fn build() -> bool {
 }
 
 /// A participant that prints what comes.
-pub(crate) fn join(domain: u16, more: &[&dyn AsRef<OsStr>]) -> Peer {
+pub fn join(domain: u16, more: &[&dyn AsRef<OsStr>]) -> Peer {
     let mut command = Command::new(root().join("target/fast-dds/peer"));
     Peer::start(command.args(["--domain", &domain.to_string()]).args(more))
 }

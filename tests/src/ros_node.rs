@@ -15,7 +15,7 @@ const PACKAGES: [&str; 5] = [
 ];
 
 /// True, unless ROS 2 cannot be had: then it says so. Its wheels are for CPython 3.11. All tests of a process look once.
-pub(crate) fn has_node() -> bool {
+pub fn has_node() -> bool {
     static HAS_NODE: OnceLock<bool> = OnceLock::new();
     *HAS_NODE.get_or_init(|| {
         let made = Command::new(root().join("scripts/python-env")).args(PACKAGES).output().unwrap();
@@ -33,11 +33,11 @@ fn start(script: &str, domain: u16, more: &[&dyn AsRef<OsStr>]) -> Peer {
 }
 
 /// A node that prints once a second what it sees of the graph.
-pub(crate) fn join(domain: u16) -> Peer {
+pub fn join(domain: u16) -> Peer {
     start("scripts/ros_node.py", domain, &[])
 }
 
 /// A node that takes the grids, and does what it is told to.
-pub(crate) fn consumer(domain: u16, more: &[&dyn AsRef<OsStr>]) -> Peer {
+pub fn consumer(domain: u16, more: &[&dyn AsRef<OsStr>]) -> Peer {
     start("scripts/ros_consumer.py", domain, more)
 }
