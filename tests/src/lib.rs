@@ -1,5 +1,4 @@
-//! What end-to-end tests share: running the client and reading what it wrote, running sites, programs outside that look at them. The tests
-//! are in `tests/`.
+//! Runs the client and reads what it wrote, runs sites, and the programs outside that look at them: for the end-to-end tests in `tests/`.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 #![expect(missing_docs, reason = "for the tests of this package alone")]
 

@@ -98,12 +98,12 @@ impl Live {
     }
 
     pub fn up(&mut self) {
-        self.up_without_health();
+        self.start_up();
         self.wait_until_healthy();
     }
 
     /// Starts the site, which may have something to tell.
-    pub fn up_without_health(&mut self) {
+    pub fn start_up(&mut self) {
         let child = Command::new(client()).arg("up").arg("--config").arg(self.config()).stderr(Stdio::null()).spawn();
         self.up = Some(child.unwrap());
     }

@@ -64,6 +64,19 @@ pub fn graph(live: &Live) -> String {
     check.unwrap()["found"].as_str().unwrap().to_owned()
 }
 
+/// Waits until `doctor` says all these words about the graph.
+pub fn wait_for_graph(live: &Live, words: &[&str]) {
+    let begun = Instant::now();
+    loop {
+        let found = graph(live);
+        if words.iter().all(|words| found.contains(words)) {
+            return;
+        }
+        assert!(begun.elapsed() < DEADLINE, "{found}");
+        std::thread::sleep(POLL_INTERVAL);
+    }
+}
+
 /// Waits until what the bridge says of itself is as it should be.
 pub fn wait_for_facts(live: &Live, is_so: impl Fn(&Value) -> bool) -> Value {
     let begun = Instant::now();

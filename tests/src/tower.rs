@@ -4,7 +4,7 @@ use super::live::Live;
 use super::{client, contents, groundplan};
 use serde_json::Value;
 use std::path::PathBuf;
-use std::process::{Command, Stdio};
+use std::process::Command;
 
 /// The date of a site at its start.
 pub const FIRST: &str = "[schedule]\nplan_time = \"2024-04-15\"\n";
@@ -101,11 +101,6 @@ impl Live {
         let mut robot = Self::without_models(config);
         robot.start_up();
         robot
-    }
-
-    pub fn start_up(&mut self) {
-        let mut command = Command::new(client());
-        self.up = Some(command.arg("up").arg("--config").arg(self.config()).stderr(Stdio::null()).spawn().unwrap());
     }
 
     /// The status of a robot that shows an index of at least this epoch, whole.

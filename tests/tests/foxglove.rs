@@ -6,12 +6,12 @@ use end_to_end::live::{DEADLINE, Live, POLL_INTERVAL};
 use end_to_end::map_server::published_by_map_server;
 use end_to_end::peer::Peer;
 use end_to_end::ros_peer::domain;
-use end_to_end::{announce, client, convert, demo_model, root, turned_map};
+use end_to_end::{announce, convert, demo_model, root, turned_map};
 use serde_json::Value;
 use sha2::{Digest, Sha256};
 use std::io::Write;
 use std::net::{Ipv4Addr, SocketAddr, TcpListener, TcpStream};
-use std::process::{Command, Stdio};
+use std::process::Command;
 use std::time::Instant;
 
 /// True, unless what the client needs cannot be had: then it says so.
@@ -165,8 +165,7 @@ fn a_port_that_is_taken_is_an_error_until_it_is_free() {
     assert_eq!(served(&live), address);
     live.down();
     let taken = TcpListener::bind(address).unwrap();
-    let up = Command::new(client()).arg("up").arg("--config").arg(live.config()).stderr(Stdio::null()).spawn();
-    live.up = Some(up.unwrap());
+    live.start_up();
     let begun = Instant::now();
     let error = |status: Value| status["daemons"]["ros-bridge"]["error"].as_str().map(str::to_owned);
     let told = format!("Foxglove cannot be served at {address}");

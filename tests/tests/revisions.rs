@@ -8,7 +8,7 @@ use end_to_end::live::{DEADLINE, Live};
 use serde_json::Value;
 use std::io::{Seek, SeekFrom, Write};
 use std::path::Path;
-use std::process::{Command, Output, Stdio};
+use std::process::{Command, Output};
 use std::time::{Duration, Instant};
 
 /// Two rooms of a house with walls and a slab; `n_before` records before them give everything other GlobalIds.
@@ -108,9 +108,7 @@ fn site(live: &Live) -> (u64, String) {
 
 /// Starts the daemons of a site that is not healthy.
 fn up(live: &mut Live) {
-    let up =
-        Command::new(end_to_end::client()).arg("up").arg("--config").arg(live.config()).stderr(Stdio::null()).spawn();
-    live.up = Some(up.unwrap());
+    live.start_up();
     // A daemon reports before there is a bus to ask it on.
     wait_until(live, |live| live.run(&[&"date"]).status.success());
 }

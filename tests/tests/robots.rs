@@ -254,7 +254,7 @@ fn of_what_robots_observe_the_newest_look_counts_and_a_conflict_names_both() {
     // The same look once more is no newer one, also after a restart.
     observe(&live, Some("lift"), &absent).unwrap();
     live.down();
-    live.up_without_health();
+    live.start_up();
     live.wait_until_settled("scan still counts", |live| is_told(conflicts(live), "was seen by robot scan"));
     assert_eq!(observe(&live, Some("scan"), &seen).unwrap().progress.observed, 1);
     // Taken back and seen again it is.

@@ -1,14 +1,12 @@
 //! A robot with Nav2 and SLAM in the ROS 2 graph, played by a CycloneDDS participant: what it is told, and what it may ask.
 
-use end_to_end::live::{DEADLINE, POLL_INTERVAL};
 use end_to_end::map_server::published_by_map_server;
 use end_to_end::ros_facts::{is_at, route_graph_is_in_the_frame_of_the_maps};
-use end_to_end::ros_peer::{domain, graph, has_peer, join, site, wait_for_facts};
+use end_to_end::ros_peer::{domain, graph, has_peer, join, site, wait_for_facts, wait_for_graph};
 use end_to_end::{convert, demo_model, turned_map};
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::process::Command;
-use std::time::Instant;
 
 /// Two places of the ground floor: open before the walls of the rooms stand, closed while they are built, and further apart
 /// behind them afterwards.
@@ -81,21 +79,14 @@ fn a_robot_that_was_silent_for_longer_than_it_may_be_is_heard_and_served_again()
     let map = turned_map(&convert(&demo_model(), &[]), 0, live.home.path());
     let mut robot = join(domain, &[&"--lease", &"2", &"--publish-slam-map", &map]);
     robot.wait_until("maps", |last| last.contains_key("/groundplan/changed"));
-    let wait_for_graph = |words: [&str; 2]| {
-        let begun = Instant::now();
-        while !words.iter().all(|words| graph(&live).contains(words)) {
-            assert!(begun.elapsed() < DEADLINE, "{}", graph(&live));
-            std::thread::sleep(POLL_INTERVAL);
-        }
-    };
-    wait_for_graph([", 1 other participant;", "/map 1 publisher"]);
+    wait_for_graph(&live, &[", 1 other participant;", "/map 1 publisher"]);
     // As where its network is away: it hears nothing of the bridge, and the bridge nothing of it.
     robot.signal("-STOP");
-    wait_for_graph([", 0 other participants;", "/map 0 publishers"]);
+    wait_for_graph(&live, &[", 0 other participants;", "/map 0 publishers"]);
     live.text(&[&"date", &"2024-04-20"]);
     robot.signal("-CONT");
     robot.wait_until("the change", is_at("2024-04-20T00:00:00"));
-    wait_for_graph([", 1 other participant;", "/map 1 publisher"]);
+    wait_for_graph(&live, &[", 1 other participant;", "/map 1 publisher"]);
     assert_eq!(live.status().unwrap()["daemons"]["ros-bridge"]["restarts"], 1);
     live.down();
 }

@@ -4,7 +4,7 @@
 
 use end_to_end::live::{DEADLINE, Live, POLL_INTERVAL};
 use end_to_end::peer::Peer;
-use end_to_end::ros_peer::{domain, graph, has_peer, join, site, slam};
+use end_to_end::ros_peer::{domain, graph, has_peer, join, site, slam, wait_for_graph};
 use end_to_end::{Maps, convert, corpus, demo_model, turned_map};
 use frames::{Map, Rigid2, Slam, wrapped};
 use serde_json::Value;
@@ -229,11 +229,7 @@ fn among_thirty_participants_maps_go_both_ways() {
     let is_whole =
         |last: &BTreeMap<String, Value>| last.contains_key("/groundplan/map") && last.contains_key("/tf_static");
     robot.wait_until("a map and a transform", is_whole);
-    let begun = Instant::now();
-    while !graph(&live).contains("30 other participants") {
-        assert!(begun.elapsed() < DEADLINE, "{}", graph(&live));
-        std::thread::sleep(POLL_INTERVAL);
-    }
+    wait_for_graph(&live, &["30 other participants"]);
     live.wait_until_healthy();
     live.down();
 }

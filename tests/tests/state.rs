@@ -6,7 +6,7 @@ use end_to_end::live::{DEADLINE, Live};
 use serde_json::Value;
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::Command;
 use std::time::Instant;
 
 /// A folder with files that a configuration names, and the configuration of them.
@@ -88,9 +88,7 @@ fn settings_whose_state_is_damaged_or_removed_stay_in_force_and_that_is_told() {
     std::fs::write(&robot_file, bytes).unwrap();
     std::fs::remove_file(settings.join("schedule.plan_time.json")).unwrap();
     // A warning stands: the site is not healthy, and is not waited for.
-    let up =
-        Command::new(end_to_end::client()).arg("up").arg("--config").arg(live.config()).stderr(Stdio::null()).spawn();
-    live.up = Some(up.unwrap());
+    live.start_up();
     for (daemon, file) in [("rasterize", "robot.profile.json"), ("schedule-eval", "schedule.plan_time.json")] {
         wait_until("it is told", &live, |status| {
             status["daemons"][daemon]["warning"].as_str().is_some_and(|warning| warning.contains(file))
@@ -124,9 +122,7 @@ fn state_that_is_removed_in_both_forms_is_told_and_epochs_still_rise() {
             std::fs::remove_file(state.join(&name)).unwrap_or_else(|why| panic!("{name}: {why}"));
         }
     }
-    let up =
-        Command::new(end_to_end::client()).arg("up").arg("--config").arg(live.config()).stderr(Stdio::null()).spawn();
-    live.up = Some(up.unwrap());
+    live.start_up();
     for (daemon, file) in &removed[..3] {
         wait_until("it is told", &live, |status| {
             let warning = status["daemons"][daemon]["warning"].as_str();
