@@ -19,7 +19,7 @@ import time
 
 # What reads a site's bus, on that of a robot that follows a server: it must not notice. Names of tests, by program.
 FOLLOWING = {
-    "tests/python": ["python_sees_the_grids_and_sets_that_the_client_sees"],
+    "tests/python": ["python_sees_the_grids_and_sets_that_the_client_sees", "readers_do_not_keep_the_operator_out"],
     "tests/recording": ["a_running_site_is_recorded_as_its_maps_change"],
     "tests/watch": ["the_link_follows_the_maps_and_a_program_runs_for_each", "a_watch_deletes_and_replaces_nothing_that_it_did_not_write"],
     "tests/foxglove": ["the_building_comes_under_its_url_as_an_export_writes_it", "the_pose_of_a_slam_map_comes_with_its_covariance"],

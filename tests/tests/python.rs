@@ -41,7 +41,7 @@ with groundplan.Bus(sys.argv[1], sys.argv[2]) as bus:
     threading.Thread(target=lambda: (sys.stdin.read(), ended.set()), daemon=True).start()
     while not ended.is_set():
         reader.current()
-        ended.wait(1)
+        ended.wait(0.2)
 "#;
 
 /// Says when the maps may be used, and then when they may not be used any more because of one daemon.
