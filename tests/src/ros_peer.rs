@@ -3,6 +3,7 @@
 use super::live::{DEADLINE, Live, POLL_INTERVAL};
 use super::peer::Peer;
 use super::{announce, demo_model, root};
+use rustix::io::FdFlags;
 use serde_json::Value;
 use std::ffi::OsStr;
 use std::fs::File;
@@ -19,7 +20,7 @@ pub fn has_peer() -> bool {
     made.status.success()
 }
 
-/// A domain that no other test has as long as this process runs.
+/// A domain that no other test has as long as this process runs, or a daemon that it left behind: one that was killed leaves some.
 pub fn domain() -> u16 {
     let mut domains = 100..228;
     let free = domains.find(|domain| {
@@ -27,7 +28,8 @@ pub fn domain() -> u16 {
         let lock = File::create(path).unwrap();
         let is_free = lock.try_lock().is_ok();
         if is_free {
-            // The system gives it back when the process ends.
+            // The system gives it back when this process and all that it started have ended.
+            rustix::io::fcntl_setfd(&lock, FdFlags::empty()).unwrap();
             std::mem::forget(lock);
         }
         is_free
